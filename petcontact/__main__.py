@@ -1,0 +1,5 @@
+"""`python -m petcontact`."""
+
+from .cli import entry
+
+entry()

@@ -1,0 +1,69 @@
+"""BLAS threads capped to cores / ranks; imported before numpy, which reads these variables once."""
+
+from __future__ import annotations
+
+import contextlib
+import functools
+import os
+from collections.abc import Iterator
+from typing import Any
+
+VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
+_LOCAL_SIZE = ("OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_NTASKS_PER_NODE", "PMI_LOCAL_SIZE")
+
+
+def available_cores() -> int:
+    """Cores this process may run on (its affinity mask under a batch system, not the machine's)."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def local_ranks() -> int:
+    """MPI ranks on this node as the launcher announces them; 1 outside mpiexec."""
+    for name in (*_LOCAL_SIZE, "PMI_SIZE"):
+        if (value := os.environ.get(name, "")).isdigit():
+            return max(1, int(value))
+    return 1
+
+
+def threads_per_rank() -> int:
+    """Threads that one rank may use without oversubscribing the node."""
+    return max(1, available_cores() // local_ranks())
+
+
+SMALL = 2500
+"""Matrices up to this size are handled by one BLAS thread: waking a second one costs more than it saves."""
+
+
+@functools.cache
+def _controller() -> Any:
+    import threadpoolctl
+
+    return threadpoolctl.ThreadpoolController()
+
+
+@contextlib.contextmanager
+def suited_to(size: int) -> Iterator[None]:
+    """One BLAS thread inside the block where matrices are small, all that the rank may use where they are not."""
+    if size > SMALL or threads_per_rank() == 1:
+        yield
+        return
+    with one_blas_thread():
+        yield
+
+
+@contextlib.contextmanager
+def one_blas_thread() -> Iterator[None]:
+    """One BLAS thread inside the block."""
+    with _controller().limit(limits=1, user_api="blas"):
+        yield
+
+
+def cap_blas_threads() -> None:
+    """Set the thread variables of the usual BLAS libraries where the user has not set them."""
+    for name in VARIABLES:
+        os.environ.setdefault(name, str(threads_per_rank()))
+
+
+cap_blas_threads()

@@ -1,0 +1,226 @@
+"""Circular-arc elements: geometry, preimages of targets, and the moments of both kernels.
+
+With half the angle α (signed like the curvature κ), half the arc length a = α/κ, and the tangent τ at the middle of the
+arc (unit complex numbers), x(s) = x(0) + τ (exp(iαs) - 1)/(iκ). A target y has the preimage z = ξ + ih, exp(iαz) =
+1 + iκ (y - x(0))/τ, and the kernels are trigonometric functions of α(s-z)/2:
+
+    dx/(x-y) = [α/2 cot(α(s-z)/2) + iα/2] ds,  |x-y| = a |s-z| exp(-αh/2) |sin/α(s-z)/2|
+
+so each is that of a straight element in the coordinate s, in closed form, plus a smooth remainder, for which a few
+Gauss points suffice at every distance.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from . import moments
+from .elements import Array, Complex, Index, Mask
+from .moments import RULES, Moments, Parts
+from .quadrature import gauss, product_weights
+
+Pairs = tuple[Index, Index]
+MIDDLE, CLOSE_SUM = 24, 2.9
+"""As in `moments.Rule`, for arcs of every order: what the series of close targets asks for."""
+
+
+@dataclass(frozen=True)
+class Arcs:
+    """Arcs of at most half a circle, arrays (n,).
+
+    Attributes
+    ----------
+    start, end, middle : complex arrays
+        Points of the arc [length].
+    tangent : complex array
+        Unit tangent at the middle.
+    angle : array
+        α: half the angle between the tangents at start and end, positive where the arc turns left.
+    half : array
+        a: half the length [length].
+    curvature : array
+        [1/length]
+    """
+
+    start: Complex
+    end: Complex
+    middle: Complex
+    tangent: Complex
+    angle: Array
+    half: Array
+    curvature: Array
+
+    @staticmethod
+    def through(start: Array, end: Array, curvature: Array) -> Arcs:
+        """Arcs with end points (n, 2) and non-zero curvature (n,)."""
+        first: Complex = start[:, 0] + 1j * start[:, 1]
+        last: Complex = end[:, 0] + 1j * end[:, 1]
+        chord: Complex = last - first
+        size = np.hypot(chord.real, chord.imag)
+        tangent: Complex = chord / size
+        angle = np.arcsin(np.clip(0.5 * curvature * size, -1.0, 1.0))
+        rise = 0.5 * size * np.tan(0.5 * angle)
+        middle: Complex = 0.5 * (first + last) - 1j * tangent * rise
+        return Arcs(first, last, middle, tangent, angle, angle / curvature, curvature)
+
+    def take(self, index: Index | slice) -> Arcs:
+        """Some of the arcs."""
+        return Arcs(
+            self.start[index], self.end[index], self.middle[index], self.tangent[index], self.angle[index],
+            self.half[index], self.curvature[index],
+        )  # fmt: skip
+
+    def coordinates(self, point: Complex) -> tuple[Array, Array, Array]:
+        """ξ+1, ξ-1 and h of one target an arc, each accurate close to the ends of the arc, (n,)."""
+        xi, h = self._preimage(point, self.middle, self.tangent)
+        turn = np.exp(1j * self.angle)
+        from_start, h_start = self._preimage(point, self.start, self.tangent / turn)
+        from_end, h_end = self._preimage(point, self.end, self.tangent * turn)
+        left = np.where(xi < 0.0, from_start, xi + 1.0)
+        right = np.where(xi > 0.0, from_end, xi - 1.0)
+        return left, right, np.where(xi < -0.5, h_start, np.where(xi > 0.5, h_end, h))
+
+    def _preimage(self, point: Complex, origin: Complex, tangent: Complex) -> tuple[Array, Array]:
+        """Real and imaginary part of ln(1+u)/(iα), u = iκ (y - origin)/tangent."""
+        u = 1j * self.curvature * (point - origin) / tangent
+        with np.errstate(divide="ignore"):
+            log_modulus = 0.5 * np.log1p(np.maximum(2.0 * u.real + u.real**2 + u.imag**2, -1.0))
+        return np.arctan2(u.imag, 1.0 + u.real) / self.angle, -log_modulus / self.angle
+
+    def far_points(self, order: int) -> int:
+        """Gauss points for far targets: those of a straight element, or more to resolve the arc itself."""
+        angle = 0.75 * float(np.max(np.abs(self.angle)))
+        degree, size = 0, 1.0
+        while size > 1e-15:
+            degree += 1
+            size *= angle / degree
+        return max(RULES[order].far, (degree + order + 1) // 2)
+
+    def close_sum(self, order: int) -> float:
+        """Targets with |z+1| + |z-1| below this are close."""
+        return CLOSE_SUM
+
+    def reach(self, radius: float) -> Array:
+        """Distance from the middle beyond which every preimage has |z| > radius: |ln(1+u)| >= ln(1+|u|)."""
+        stretched = np.minimum(radius * np.abs(self.angle), 300.0)
+        distance: Array = np.expm1(stretched) / np.abs(self.curvature)
+        return distance
+
+    def far(self, order: int, point: Complex, off_line: Array | None) -> tuple[Moments, Complex, Pairs]:
+        """Moments (n, p+1, m) of all targets in the global frame, its squared tangent 1 for each element, and the pairs
+        that are not far enough for them."""
+        dx, dy = point.real - self.middle.real[:, None], point.imag - self.middle.imag[:, None]
+        element, column = np.nonzero(dx * dx + dy * dy < self.reach(RULES[order].far_radius)[:, None] ** 2)
+        with np.errstate(divide="ignore", invalid="ignore"):  # of pairs that are taken once more
+            x, tangent = self.nodes(self.far_points(order))
+            part = self._distant(order, x.T[:, :, None], tangent.T[:, :, None], point, self.half[:, None, None])
+        return part, np.ones(len(self.half), dtype=np.complex128), (element, column)
+
+    def middle_range(self, order: int, point: Complex, xi: Array, h: Array) -> tuple[Moments, Complex]:
+        """Moments (p+1, n) of one target an arc that is neither far nor close, in the global frame, and 1 for each."""
+        part = self._distant(order, *self.nodes(MIDDLE), point, self.half)
+        return part, np.ones(len(self.half), dtype=np.complex128)
+
+    def nodes(self, points: int) -> tuple[Complex, Complex]:
+        """Points of Gauss quadrature and dx/ds there, (q, n)."""
+        s, _ = gauss(points - 1)
+        turn = np.multiply.outer(s, self.angle)
+        # (exp(iαs) - 1)/(iκ), without cancellation for flat arcs
+        chord = self.half * s[:, None] * np.sinc(0.5 * turn / np.pi) * np.exp(0.5j * turn)
+        return self.middle + self.tangent * chord, self.tangent * self.half * np.exp(1j * turn)
+
+    @staticmethod
+    def _distant(order: int, x: Complex, tangent: Complex, point: Complex, half: Array) -> Moments:
+        """Moments in the global frame by Gauss quadrature over the second axis from the end."""
+        _, product = product_weights(order, x.shape[-2])
+        rx, ry = x.real - point.real, x.imag - point.imag
+        square = rx * rx + ry * ry
+        log = product @ np.log(square)
+        log *= 0.5
+        log -= product.sum(axis=1)[:, None] * np.log(half)
+        inverse = 1.0 / square
+        normal = (rx * tangent.imag - ry * tangent.real) * inverse
+        tangential = (rx * tangent.real + ry * tangent.imag) * inverse
+        shear_re, shear_im = (rx * rx - ry * ry) * inverse, (2.0 * rx * ry) * inverse
+        return Moments(
+            log=log, tangential=product @ tangential, normal=product @ normal,
+            shear_re=0.5 * (product @ shear_re), shear_im=0.5 * (product @ shear_im),
+            dipole_re=product @ (normal * shear_re), dipole_im=product @ (normal * shear_im),
+        )  # fmt: skip
+
+    def close(self, order: int, left: Array, right: Array, h: Array, on_line: Mask) -> Moments:
+        """Moments (p+1, n) of one close target an arc, in the frames of the middles; see `moments.powers`."""
+        parts = self.powers(order, left, right, h, on_line, 2)
+        weight = gauss(order)[1][:, None]
+        cauchy = parts.first + 0.5j * self.angle * weight
+        angle, phase, lift = self.bend(0.5 * (left + right), h)
+        shear = phase * (0.5 * parts.wave + lift * (cauchy - 1j * angle * weight))
+        dipole = phase * (0.5 * angle * parts.wave - 1j * lift * parts.second)
+        return Moments(
+            log=parts.log, tangential=cauchy.real, normal=cauchy.imag,
+            shear_re=shear.real, shear_im=-shear.imag, dipole_re=dipole.real, dipole_im=-dipole.imag,
+        )  # fmt: skip
+
+    def powers(self, order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int) -> Parts:
+        """Integrals of the trigonometric kernels for one close target an arc: those of a straight element in the
+        coordinate s, and a smooth remainder by Gauss quadrature; see `moments.powers`."""
+        log, straight = moments.powers(order, left, right, h, on_line, highest)
+        widest = float(np.max(np.abs(self.angle)))
+        s, product = product_weights(order, _points(order, widest))
+        z = 0.5 * (left + right) + 1j * h
+        # α(s-z)/2π: the remainders are power series of its square.
+        offset = (0.5 / np.pi) * self.angle * (s[:, None] - z)
+        series = _series(_terms(widest))
+        rest = np.polynomial.polynomial.polyval(offset * offset, series)  # type: ignore[no-untyped-call]
+        half_angle = 0.5 * self.angle
+        weight = gauss(order)[1][:, None]
+        return Parts(
+            log=log + product @ rest[0].real - (half_angle * h) * weight,
+            first=straight[0] + half_angle * (product @ (offset * rest[1])),
+            second=straight[1] + half_angle**2 * (product @ rest[2]),
+            third=straight[2] + half_angle**3 * (product @ (offset * rest[3])) if highest > 2 else None,
+            wave=product @ np.exp(-1j * np.multiply.outer(s, self.angle)),
+        )
+
+    def bend(self, xi: Array, h: Array) -> tuple[Array, Complex, Complex]:
+        """α, exp(-iαz) and i exp(-iαξ) sinh(αh)/α: 0, 1 and ih for a straight element."""
+        lift: Complex = 1j * h * _sinhc(self.angle * h) * np.exp(-1j * self.angle * xi)
+        return self.angle, np.exp(-1j * self.angle * (xi + 1j * h)), lift
+
+
+def _sinhc(x: Array) -> Array:
+    return np.where(np.abs(x) < 1e-4, 1.0 + x * x / 6.0, np.sinh(x) / np.where(x == 0.0, 1.0, x))
+
+
+def _points(order: int, angle: float) -> int:
+    """Gauss points for the remainders: their poles are 2π/α away from z."""
+    pole = 2.0 * np.pi / angle - 0.5 * CLOSE_SUM
+    return int(np.ceil(0.5 * order + 18.5 / np.log(pole + np.sqrt(pole * pole - 1.0)))) + 1
+
+
+def _terms(angle: float) -> int:
+    """Terms of the series for |s-z| within reach of a close target, to 1e-17."""
+    return int(np.ceil(-19.5 / np.log(0.5 * angle * (1.0 + 0.5 * CLOSE_SUM) / np.pi))) + 1
+
+
+@functools.cache
+def _series(terms: int) -> Array:
+    """Power series in (x/π)² of ln(sin x/x), (cot x - 1/x)/(x/π), 1/sin² x - 1/x² and (cos x/sin³ x - 1/x³)/(x/π).
+
+    Their coefficients are values ζ(2k) of Riemann's function (DLMF 4.19 and 25.6): the sum up to 1000 and the rest by
+    Euler and Maclaurin.
+    """
+    k = np.arange(1.0, terms + 1.0)
+    number = np.arange(1000.0, 0.0, -1.0)
+    exponent = 2.0 * k
+    zeta = np.sum(number[:, None] ** -exponent, axis=0)
+    zeta += 1000.0**-exponent * (1000.0 / (exponent - 1.0) - 0.5 + exponent / 12e3)
+    series = np.zeros((terms + 1, 4))
+    series[1:, 0] = -zeta / k
+    series[:-1, 1] = -2.0 / np.pi * zeta
+    series[:-1, 2] = 2.0 / np.pi**2 * (exponent - 1.0) * zeta
+    series[:-2, 3] = -np.arange(1.0, terms) / np.pi * series[1:-1, 2]
+    return series

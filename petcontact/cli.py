@@ -1,0 +1,124 @@
+"""The command line: `petcontact COMMAND`; `--words` are ours, `-longer_words` are PETSc's."""
+
+from __future__ import annotations
+
+import argparse
+import difflib
+import importlib
+import sys
+from collections.abc import Sequence
+from typing import Any, NoReturn
+
+from . import __version__
+from .guard import guarded
+
+COMMANDS = {
+    "solve": "solve one problem, print a verdict, write the result and figures",
+    "sweep": "compute independent cases over MPI ranks, and go on where a sweep was stopped",
+    "report": "tables of a sweep as Markdown, CSV or one HTML page, beside the published ones",
+    "compare": "methods and rules side by side: tables and figures over a list of rho_0 and h",
+    "plot": "draw the figures of a result file",
+    "field": "displacement and stress inside the body: .vtu for ParaView, and a figure",
+    "doctor": "check versions, MPI, BLAS threads, HDF5 and fonts of this installation",
+}
+SHORT = {"-o", "-n", "-h"}
+
+
+class Parser(argparse.ArgumentParser):
+    """One-line errors, and the nearest valid option for an unknown one; no abbreviations, which change as options do."""
+
+    def __init__(self, **keywords: Any) -> None:
+        super().__init__(**keywords, allow_abbrev=False)
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"petcontact: {message} (see {self.prog} --help)\n")
+
+    def parse_all(self, arguments: Sequence[str]) -> argparse.Namespace:
+        """Parse everything or end with exit status 2."""
+        parsed, unknown = self.parse_known_args(arguments)
+        if unknown:
+            name = unknown[0].split("=")[0]
+            near = difflib.get_close_matches(name, self._option_string_actions, n=1)
+            self.error(f"unknown {'option' if name.startswith('-') else 'argument'} {name}"
+                       + (f", did you mean {near[0]}?" if near else ""))  # fmt: skip
+        return parsed
+
+
+def split_arguments(arguments: Sequence[str]) -> tuple[list[str], list[str]]:
+    """Our arguments, and PETSc's: `-longer_words` with the value that follows, if one does.
+
+    As in PETSc a word after an option is its value unless it begins with a dash (negative numbers are values). A file
+    name is never taken for a value of a flag such as -ksp_monitor: names that end in .toml or .h5 are ours.
+    """
+    ours: list[str] = []
+    theirs: list[str] = []
+    words = list(arguments)
+    while words:
+        word = words.pop(0)
+        if word == "--":
+            ours += words
+            break
+        if not (word.startswith("-") and not word.startswith("--") and len(word) > 2 and word[1].isalpha()) or (
+            word[:2] in SHORT and word[2:3] == "="
+        ):
+            ours.append(word)
+            continue
+        theirs.append(word)
+        if words and _is_value(words[0], word):
+            theirs.append(words.pop(0))
+    return ours, theirs
+
+
+def _is_value(word: str, option: str) -> bool:
+    if word.startswith("-"):
+        try:
+            float(word)
+        except ValueError:
+            return False
+        return True
+    return option == "-options_file" or ":" in word or not word.endswith((".toml", ".h5"))
+
+
+def build_parser() -> Parser:
+    """The parser of all commands; their modules are imported only for the command that runs."""
+    parser = Parser(
+        prog="petcontact",
+        description="Boundary elements for frictional contact of elastic bodies, on PETSc.",
+        epilog="Options with one dash and a longer name are PETSc's (-ksp_type gmres, -ksp_monitor, -log_view); -help "
+        "lists those of the objects that a command builds. Exit status: 0 converged, 2 bad input, 3 not converged, "
+        "1 anything else, 130/143 interrupted.",
+    )
+    parser.add_argument("--version", action="version", version=f"petcontact {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Parser)
+    for name, summary in COMMANDS.items():
+        commands.add_parser(name, help=summary, add_help=False)
+    return parser
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command; returns the exit status."""
+    return guarded(lambda: _command(sys.argv[1:] if arguments is None else arguments))
+
+
+def _command(arguments: Sequence[str]) -> int:
+    ours, theirs = split_arguments(arguments)
+    parser = build_parser()
+    name = ours[0] if ours else ""
+    if name not in COMMANDS:
+        if not name:
+            parser.print_help()
+            return 2
+        if name.startswith("-"):
+            parser.parse_all(ours)
+        near = difflib.get_close_matches(name, COMMANDS, n=1)
+        parser.error(f"unknown command {name!r}" + (f", did you mean {near[0]!r}?" if near else ""))
+    module = importlib.import_module(f".commands.{name}", __package__)
+    command = Parser(prog=f"petcontact {name}", description=module.__doc__,
+                     formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
+    module.add_arguments(command)
+    return int(module.run(command.parse_all(ours[1:]), theirs))
+
+
+def entry() -> NoReturn:
+    """The console script."""
+    sys.exit(main())

@@ -1,0 +1,83 @@
+"""Methods and rules side by side on one or more problems: petcontact compare configs/example1.toml -o out
+
+Writes compare.md, compare.csv and two figures, and prints the tables. ω, τ, c_max, the tolerance and the limit of
+iterations are those of each config.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `petcontact compare`."""
+    parser.add_argument("config", metavar="CONFIG.toml", nargs="+", help="the problems")
+    parser.add_argument("-o", "--output", metavar="DIR", default="compare", help="folder of tables and figures")
+    parser.add_argument("--methods", metavar="NAMES", help="names separated by commas (default: all)")
+    parser.add_argument("--rho", metavar="VALUES", help="values of rho_0 separated by commas (default: 1 to 1e7)")
+    parser.add_argument("--element-size", metavar="VALUES", help="values of h separated by commas (default: the config's)")
+    parser.add_argument("--reference", metavar="RESULT.h5", help="measure errors against this result")
+    parser.add_argument("--no-figures", action="store_true", help="draw nothing")
+
+
+def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
+    """Run, print, write; exit status 0 however the contenders fare."""
+    from .. import config
+    from .._petsc import initialise, petsc
+    from ..compare import CONTENDERS, RHOS, Row, compare
+    from ..compare_report import csv_text, markdown, write_figures
+    from ..store import temporary_name
+    from .solve import report_unused
+
+    names = arguments.methods.split(",") if arguments.methods else list(CONTENDERS)
+    for name in names:
+        if name not in CONTENDERS:
+            raise InputError(f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}")
+    rhos = _numbers(arguments.rho, "--rho") or list(RHOS)
+    initialise(petsc_words)
+    cases = []
+    for path in arguments.config:
+        sizes: list[float | None] = [*_numbers(arguments.element_size, "--element-size")] or [None]
+        for size in sizes:
+            overrides: dict[str, Any] = {} if size is None else {"mesh.element_size": size}
+            case = config.load(path, overrides)
+            label = Path(path).stem if size is None else f"{Path(path).stem}, h = {size:g}"
+            cases.append((label, case))
+    comm = petsc().COMM_WORLD
+    first = comm.getRank() == 0
+
+    def say(row: Row) -> None:
+        if first and sys.stderr.isatty():
+            rho = "" if row.rho is None else f", rho_0 = {row.rho:g}"
+            print(f"\r{f'{row.problem}: {row.contender}{rho}: {row.iterations} iterations':<79.79}", end="", file=sys.stderr)
+
+    rows = compare(cases, contenders=names, rhos=rhos, reference=arguments.reference, comm=comm, say=say)
+    if first:
+        if sys.stderr.isatty():
+            print(f"\r{'':<79}\r", end="", file=sys.stderr)
+        text = markdown(rows)
+        print(text, end="")
+        folder = Path(arguments.output)
+        folder.mkdir(parents=True, exist_ok=True)
+        for name, content in (("compare.md", text), ("compare.csv", csv_text(rows))):
+            with temporary_name(folder / name) as temporary:
+                temporary.write_text(content, encoding="utf-8")
+        for path in [] if arguments.no_figures else write_figures(rows, folder):
+            print(f"figure: {path}")
+    report_unused(first)
+    return 0
+
+
+def _numbers(text: str | None, option: str) -> list[float]:
+    try:
+        values = [float(word) for word in text.split(",")] if text else []
+    except ValueError:
+        raise InputError(f"{option} {text}: expected numbers separated by commas") from None
+    if any(not 0.0 < value < float("inf") for value in values):
+        raise InputError(f"{option} {text}: numbers must be positive")
+    return values

@@ -1,0 +1,29 @@
+"""Check this installation: versions, PETSc, MPI and its launcher, BLAS threads, HDF5, fonts, the current folder."""
+
+from __future__ import annotations
+
+import argparse
+import os
+
+from ..errors import InputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """`petcontact doctor` has no options."""
+
+
+def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
+    """Print the findings; 0 if petcontact works here, 1 if something is broken."""
+    from ..doctor import examine
+
+    if petsc_words:
+        raise InputError(f"{petsc_words[0]}: doctor takes no PETSc options")
+    if os.environ.get("OMPI_COMM_WORLD_RANK", os.environ.get("PMI_RANK", "0")) != "0":  # one report of a job is enough
+        return 0
+    findings = examine()
+    for finding in findings:
+        mark = {"ok": "ok     ", "warning": "warning", "error": "ERROR  "}[finding.level]
+        print(f"{mark}  {finding.subject:<10}  {finding.text}")
+        if finding.advice:
+            print(f"{'':<21}-> {finding.advice}")
+    return 1 if any(finding.level == "error" for finding in findings) else 0

@@ -1,0 +1,48 @@
+"""Displacement and stress inside the body of a result: a .vtu file for ParaView, and a figure."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..errors import InputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `petcontact field`."""
+    parser.add_argument("result", metavar="RESULT.h5", help="a result file")
+    parser.add_argument("--grid", metavar="NXxNY", default="100x100", help="grid cells along x and y (default: 100x100)")
+    parser.add_argument("-o", "--output", metavar="FILE.vtu", help="the field (default: the result's stem + .vtu)")
+    parser.add_argument("--boundary", metavar="FILE.vtu", help="also write the boundary's values")
+    parser.add_argument("--figure", metavar="FILE.png", help="also draw the deformed body coloured by von Mises stress")
+    parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's results.h5")
+
+
+def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
+    """Evaluate and write; needs no PETSc."""
+    from ..field import field_on_grid
+    from ..store import read_solution
+    from ..vtu import write_boundary_vtu, write_vtu
+
+    resolution = grid(arguments.grid)
+    solution = read_solution(arguments.result, arguments.case)
+    field = field_on_grid(solution.mesh, solution.u, solution.traction, solution.case.material, resolution)
+    output = Path(arguments.output or Path(arguments.result).with_suffix(".vtu").name)
+    write_vtu(output, field)
+    print(f"{output}: {len(field.points)} points, largest von Mises stress {field.von_mises.max():.6g}")
+    if arguments.boundary:
+        write_boundary_vtu(arguments.boundary, solution)
+        print(arguments.boundary)
+    if arguments.figure:
+        from ..plot_field import deformed_figure
+
+        print(deformed_figure(solution, arguments.figure, field=field))
+    return 0
+
+
+def grid(text: str) -> tuple[int, int]:
+    """`200x100` as two numbers of cells."""
+    words = text.split("x")
+    if len(words) != 2 or not all(word.isascii() and word.isdigit() and 0 < int(word) <= 10_000 for word in words):
+        raise InputError(f"--grid {text}: expected two numbers of cells such as 200x100, at most 10000 each")
+    return int(words[0]), int(words[1])

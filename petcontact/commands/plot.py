@@ -1,0 +1,26 @@
+"""Draw the figures of a result file: outline, displacement and traction on the contact parts, history."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `petcontact plot`."""
+    parser.add_argument("result", metavar="RESULT.h5", nargs="+", help="result files")
+    parser.add_argument("-o", "--figures", metavar="DIR", help="folder of the figures (default: the result's)")
+    parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's results.h5")
+
+
+def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
+    """Draw; needs no PETSc."""
+    from ..plot import plot_all
+    from ..store import read_solution
+
+    for name in arguments.result:
+        solution = read_solution(name, arguments.case)
+        stem = Path(name).stem if arguments.case == "/" else arguments.case
+        for path in plot_all(solution, arguments.figures or Path(name).parent, stem):
+            print(path)
+    return 0

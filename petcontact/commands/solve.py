@@ -1,0 +1,152 @@
+"""Solve one problem, print a verdict, write the result (HDF5) and figures."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError, SolverError
+from ..signals import Interrupted, agreed
+
+STATUS = {"converged": 0, "not converged": 3, "failed": 1}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `petcontact solve`."""
+    parser.add_argument("config", metavar="CONFIG.toml", help="the problem (see configs/ for examples)")
+    parser.add_argument("-o", "--output", metavar="FILE.h5", help="result file (default: the config's stem + .h5)")
+    parser.add_argument("--figures", metavar="DIR", help="folder of the figures (default: the result's)")
+    parser.add_argument("--no-figures", action="store_true", help="draw nothing")
+    parser.add_argument("--force", action="store_true", help="replace a result file that exists")
+    parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[],
+                        help="override a key of the config, for example --set method.rho=100")  # fmt: skip
+    parser.add_argument("--adapt", action="store_true",
+                        help="refine the mesh until the estimated error of u_t is below the wanted one")  # fmt: skip
+    parser.add_argument("--accuracy", metavar="ERROR", type=float,
+                        help="with --adapt: wanted relative L2 error of u_t on the contact parts (1e-4)")  # fmt: skip
+
+
+def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
+    """Solve; exit status 0 converged, 3 not converged, 1 failed."""
+    from .. import config
+    from .._petsc import initialise, petsc
+
+    initialise(petsc_words)
+    comm = petsc().COMM_WORLD
+    first = comm.getRank() == 0
+    case = config.load(arguments.config, overrides(arguments.set))
+    output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
+    refuse_existing(output, arguments.force)
+    accuracy = wanted_accuracy(arguments)
+    from ..store import write_solution
+
+    with agreed(comm) as late:
+        progress = Progress(case.method.tolerance, enabled=first)
+        try:
+            solution = solved(case, accuracy, comm, progress)
+        finally:
+            progress.clear()
+        number = solution.info.get("interrupted", 0) or late()
+    if first:
+        try:
+            write_solution(output, solution)
+        except Interrupted as late:
+            number = late.number
+        print(solution.verdict())
+        print(f"  result: {output}")
+        if not (arguments.no_figures or number):
+            from ..plot import plot_all
+
+            folder = Path(arguments.figures) if arguments.figures else output.parent
+            for path in plot_all(solution, folder, output.stem):
+                print(f"  figure: {path}")
+    report_unused(first)
+    if number:
+        what = "the last iterate" if solution.status == "failed" else "the solution"
+        raise Interrupted(number, f"{what} is saved in {output}, go on with --set method.start={output}")
+    return STATUS[solution.status]
+
+
+def wanted_accuracy(arguments: argparse.Namespace) -> float | None:
+    """The accuracy of an adaptive solve, None for a solve on the config's own mesh."""
+    if arguments.accuracy is not None and not arguments.adapt:
+        raise InputError("--accuracy: only an adaptive solve has one; add --adapt")
+    accuracy = 1e-4 if arguments.accuracy is None else arguments.accuracy
+    if not 0.0 < accuracy < 1.0:
+        raise InputError(f"--accuracy: must lie between 0 and 1, got {accuracy:g}")
+    return accuracy if arguments.adapt else None
+
+
+def solved(case: Any, accuracy: float | None, comm: Any, monitor: Monitor) -> Any:
+    """The solution on the config's own mesh, or on adaptive ones where an accuracy is wanted."""
+    if accuracy is not None:
+        from ..adaptive import adapt
+
+        return adapt(case, accuracy, comm=comm, monitor=monitor, keep_interrupted=True)
+    from ..pipeline import prepare
+    from ..pipeline import run as run_case
+
+    prepared = prepare(case, comm)
+    try:
+        return run_case(prepared, case, monitor=monitor, keep_interrupted=True)
+    finally:
+        prepared.close()
+
+
+def overrides(words: list[str]) -> dict[str, Any]:
+    """--set KEY=VALUE as dotted keys; the value is read as TOML, and as text where it is none."""
+    import tomllib
+
+    result: dict[str, Any] = {}
+    for word in words:
+        key, equals, value = word.partition("=")
+        if not (key and equals and value):
+            raise InputError(f"--set {word}: expected KEY=VALUE")
+        try:
+            result[key] = tomllib.loads(f"v = {value}")["v"]
+        except tomllib.TOMLDecodeError:
+            result[key] = value
+    return result
+
+
+def refuse_existing(path: Path, force: bool) -> None:
+    """Refuse to write over a result, or into a folder that is not there."""
+    if path.exists() and not force:
+        raise InputError(f"{path}: exists already; --force replaces it, -o FILE.h5 names another")
+    if not path.parent.is_dir():
+        raise InputError(f"{path}: the folder {path.parent} does not exist")
+
+
+def report_unused(first: bool) -> None:
+    """Name the PETSc options that no object asked for."""
+    from .._petsc import unused_options
+
+    for name in unused_options() if first else []:
+        print(f"petcontact: PETSc option {name} was not used by any object (-help lists those that are)", file=sys.stderr)
+
+
+class Progress:
+    """One line on a terminal that is overwritten; nothing where standard error is not a terminal."""
+
+    def __init__(self, tolerance: float, *, enabled: bool) -> None:
+        self.tolerance = tolerance
+        self.enabled = enabled and sys.stderr.isatty()
+
+    def __call__(self, state: Any) -> None:
+        """Show the iteration that has just ended."""
+        if self.enabled:
+            h = state.history
+            text = f"iteration {len(h)}: change {h.change[-1]:.1e} (to {self.tolerance:.0e}), rho {h.rho[-1]:.3g}"
+            print(f"\r{text:<79.79}", end="", file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        """Wipe the line."""
+        if self.enabled:
+            print(f"\r{'':<79}\r", end="", file=sys.stderr, flush=True)
+
+
+Monitor = Callable[[Any], None]
+__all__ = ["Progress", "SolverError", "add_arguments", "overrides", "refuse_existing", "report_unused", "run"]

@@ -1,0 +1,66 @@
+"""Compute independent cases over MPI ranks: mpiexec -n 2 petcontact sweep configs/tables.toml -o out/
+
+A case file appears, whole, when its case is finished; the same command started again goes on from there. Exit status:
+0 all converged, 3 some not converged, 1 some failed, 2 bad input.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..errors import InputError
+from ..signals import Interrupted
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `petcontact sweep`."""
+    parser.add_argument("config", metavar="SWEEP.toml", help="problem files, and lists of values to cross")
+    parser.add_argument("-o", "--output", metavar="DIR", help="folder of the sweep (default: the sweep file's stem)")
+    parser.add_argument("--list", action="store_true", help="show the ids of the cases and compute nothing")
+    parser.add_argument("--only", metavar="PATTERN", action="append", default=[],
+                        help="compute the cases whose id matches, for example '*-h0.4'; may be repeated")  # fmt: skip
+    parser.add_argument("--ranks-per-case", metavar="K", type=int, default=1,
+                        help="ranks that solve one case together, for cases too large for one")  # fmt: skip
+    parser.add_argument("--force", action="store_true", help="compute finished cases again")
+
+
+def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
+    """List or compute."""
+    from ..sweep_config import load_sweep
+
+    if arguments.list:
+        for case in load_sweep(arguments.config).only(arguments.only).cases:
+            print(case.id)
+        return 0
+    if arguments.ranks_per_case < 1:
+        raise InputError(f"--ranks-per-case {arguments.ranks_per_case}: must be at least 1")
+    from .._petsc import initialise, petsc
+
+    initialise(petsc_words)
+    from ..sweep import run_sweep
+    from ..sweep_config import build_sweep, read_files
+    from ..team import shared
+    from .solve import report_unused
+
+    world = petsc().COMM_WORLD.tompi4py()
+    sweep = build_sweep(*shared(world, lambda: read_files(arguments.config)))
+    folder = arguments.output or Path(arguments.config).stem
+    try:
+        summary = run_sweep(
+            sweep, folder, world,
+            only=arguments.only, ranks_per_case=arguments.ranks_per_case, force=arguments.force, say=_say,
+        )  # fmt: skip
+    except Interrupted as error:
+        raise Interrupted(error.number, f"finished cases are saved in {folder}, the same command goes on") from None
+    if world.Get_rank() == 0:
+        for line in summary.lines():
+            _say(line)
+    report_unused(world.Get_rank() == 0)
+    # Open MPI may end the job when a rank ends with an error status: not before the summary is out
+    world.Barrier()
+    return summary.exit_status
+
+
+def _say(line: str) -> None:
+    print(line, flush=True)

@@ -1,0 +1,133 @@
+"""Tables and figures of a comparison of methods."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .compare import Row
+from .plot import save
+from .report import aligned
+
+COLUMNS = ("problem", "contender", "rho", "converged", "iterations", "elastic_solves", "applications", "seconds",
+           "residual", "error_u", "error_sigma")  # fmt: skip
+
+
+def markdown(rows: Sequence[Row]) -> str:
+    """Two tables a problem: costs and errors, worst over ρ_0; iterations by ρ_0."""
+    parts = []
+    for problem in dict.fromkeys(row.problem for row in rows):
+        chosen = [row for row in rows if row.problem == problem]
+        parts += [f"## {problem}", "\n".join(aligned(_costs(chosen)))]
+        if len({row.rho for row in chosen} - {None}) > 1:
+            parts += ["Iterations by ρ_0 (> where the limit was reached):", "\n".join(aligned(_by_rho(chosen)))]
+    if any(row.contender == "tao" for row in rows):
+        parts.append("TAO's products with its own symmetrised matrix are not among the applications.")
+    return "\n\n".join(parts) + "\n"
+
+
+def _groups(rows: Sequence[Row]) -> Iterable[tuple[str, list[Row]]]:
+    for name in dict.fromkeys(row.contender for row in rows):
+        yield name, [row for row in rows if row.contender == name]
+
+
+def _costs(rows: Sequence[Row]) -> list[list[str]]:
+    head = ["method", "iterations", "elastic solves", "applications", "time/ms", "‖R‖/‖σ_t‖", "error u_t", "error σ_t"]
+    body = []
+    for name, group in _groups(rows):
+        bad = sum(not row.converged for row in group)
+        body.append([
+            name + (f" ({bad} of {len(group)} not converged)" if bad else ""),
+            _span([row.iterations for row in group]), _span([row.elastic_solves for row in group]),
+            _span([row.applications for row in group]), _span([round(1e3 * row.seconds, 1) for row in group]),
+            *(f"{max(getattr(row, key) for row in group):.1e}" for key in ("residual", "error_u", "error_sigma")),
+        ])  # fmt: skip
+    return [head, *body]
+
+
+def _span(values: Sequence[float]) -> str:
+    low, high = min(values), max(values)
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"
+
+
+def _by_rho(rows: Sequence[Row]) -> list[list[str]]:
+    rhos = sorted({row.rho for row in rows if row.rho is not None})
+    body = []
+    for name, group in _groups(rows):
+        by_rho = {row.rho: f"{'' if row.converged else '> '}{row.iterations}" for row in group}
+        body.append([name, *(by_rho.get(rho, by_rho.get(None, "")) for rho in rhos)])
+    return [["method", *(f"{rho:g}" for rho in rhos)], *body]
+
+
+def csv_text(rows: Sequence[Row]) -> str:
+    """One line a run."""
+    target = io.StringIO()
+    writer = csv.writer(target, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    writer.writerows(["" if getattr(row, key) is None else getattr(row, key) for key in COLUMNS] for row in rows)
+    return target.getvalue()
+
+
+def write_figures(rows: Sequence[Row], folder: str | Path, stem: str = "compare") -> list[Path]:
+    """Draw STEM-residual.png (over applications of S) and STEM-iterations.png (over ρ_0); returns their paths."""
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    drawings = {"residual": draw_residuals}
+    if len({row.rho for row in rows} - {None}) > 1:
+        drawings["iterations"] = draw_iterations
+    paths = []
+    for name, draw in drawings.items():
+        path = Path(folder) / f"{stem}-{name}.png"
+        save(path, draw, rows)
+        paths.append(path)
+    return paths
+
+
+def _panels(figure: Any, rows: Sequence[Row]) -> Iterable[tuple[Any, list[Row]]]:
+    problems = list(dict.fromkeys(row.problem for row in rows))
+    columns = min(2, len(problems))
+    lines = -(-len(problems) // columns)
+    figure.set_size_inches(4.4 * columns + 2.4, 3.4 * lines)
+    # a column of its own for the legend: matplotlib 3.6 has no legends outside of constrained axes
+    grid = figure.subplots(lines, columns + 1, squeeze=False, gridspec_kw={"width_ratios": [4.4] * columns + [1.8]})
+    panels = grid[:, :-1].ravel()
+    for axes in [*grid[:, -1], *panels[len(problems):]]:
+        axes.set_axis_off()
+    for axes, problem in zip(panels, problems, strict=False):
+        axes.set_title(problem, fontsize=9)
+        yield axes, [row for row in rows if row.problem == problem]
+    handles, labels = panels[0].get_legend_handles_labels()
+    grid[0, -1].legend(handles, labels, loc="center left", fontsize=7, frameon=False)
+
+
+def draw_residuals(figure: Any, rows: Sequence[Row]) -> None:
+    """Relative friction residual over applications of S, of the runs that were followed."""
+    for axes, group in _panels(figure, rows):
+        for row in (row for row in group if row.path):
+            applications, residuals = np.array(row.path).T
+            label = row.contender + (f", ρ_0 = {row.rho:g}" if row.rho is not None else "")
+            axes.loglog(applications, np.maximum(residuals, 1e-17), marker=".", markersize=4, linewidth=1.0, label=label)
+        axes.set_xlabel("applications of S")
+        axes.set_ylabel("‖R‖ / ‖σ_t‖")
+        axes.grid(alpha=0.3)
+
+
+def draw_iterations(figure: Any, rows: Sequence[Row]) -> None:
+    """Iterations over ρ_0; hollow where the method did not converge."""
+    for axes, group in _panels(figure, rows):
+        rhos = sorted({row.rho for row in group if row.rho is not None})
+        for name, runs in _groups(group):
+            line = {row.rho: row for row in runs}
+            chosen = [line.get(rho, line.get(None)) for rho in rhos]
+            counts = [row.iterations if row else np.nan for row in chosen]
+            (drawn,) = axes.loglog(rhos, counts, marker=".", linewidth=1.0, label=name)
+            failed = [(rho, row.iterations) for rho, row in zip(rhos, chosen, strict=True) if row and not row.converged]
+            if failed:
+                axes.plot(*np.array(failed).T, "o", mfc="white", color=drawn.get_color(), markersize=6)
+        axes.set_xlabel("ρ_0")
+        axes.set_ylabel("iterations")
+        axes.grid(alpha=0.3)

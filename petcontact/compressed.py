@@ -1,0 +1,184 @@
+"""The contact system on hierarchically compressed operators: nothing of size n x n is ever stored.
+
+S is never formed: a product with it is G_Ct, a solve with the factored A_0, and the rows of u_t. The operators are PETSc
+matrices of type python, so that every KSP works on them and `-ksp_view` names them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._petsc import petsc, stage
+from ._threads import one_blas_thread, threads_per_rank
+from .errors import SolverError
+from .hodlr import compress, factor
+from .layer_operator import RobinPreconditioner, robin_preconditioner
+from .linear import LinearSolver
+from .method import Bem
+from .operators import BoundaryOperators
+from .system import EliminatedSystem
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+ALLOWED_MISS = 100.0
+"""How far a random probe may lie over the tolerance: it is a bound on samples, and the probe sees all rows."""
+THREADED = 20_000
+"""Nodes from which a second thread pays: below, the threads mostly wait for Python's lock."""
+
+
+class CompressedSystem(EliminatedSystem):
+    """u_t = u_0 + S σ_t with HODLR operators; a Robin solve is a Krylov iteration on I + ρS.
+
+    Raises
+    ------
+    SolverError
+        If a compressed operator misses its tolerance on a random probe of exact rows.
+    """
+
+    compressed = True
+
+    def __init__(
+        self, operators: BoundaryOperators, comm: Any, bem: Bem, timings: dict[str, float] | None = None
+    ) -> None:
+        super().__init__(operators, comm)
+        self.bem = bem
+        mesh, data = operators.mesh, operators.data
+        # the threads are the compression's own: each works on a subtree, with one BLAS thread
+        with one_blas_thread():
+            with stage("assemble", timings):
+                self._system = self._compress(operators.system_entries, np.full(mesh.n_nodes, 2))
+                is_contact = np.isin(np.arange(mesh.n_nodes), data.contact_nodes)
+                self._influence = self._compress(operators.contact_entries, is_contact)
+                load = self._compress(operators.load_entries, operators.loaded_nodes)
+                mine = slice(load.first_node, load.last_node)
+                self._load = load @ np.ones(np.count_nonzero(operators.loaded_nodes[mine]))
+            with stage("factor", timings):
+                self._factor = factor(self._system)
+                self._at_rest = self._elastic(self._load)
+        self._contact_here = slice(*self.contact.by_node[comm.getRank()])
+        self.u_0 = self._contact_part(self._at_rest)
+        self._shell = Shell(self.contact.layout, comm, self._apply_local, self.describe_operator())
+        self._solver = LinearSolver(comm, "", "iterate", ksp_type="gmres", pc_type="python")
+        self._preconditioner: RobinPreconditioner | None = None
+        if self._solver.ksp.getPC().getType() == "python":
+            self._preconditioner = robin_preconditioner(self, 1.0, self._solver.ksp.getPC())
+        self._solver.set_operator(self._shell.matrix)
+
+    def apply(self, sigma_t: Array) -> Array:
+        """S σ_t: a product with G_Ct, a solve with A_0."""
+        self.applications += 1
+        return self._contact_part(self._elastic(self._push(sigma_t)))
+
+    def robin_increment(self, rho: float, r: Array) -> tuple[Array, Array]:
+        """(I + ρS) δσ = r; δu = S δσ by one more product, so that both belong together whatever the KSP left."""
+        self._shell.rho = rho
+        if self._preconditioner is not None:
+            self._preconditioner.rho = rho
+        rhs = self.contact.vector(r)
+        solution = rhs.duplicate()
+        solution.set(0.0)
+        self._solver.solve(rhs, solution)
+        rhs.destroy()
+        sigma_t = self.contact.gather(solution)
+        self.elastic_solves += 1
+        self.ksp_iterations, self.ksp_reason = self._solver.iterations, self._solver.reason
+        return self.apply(sigma_t), sigma_t
+
+    def compliance(self) -> Array:
+        """S as a dense array, a block of columns at a time: for small problems and tests."""
+        m = self.contact.size
+        blocks = [self._push(np.eye(m, min(64, m - k), -k)) for k in range(0, m, 64)]
+        here = self.contact.local_unknowns
+        return self.contact.everywhere(np.hstack([self._elastic(block)[here] for block in blocks]))
+
+    def boundary(self, sigma_t: Array) -> tuple[Array, Array]:
+        """One solve with A_0."""
+        unknowns = self.contact.everywhere(self._elastic(self._load + self._push(sigma_t)[:, 0]))
+        return self.operators.split(unknowns, sigma_t)
+
+    def memory(self) -> int:
+        """Bytes of the compressed operators and the factorisation, on all ranks."""
+        return int(self._system.nbytes + self._influence.nbytes + self._factor.nbytes)
+
+    def describe_operator(self) -> str:
+        """One line for -ksp_view: tolerance, leaf, ranks, memory."""
+        rank = max((level.most for level in self._system.ranks()), default=0)
+        return (
+            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank {rank}, "
+            f"{self.memory() / 1e6:.1f} MB"
+        )
+
+    def describe(self) -> str:
+        """Formulation, operator and solver."""
+        ksp = self._solver.ksp
+        return f"condensed, hodlr {self.bem.hodlr_tol:g}; KSP {ksp.getType()}, PC {ksp.getPC().getType()}"
+
+    def close(self) -> None:
+        """Free the PETSc objects and let go of the compressed operators."""
+        self._solver.close()
+        self._shell.matrix.destroy()
+        del self._system, self._influence, self._factor
+
+    def _push(self, sigma_t: Array) -> Array:
+        """G_Ct σ_t on this rank's nodes, (2 nodes, columns of σ_t)."""
+        return np.asarray(self._influence @ (sigma_t[self._contact_here] / self._scale))
+
+    def _elastic(self, rhs: Array) -> Array:
+        """A_0⁻¹ times this rank's share of a right-hand side, or of several."""
+        return np.asarray(self._factor.solve(rhs))
+
+    def _contact_part(self, unknowns: Array) -> Array:
+        return self.contact.everywhere(unknowns[self.contact.local_unknowns]).reshape(-1, 1)
+
+    def _apply_local(self, x: Array) -> Array:
+        return self.apply(self.contact.everywhere(x).reshape(-1, 1))[self.contact.owned, 0]
+
+    def _compress(self, entries: Callable[[Index, Index], Array], columns_per_node: NDArray[Any]) -> Any:
+        mesh = self.operators.mesh
+        sides = np.flatnonzero(np.diff(mesh.part[mesh.element]) | np.diff(mesh.line[mesh.element])) + 1
+        threads = threads_per_rank() if mesh.n_nodes >= THREADED else 1
+        matrix = compress(
+            entries, mesh.x, 2 * np.arange(mesh.n_nodes + 1), np.concatenate([[0], np.cumsum(columns_per_node)]),
+            self.bem.hodlr_tol, self.bem.hodlr_leaf, breaks=sides, threads=threads,
+            comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
+        )  # fmt: skip
+        missed = matrix.error_estimate(entries, np.random.default_rng(2019))
+        worst = max(missed.product, missed.entry)
+        if not worst <= ALLOWED_MISS * self.bem.hodlr_tol:
+            raise SolverError(
+                "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {self.bem.hodlr_tol:g}",
+                "use another -bem_hodlr_tol or -bem_mat_type dense",
+            )  # fmt: skip
+        return matrix
+
+
+class Shell:
+    """I + ρS as a PETSc matrix of type python; ρ may change between solves.
+
+    Parameters
+    ----------
+    layout : (local, global) size
+    comm : PETSc.Comm
+    apply : callable
+        S times this rank's part of a vector, collective.
+    text : str
+        What `-ksp_view` and `-mat_view` say of it.
+    """
+
+    def __init__(self, layout: tuple[int, int], comm: Any, apply: Callable[[Array], Array], text: str) -> None:
+        self.rho, self._apply, self._text = 0.0, apply, text
+        self.matrix = petsc().Mat().createPython((layout, layout), context=self, comm=comm)
+        self.matrix.setUp()
+
+    def mult(self, matrix: Any, x: Any, y: Any) -> None:
+        """y = x + ρ S x."""
+        values = x.getArray(readonly=True)
+        y.setArray(values + self.rho * self._apply(values))
+
+    def view(self, matrix: Any, viewer: Any) -> None:
+        """The line of -ksp_view."""
+        viewer.printfASCII(f"    I + rho S, S by {self._text}\n")

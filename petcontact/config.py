@@ -1,0 +1,112 @@
+"""TOML files to a `Case`: a problem, its method, and the options of PETSc that go with them."""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import tomli_w
+
+from .errors import InputError
+from .method import Bem, Method
+from .model import Options, parse
+from .problem import Problem
+
+LARGEST_FILE = 4_000_000
+
+
+class Case(Problem):
+    """A problem and how it is solved: one TOML file.
+
+    Attributes
+    ----------
+    method : Method
+    bem : Bem
+    petsc : dict
+        PETSc options without the leading dash; `-options_file` and the command line have precedence.
+    """
+
+    method: Method = Method()
+    bem: Bem = Bem()
+    petsc: Options = {}  # noqa: RUF012 (pydantic copies it)
+
+    def toml(self) -> str:
+        """The whole case as TOML, defaults filled in."""
+        return tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
+
+
+def read_toml(path: str | Path) -> dict[str, Any]:
+    """The plain content of a TOML file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read or is not TOML; one line that names it.
+    """
+    try:
+        with open(path, "rb") as file:
+            content = file.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, this is no config")
+        return tomllib.loads(content.decode("utf-8"))
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except UnicodeDecodeError:
+        raise InputError(f"{path}: not a text file in UTF-8") from None
+    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path}: not valid TOML ({str(error) or 'nested too deeply'})") from None
+
+
+def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Case:
+    """The case of a TOML file.
+
+    Parameters
+    ----------
+    path : str or Path
+    overrides : mapping of dotted keys to values, optional
+        For example ``{"method.omega": 1.0, "mesh.element_size": 0.1}``.
+
+    Raises
+    ------
+    InputError
+        One line: file, key, what was given, what is allowed.
+    """
+    return parse_case(read_toml(path), str(path), overrides or {}, Path(path).parent)
+
+
+def parse_case(data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path) -> Case:
+    """A case from plain data; files that it names are taken relative to `folder`."""
+    for key, value in overrides.items():
+        set_key(data, key, value, source)
+    geometry = data.get("geometry")
+    if isinstance(geometry, dict) and isinstance(geometry.get("file"), str):
+        data = {**data, "geometry": {**geometry, "file": str(folder / geometry["file"])}}
+    case: Case = parse(Case, data, source)
+    return case
+
+
+def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:
+    """Set a dotted key in plain data, making the tables on the way; numbers count entries, as in `boundary.0.value`."""
+    *tables, last = key.split(".")
+    here: Any = data
+    for name in tables:
+        if isinstance(here, list):
+            here = here[_entry(here, name, source, key)]
+        elif isinstance(here, dict):
+            here = here.setdefault(name, {})
+    if isinstance(here, list):
+        here[_entry(here, last, source, key)] = value
+    elif isinstance(here, dict):
+        here[last] = value
+    else:
+        raise InputError(f"{source}: {key}: {'.'.join(tables)!r} is not a table")
+
+
+def _entry(entries: list[Any], name: str, source: str, key: str) -> int:
+    if not (name.isdecimal() and int(name) < len(entries)):
+        raise InputError(f"{source}: {key}: {name!r} is no entry, entries are 0 to {len(entries) - 1}")
+    return int(name)

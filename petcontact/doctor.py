@@ -1,0 +1,204 @@
+"""What bites users of PETSc, MPI, BLAS, HDF5 and matplotlib: facts of this installation, judged one by one."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import json
+import os
+import platform
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from . import __version__
+from ._probe import PARTS
+from ._threads import available_cores, local_ranks
+
+TIMEOUT = 60.0
+PACKAGES = ("numpy", "scipy", "h5py", "mpi4py", "pydantic", "simpleeval", "meshio", "shapely", "tomli_w", "jinja2",
+            "matplotlib", "threadpoolctl")  # fmt: skip
+VARIABLES = ("PETSC_DIR", "MPLBACKEND", "DISPLAY", "WAYLAND_DISPLAY")
+RANK_PROGRAM = "from mpi4py import MPI; print(f'size{MPI.COMM_WORLD.Get_size()};', flush=True)"
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of the doctor: what was looked at, how it is, and what to do about it."""
+
+    subject: str
+    level: Literal["ok", "warning", "error"]
+    text: str
+    advice: str = ""
+
+
+def examine() -> list[Finding]:
+    """All findings about this installation, gathered in processes of their own."""
+    return list(judge(gather()))
+
+
+def gather() -> dict[str, Any]:
+    """Facts of this installation: versions, libraries, launcher, environment, current folder."""
+    facts: dict[str, Any] = {
+        "python": platform.python_version(), "missing": [p for p in PACKAGES if importlib.util.find_spec(p) is None],
+        "versions": {name: _version(name) for name in PACKAGES}, "cores": available_cores(), "ranks": local_ranks(),
+        "environment": {name: os.environ.get(name, "") for name in VARIABLES},
+        "errors": {}, "launcher": _launcher(), "folder": _folder(Path.cwd()),
+    }  # fmt: skip
+    for part in PARTS:
+        found = _probe(part)
+        facts["errors"] |= found.pop("errors", {})
+        facts |= found
+    if facts["launcher"] and facts["ranks"] == 1 and "mpi" in facts:
+        facts |= _launch(facts["launcher"])
+    return facts
+
+
+def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
+    """Findings from facts (no process is started here, so that tests can invent an installation)."""
+    yield Finding("petcontact", "ok", f"{__version__}, Python {facts['python']}")
+    names = ", ".join(f"{name} {version}" for name, version in facts["versions"].items() if version)
+    yield Finding("packages", "ok", names)
+    for name in facts["missing"]:
+        yield Finding("packages", "error", f"{name} is missing", f"pip install {name}")
+    for part, error in facts["errors"].items():
+        advice = "install python3-petsc4py, or pip install 'petcontact[petsc]'" if part == "petsc" else "reinstall it"
+        yield Finding(part, "error", error, advice)
+    if "petsc" in facts:
+        yield from _judge_petsc(facts)
+        yield from _judge_mpi(facts)
+    if "blas" in facts:
+        yield _judge_blas(facts)
+    if "hdf5" in facts:
+        yield _judge_hdf5(facts)
+    if "matplotlib" in facts:
+        yield from _judge_plots(facts)
+    writable, free = facts["folder"]
+    if not writable:
+        yield Finding("folder", "error", "the current folder cannot be written to", "go elsewhere, or use -o FILE")
+    elif free < 100e6:
+        yield Finding("folder", "warning", f"{free / 1e6:.0f} MB left in the current folder", "make room for results")
+    else:
+        yield Finding("folder", "ok", f"writable, {free / 1e9:.0f} GB left")
+
+
+def _judge_petsc(facts: Mapping[str, Any]) -> Iterator[Finding]:
+    text = f"PETSc {facts['petsc']}, petsc4py {facts['petsc4py']}, {facts['scalar']}, {facts['integer']}"
+    if facts["petsc"].split(".")[:2] != facts["petsc4py"].split(".")[:2]:
+        yield Finding("petsc", "error", f"{text}: releases differ", "install the petsc4py of the same release as PETSc")
+    elif facts["scalar"] != "float64":
+        yield Finding("petsc", "error", f"{text}: not a real double-precision build", "use a PETSc built with real scalars")
+    else:
+        yield Finding("petsc", "ok", f"{text}, with {', '.join(facts['packages']) or 'no external packages'}")
+    given, used = facts["environment"]["PETSC_DIR"], facts["petsc_dir"]
+    if given and used and os.path.realpath(given) != os.path.realpath(used):
+        yield Finding("petsc", "warning", f"PETSC_DIR is {given}, but petsc4py uses {used}", "unset PETSC_DIR")
+    if "scalapack" not in facts["packages"]:
+        yield Finding("petsc", "warning", "no ScaLAPACK: over several ranks each one factors a copy of the matrix",
+                      "for large problems use -ksp_type gmres or a PETSc with ScaLAPACK")  # fmt: skip
+
+
+def _judge_mpi(facts: Mapping[str, Any]) -> Iterator[Finding]:
+    if len(facts["mpi_libraries"]) > 1:
+        yield Finding("mpi", "error", f"two MPI libraries in one process: {', '.join(facts['mpi_libraries'])}",
+                      "install mpi4py and petsc4py built with the same MPI")  # fmt: skip
+    if not facts["launcher"]:
+        yield Finding("mpi", "warning", f"{facts['mpi']}, but no mpiexec on the PATH", "install the launcher of this MPI")
+    elif "launched_size" not in facts:
+        yield Finding("mpi", "ok", f"{facts['mpi']}, already {facts['ranks']} ranks (mpiexec is not tried inside mpiexec)")
+    elif facts["launched_size"] != 2:
+        found = facts["launched_size"] or facts["launched_error"]
+        yield Finding("mpi", "error", f"{facts['launcher']} -n 2 does not start 2 ranks of {facts['mpi']} ({found})",
+                      "use the mpiexec of the same MPI; as root set OMPI_ALLOW_RUN_AS_ROOT")  # fmt: skip
+    else:
+        yield Finding("mpi", "ok", f"{facts['mpi']}, {facts['launcher']} starts 2 ranks of it")
+
+
+def _judge_blas(facts: Mapping[str, Any]) -> Finding:
+    share = max(1, facts["cores"] // facts["ranks"])
+    text = ", ".join(f"{name} {version} with {threads} threads" for name, version, threads in facts["blas"]) or "unknown"
+    if any(threads > share for _, _, threads in facts["blas"]):
+        return Finding("blas", "warning", f"{text} on {facts['cores']} cores for {facts['ranks']} ranks",
+                       f"export OPENBLAS_NUM_THREADS={share}")  # fmt: skip
+    return Finding("blas", "ok", f"{text} on {facts['cores']} cores")
+
+
+def _judge_hdf5(facts: Mapping[str, Any]) -> Finding:
+    text = f"h5py {facts['h5py']}, HDF5 {facts['hdf5']} ({'parallel' if facts['hdf5_mpi'] else 'serial'} flavour)"
+    versions = {Path(path).name.split(".so")[-1] for path in facts["hdf5_libraries"] if "_hl" not in path}
+    if len(versions) > 1:
+        return Finding("hdf5", "warning", f"{text}; several HDF5 libraries: {', '.join(facts['hdf5_libraries'])}",
+                       "install h5py and PETSc with one HDF5")  # fmt: skip
+    return Finding("hdf5", "ok", text)
+
+
+def _judge_plots(facts: Mapping[str, Any]) -> Iterator[Finding]:
+    backend = facts["environment"]["MPLBACKEND"].lower()
+    display = facts["environment"]["DISPLAY"] or facts["environment"]["WAYLAND_DISPLAY"]
+    if not facts["font"]:
+        yield Finding("figures", "warning", "the font DejaVu Sans is missing", "install fonts-dejavu-core")
+    if backend.endswith(("qtagg", "qt5agg", "tkagg", "gtk3agg", "gtk4agg", "wxagg", "macosx")) and not display:
+        yield Finding("figures", "warning", f"MPLBACKEND={backend} without a display", "unset MPLBACKEND")
+    yield Finding("figures", "ok", f"matplotlib {facts['matplotlib']}, files only: no display is needed")
+
+
+def _version(name: str) -> str:
+    try:
+        return importlib.metadata.version(name.replace("_", "-"))
+    except importlib.metadata.PackageNotFoundError:
+        return ""
+
+
+def _launcher() -> str:
+    """mpiexec of this interpreter's environment, else the one on the PATH."""
+    beside = Path(sys.executable).parent / "mpiexec"
+    return str(beside) if beside.exists() else shutil.which("mpiexec") or ""
+
+
+def _environment() -> dict[str, str]:
+    here = str(Path(__file__).resolve().parents[1])
+    path = os.pathsep.join(filter(None, [here, os.environ.get("PYTHONPATH", "")]))
+    return {**os.environ, "PYTHONPATH": path}
+
+
+def _run(words: list[str]) -> tuple[int, str, str]:
+    try:
+        done = subprocess.run(words, capture_output=True, text=True, timeout=TIMEOUT, env=_environment())
+    except (OSError, subprocess.TimeoutExpired) as error:
+        return -1, "", f"{type(error).__name__}: {error}"
+    return done.returncode, done.stdout, done.stderr
+
+
+def _probe(part: str) -> dict[str, Any]:
+    status, out, err = _run([sys.executable, "-m", "petcontact._probe", part])
+    line = next((line for line in reversed(out.splitlines()) if line.startswith("{")), "")
+    if status or not line:
+        reason = err.strip().splitlines()[-1] if err.strip() else "no output"
+        return {"errors": {part: f"loading it ends with status {status} ({reason})"}}
+    facts: dict[str, Any] = json.loads(line)
+    return facts
+
+
+def _launch(launcher: str) -> dict[str, Any]:
+    """How many ranks see each other when two are started."""
+    _, version, _ = _run([launcher, "--version"])
+    oversubscribe = ["--oversubscribe"] if "Open MPI" in version or "OpenRTE" in version else []
+    _, out, err = _run([launcher, *oversubscribe, "-n", "2", sys.executable, "-c", RANK_PROGRAM])
+    sizes = [int(number) for number in re.findall(r"size(\d+);", out)]
+    reasons = [line.strip() for line in err.splitlines() if line.strip(" -")]
+    return {"launched_size": max(sizes, default=0), "launched_error": reasons[0] if reasons else "no output"}
+
+
+def _folder(path: Path) -> tuple[bool, int]:
+    """Whether a folder takes a file, and the bytes left in it."""
+    try:
+        with tempfile.TemporaryFile(dir=path):
+            return True, shutil.disk_usage(path).free
+    except OSError:
+        return False, 0

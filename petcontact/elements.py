@@ -1,0 +1,70 @@
+"""Elements and targets as the kernels see them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Elements:
+    """Elements of one order.
+
+    Attributes
+    ----------
+    start, end : (n, 2) arrays
+        End points, the body on the left [length].
+    curvature : (n,) array
+        0 for straight elements, 1/R for arcs that turn left, -1/R for arcs that turn right, at most half a circle.
+    order : int
+        p, 0 to 5: p+1 nodes at the Gauss points.
+    line : (n,) int array
+        Number of the straight line that the element lies on, -1 on arcs.
+    index : (n,) int array
+        Number of the element in the mesh.
+    """
+
+    start: Array
+    end: Array
+    curvature: Array
+    order: int
+    line: Index
+    index: Index
+
+    def take(self, chosen: Index) -> Elements:
+        """Some of the elements."""
+        return Elements(
+            self.start[chosen], self.end[chosen], self.curvature[chosen], self.order, self.line[chosen], self.index[chosen]
+        )
+
+    @property
+    def curved(self) -> Mask:
+        """Which elements are arcs, (n,)."""
+        return np.not_equal(self.curvature, 0.0)
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Points at which the potentials of elements are wanted.
+
+    Attributes
+    ----------
+    point : (m, 2) array
+        [length]
+    line, element : (m,) int arrays
+        Number of the straight line that the point lies on and of the element that it is a node of, or -1.
+    xi : (m,) array
+        Local coordinate on its own element, in (-1, 1).
+    """
+
+    point: Array
+    line: Index
+    element: Index
+    xi: Array

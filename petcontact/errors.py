@@ -1,0 +1,41 @@
+"""Every exception a user of petcontact can meet, and the exit status each one has on the command line."""
+
+from __future__ import annotations
+
+
+class PetcontactError(Exception):
+    """Base of all errors raised on purpose; `exit_status` is what the command line returns."""
+
+    exit_status = 1
+
+
+class InputError(PetcontactError, ValueError):
+    """A config, argument or file that cannot be used: one line that names it and says what is allowed."""
+
+    exit_status = 2
+
+
+class ResultError(InputError):
+    """A result file that is missing, truncated, of another program or of another format version."""
+
+
+class SolverError(PetcontactError, ArithmeticError):
+    """A solve that failed: names the stage, PETSc's reason, and what to try.
+
+    Parameters
+    ----------
+    stage : str
+        The stage that failed (assemble, factor, iterate, check).
+    reason : str
+        PETSc's own name of the reason (for example ``DIVERGED_ITS``), or the numerical defect.
+    advice : str
+        What a user can try.
+    """
+
+    def __init__(self, stage: str, reason: str, advice: str) -> None:
+        super().__init__(f"{stage}: {reason}; {advice}")
+        self.stage, self.reason, self.advice = stage, reason, advice
+
+
+class MissingPetscError(PetcontactError, ImportError):
+    """petsc4py is not installed, or cannot be loaded."""

@@ -1,0 +1,200 @@
+"""What a discrete solution on Γ_C says beyond its nodes: u_t between them, transition points, differences.
+
+Collocation at Gauss points is superconvergent: nodal values of u_t are far better than the polynomials of degree p
+through the p+1 nodes of one element. Polynomials through the nodes of neighbouring elements too keep that accuracy
+between the nodes, as long as they do not reach over a point where the solution is not smooth.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+NEIGHBOURS = 3
+"""Nodes borrowed on either side of an element."""
+SMALLEST_ZONE = 1e-8
+"""Width of slip zones at the end of a side, relative to the side, below which they are left alone."""
+
+
+@dataclass(frozen=True)
+class ContactLine:
+    """u_t and σ_t at the nodes of one contact side, by arc length along the side.
+
+    Attributes
+    ----------
+    s : (k,) array
+        Arc length of the nodes, increasing [length].
+    weight : (k,) array
+        Quadrature weights [length].
+    element : (k,) array
+        Number of the element of each node, increasing.
+    breaks : (e + 1,) array
+        Ends of the elements [length].
+    u_t, sigma_t : (k,) arrays
+        [length], [stress].
+    bound : (k,) array
+        g [stress].
+    sign : (k,) array
+        0 where a node sticks, else the sign of u_t.
+    """
+
+    s: Array
+    weight: Array
+    element: Index
+    breaks: Array
+    u_t: Array
+    sigma_t: Array
+    bound: Array
+    sign: Index
+
+    @property
+    def cuts(self) -> Index:
+        """Places k with different states at the nodes k - 1 and k."""
+        return np.flatnonzero(np.diff(self.sign)) + 1
+
+    def zones(self) -> list[slice]:
+        """Runs of nodes of one state."""
+        ends = [0, *self.cuts.tolist(), len(self.s)]
+        return list(itertools.starmap(slice, itertools.pairwise(ends)))
+
+
+def displacement(line: ContactLine, s: Array) -> Array:
+    """u_t between the nodes of a contact side, zero in stick zones.
+
+    Parameters
+    ----------
+    line : ContactLine
+    s : (n,) array
+        Arc lengths, increasing [length].
+
+    Returns
+    -------
+    (n,) array
+        [length]
+    """
+    result = np.zeros(len(s))
+    zones = line.zones()
+    borders = [_border(line, zone.start) for zone in zones] + [line.breaks[-1]]
+    first = np.searchsorted(line.element, np.arange(line.element[0], line.element[-1] + 2))
+    for zone, start, end in zip(zones, borders[:-1], borders[1:], strict=True):
+        if line.sign[zone.start] == 0:
+            continue
+        for e in range(line.element[zone.start] - line.element[0], line.element[zone.stop - 1] - line.element[0] + 1):
+            inside = slice(*np.searchsorted(s, [max(start, line.breaks[e]), min(end, line.breaks[e + 1])]))
+            if inside.start < inside.stop:
+                stencil = slice(max(zone.start, first[e] - NEIGHBOURS), min(zone.stop, first[e + 1] + NEIGHBOURS))
+                result[inside] = _interpolate(line.s[stencil], line.u_t[stencil], s[inside])
+    return result
+
+
+def _border(line: ContactLine, k: int) -> float:
+    """Where the states of nodes k - 1 and k meet: between elements, or half-way inside one."""
+    if k == 0:
+        return float(line.breaks[0])
+    if line.element[k - 1] == line.element[k]:
+        return 0.5 * float(line.s[k - 1] + line.s[k])
+    return float(line.breaks[line.element[k] - line.element[0]])
+
+
+def _interpolate(nodes: Array, values: Array, points: Array) -> Array:
+    """The polynomial through nodes, in barycentric form."""
+    # 4/length is the reciprocal of the capacity of the interval: products of differences neither over- nor underflow
+    gaps = (nodes[:, None] - nodes) * (4.0 / (nodes[-1] - nodes[0] if len(nodes) > 1 else 1.0))
+    np.fill_diagonal(gaps, 1.0)
+    weight = 1.0 / np.prod(gaps, axis=1)
+    away = points[:, None] - nodes
+    hit = away == 0.0
+    terms = weight / np.where(hit, 1.0, away)
+    result: Array = (terms @ values) / terms.sum(axis=1)
+    row, column = np.nonzero(hit)
+    result[row] = values[column]
+    return result
+
+
+def relative_difference(coarse: list[ContactLine], fine: list[ContactLine]) -> float:
+    """‖u_coarse - u_fine‖/‖u_fine‖ in L2(Γ_C) with the fine nodes' weights, side by side."""
+    moved = size = 0.0
+    for one, other in zip(coarse, fine, strict=True):
+        moved += float(other.weight @ (displacement(one, other.s) - other.u_t) ** 2)
+        size += float(other.weight @ other.u_t**2)
+    return float(np.sqrt(moved / size)) if size > 0.0 else float(np.sqrt(moved))
+
+
+def transition(line: ContactLine, k: int) -> float:
+    """Arc length at which the states of nodes k - 1 and k meet in the exact solution, estimated [length].
+
+    Next to a transition point s* the slip is C r^(3/2) with r the distance from it; where the discrete states meet at
+    another point a term K r^(1/2) appears, K being 3/2 C times the distance between the two points, so that away from
+    them u_t is C (r + δ)^(3/2) again. So s* is where the polynomial through |u_t|^(2/3) vanishes, taken from nodes
+    that are not too close. Between slip of opposite sign u_t itself vanishes.
+    """
+    border = _border(line, k)
+    one, other = line.sign[k - 1], line.sign[k]
+    if one != 0 and other != 0:
+        a, b = line.u_t[k - 1], line.u_t[k]
+        return float(line.s[k - 1] + (line.s[k] - line.s[k - 1]) * a / (a - b))
+    zone = next(z for z in line.zones() if (z.stop == k if one != 0 else z.start == k))
+    places = np.arange(zone.start, zone.stop)[:: -1 if one != 0 else 1]
+    direction = -1.0 if one != 0 else 1.0
+    r = direction * (line.s[places] - border)
+    far_end = zone.start if one != 0 else zone.stop
+    reach = direction * ((_border(line, far_end) if far_end < len(line.s) else line.breaks[-1]) - border)
+    nearest = float(r[0])
+    chosen = (r < 0.2 * reach) & (r > min(8.0 * nearest, 0.03 * reach))
+    if np.count_nonzero(chosen) < 4:
+        chosen = np.arange(len(r)) < 4
+    degree = min(3, int(np.count_nonzero(chosen)) - 1)
+    if degree < 1:
+        return border
+    scale = float(r[chosen].max())
+    fit = np.polyfit(r[chosen] / scale, np.abs(line.u_t[places][chosen]) ** (2.0 / 3.0), degree)
+    slope = np.polyder(fit)
+    root = 0.0
+    for _ in range(8):
+        steepness = float(np.polyval(slope, root))
+        if steepness <= 0.0:
+            return border
+        root -= float(np.polyval(fit, root)) / steepness
+    # the states of the nodes say more than an extrapolation that contradicts them
+    if not abs(root) < 1.0:
+        return border
+    return border + direction * root * scale
+
+
+def slip_at_end(line: ContactLine, last: bool) -> float:
+    """Width of the slip zone to expect at an end of a side that sticks there, infinite where none is [length].
+
+    Where the side ends σ_t of a stick zone grows like a negative power of the distance. It exceeds g within the
+    distance at which the power through the nodes of the last element reaches g.
+    """
+    order = slice(None, None, -1) if last else slice(None)
+    sign, element = line.sign[order], line.element[order]
+    distance = (line.breaks[-1] - line.s if last else line.s - line.breaks[0])[order]
+    near = np.flatnonzero(element == element[0])
+    sigma, bound = np.abs(line.sigma_t[order][near]), line.bound[order][near]
+    if len(near) < 2 or np.any(sign[near] != 0) or not np.all((sigma > 0.0) & (bound > 0.0)):
+        return np.inf
+    power, level = np.polyfit(np.log(distance[near]), np.log(sigma / bound), 1)
+    if power > -0.05:
+        return np.inf
+    width = np.exp(-level / power) if level < 0.0 else 0.0
+    return float(width) if width > SMALLEST_ZONE * line.breaks[-1] else np.inf
+
+
+def without_specks(sign: Index, element: Index) -> Index:
+    """Signs in which a zone inside one element, between two others, has the sign before it.
+
+    Next to a singular point single nodes of an unresolved element may have any state.
+    """
+    sign = sign.copy()
+    ends = [0, *(np.flatnonzero(np.diff(sign)) + 1).tolist(), len(sign)]
+    for a, b in itertools.pairwise(ends[1:-1]):
+        if element[a] == element[b - 1] and element[a - 1] == element[b]:
+            sign[a:b] = sign[a - 1]
+    return sign

@@ -1,0 +1,122 @@
+"""Boundary data given as expressions, evaluated at nodes by simpleeval: no names but ours, no attributes, no loops."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+import simpleeval
+from numpy.typing import NDArray
+
+from .errors import InputError
+
+Array = NDArray[np.float64]
+
+_FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
+    "sin": (np.sin, 1), "cos": (np.cos, 1), "tan": (np.tan, 1), "asin": (np.arcsin, 1), "acos": (np.arccos, 1),
+    "atan": (np.arctan, 1), "atan2": (np.arctan2, 2), "sinh": (np.sinh, 1), "cosh": (np.cosh, 1), "tanh": (np.tanh, 1),
+    "exp": (np.exp, 1), "log": (np.log, 1), "sqrt": (np.sqrt, 1), "abs": (np.abs, 1), "hypot": (np.hypot, 2),
+    "sign": (np.sign, 1), "floor": (np.floor, 1), "ceil": (np.ceil, 1), "min": (np.minimum, 2), "max": (np.maximum, 2),
+    "where": (lambda condition, yes, no: np.where(condition != 0.0, yes, no), 3),
+}  # fmt: skip
+# floats throughout: Python's unbounded integers would let 9**9**9 run for ever
+_OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
+    ast.Add: lambda a, b: np.add(_real(a), _real(b)),
+    ast.Sub: lambda a, b: np.subtract(_real(a), _real(b)),
+    ast.Mult: lambda a, b: np.multiply(_real(a), _real(b)),
+    ast.Div: lambda a, b: np.divide(_real(a), _real(b)),
+    ast.Mod: lambda a, b: np.mod(_real(a), _real(b)),
+    ast.Pow: lambda a, b: np.power(_real(a), _real(b)),
+    ast.USub: lambda a: np.negative(_real(a)),
+    ast.UAdd: lambda a: _real(a),
+    ast.Lt: np.less, ast.LtE: np.less_equal, ast.Gt: np.greater, ast.GtE: np.greater_equal,
+    ast.Eq: np.equal, ast.NotEq: np.not_equal,
+}  # fmt: skip
+
+
+# Arrays have methods that write files, and numpy's functions an `out` that writes over mesh coordinates: what is not
+# listed here (attributes, subscripts, keywords, text, names of Python) is refused before anything is evaluated.
+_ALLOWED = (ast.Expression, ast.BinOp, ast.UnaryOp, ast.Compare, ast.Call, ast.Name, ast.Load, ast.Constant,
+            *_OPERATORS)  # fmt: skip
+
+
+def _real(value: Any) -> Array:
+    return np.asarray(value, dtype=float)
+
+
+def _parse(text: str) -> ast.expr:
+    """The syntax tree of an expression that holds nothing but arithmetic.
+
+    Raises
+    ------
+    InputError
+        If it holds anything else, or cannot be read.
+    """
+    try:
+        tree = ast.parse(text.strip(), mode="eval")
+    except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
+        raise InputError(f"cannot be read ({getattr(error, 'msg', None) or str(error) or 'nested too deeply'})") from None
+    for node in ast.walk(tree):
+        plain_number = not isinstance(node, ast.Constant) or type(node.value) in (int, float)
+        if not isinstance(node, _ALLOWED) or not plain_number or (isinstance(node, ast.Call) and node.keywords):
+            raise InputError("only numbers, names, arithmetic, comparisons and functions are allowed")
+        if isinstance(node, ast.Compare) and len(node.ops) > 1:
+            raise InputError("chained comparisons are not allowed, write (a < x) * (x < b)")
+        if isinstance(node, ast.Call):
+            name = node.func.id if isinstance(node.func, ast.Name) else "?"
+            if name in _FUNCTIONS and len(node.args) != _FUNCTIONS[name][1]:
+                count = _FUNCTIONS[name][1]
+                raise InputError(f"{name} takes {count} value{'s' if count > 1 else ''}, got {len(node.args)}")
+    return tree.body
+
+
+def evaluate(value: float | str, variables: Mapping[str, Array], count: int, key: str) -> Array:
+    """Values (count,) of a number or an expression at nodes.
+
+    Parameters
+    ----------
+    value : float or str
+        A number, or an expression in the variables with the usual functions (sin, exp, sqrt, where, min, ...).
+    variables : mapping of str to (count,) arrays
+        x, y, nx, ny [-] and s, the arc length along the part.
+    count : int
+        Number of nodes.
+    key : str
+        The key of the config that the value comes from, named in errors.
+
+    Raises
+    ------
+    InputError
+        If the expression cannot be read, uses an unknown name, or is not finite somewhere.
+    """
+    if not isinstance(value, str):
+        return np.full(count, float(value))
+    functions = {name: function for name, (function, _) in _FUNCTIONS.items()}
+    evaluator = simpleeval.SimpleEval(operators=_OPERATORS, functions=functions,
+                                      names={**variables, "pi": np.pi, "e": np.e})  # fmt: skip
+    allowed = f"allowed are {', '.join(variables)}, pi, e and {', '.join(sorted(_FUNCTIONS))}"
+    try:
+        with np.errstate(all="ignore"):
+            result = np.broadcast_to(_real(evaluator.eval(value, previously_parsed=_parse(value))), (count,)).astype(float)
+    except (simpleeval.NameNotDefined, simpleeval.FunctionNotDefined) as error:
+        name = str(getattr(error, "name", None) or getattr(error, "func_name", "?"))
+        raise InputError(f"{key}: unknown name {_shown(name)} in expression {_shown(value)}; {allowed}") from None
+    except InputError as error:
+        raise InputError(f"{key}: cannot evaluate expression {_shown(value)}: {error}") from None
+    except RecursionError:
+        raise InputError(f"{key}: expression is nested too deeply") from None
+    except Exception as error:  # whatever a stranger's text does inside the evaluator is a mistake of the input
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(f"{key}: cannot evaluate expression {_shown(value)} ({reason}); {allowed}") from None
+    if not np.all(np.isfinite(result)):
+        k = int(np.argmin(np.isfinite(result)))
+        place = ", ".join(f"{name} = {variables[name][k]:g}" for name in ("x", "y") if name in variables)
+        raise InputError(f"{key}: expression {_shown(value)} is not finite at {place}")
+    return result
+
+
+def _shown(text: str) -> str:
+    shown = ascii(text) if not text.isprintable() else repr(text)
+    return shown if len(shown) <= 60 else f"{shown[:57]}..."

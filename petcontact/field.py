@@ -1,0 +1,174 @@
+"""Displacement (4.9) and stress inside the body, from boundary data by exact element integrals."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import shapely
+from numpy.typing import NDArray
+
+from .elements import Targets
+from .errors import InputError
+from .interior import stress_integrals
+from .kernels import integrals
+from .mesh import BoundaryMesh
+from .problem import Material
+from .smoothing import smoothed
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+ENTRIES = 400_000
+"""Pairs of a node and a point that are taken at once, so that memory stays small."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """Displacement and stress at points of the body, and triangles between them.
+
+    Attributes
+    ----------
+    points : (n, 2) array
+        [length]
+    cells : (k, 3) array
+        Triangles, counter-clockwise.
+    u : (n, 2) array
+        Displacement [length].
+    stress : (n, 3) array
+        σ_xx, σ_yy, σ_xy [stress].
+    sigma_zz : (n,) array
+        ν(σ_xx + σ_yy) in plane strain, 0 in plane stress [stress].
+    """
+
+    points: Array
+    cells: Index
+    u: Array
+    stress: Array
+    sigma_zz: Array
+
+    @property
+    def von_mises(self) -> Array:
+        """Von Mises stress, (n,) [stress]."""
+        return von_mises(self.stress, self.sigma_zz)
+
+    @property
+    def principal(self) -> Array:
+        """Principal stresses in the plane, (n, 2), the larger one first [stress]."""
+        return principal_stresses(self.stress)
+
+
+def von_mises(stress: Array, sigma_zz: Array) -> Array:
+    """Von Mises stress (n,) of σ_xx, σ_yy, σ_xy (n, 3) and σ_zz (n,) [stress]."""
+    x, y, xy = stress.T
+    value: Array = np.sqrt(0.5 * ((x - y) ** 2 + (y - sigma_zz) ** 2 + (sigma_zz - x) ** 2) + 3.0 * xy**2)
+    return value
+
+
+def principal_stresses(stress: Array) -> Array:
+    """Principal stresses (n, 2) of σ_xx, σ_yy, σ_xy (n, 3), the larger one first [stress]."""
+    x, y, xy = stress.T
+    mean, radius = 0.5 * (x + y), np.hypot(0.5 * (x - y), xy)
+    return np.column_stack([mean + radius, mean - radius])
+
+
+def normal_stress_out_of_plane(stress: Array, material: Material) -> Array:
+    """σ_zz (n,) [stress]."""
+    if material.plane == "stress":
+        return np.zeros(len(stress))
+    value: Array = material.poisson_ratio * (stress[:, 0] + stress[:, 1])
+    return value
+
+
+def field_at(mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array) -> tuple[Array, Array]:
+    """Displacement and stress at points inside the body, by Somigliana's identities.
+
+    Constant elements are made smooth first, see `smoothing`; then the integrals over the elements are exact at every
+    distance, so that accuracy up to the boundary is that of the boundary data.
+
+    Parameters
+    ----------
+    mesh : BoundaryMesh
+        n nodes.
+    u, traction : (n, 2) arrays
+        Boundary displacement [length] and traction [stress] at the nodes.
+    material : Material
+    points : (m, 2) array
+        Inside the body, not on its boundary [length].
+
+    Returns
+    -------
+    u : (m, 2) array
+        Equation (4.9) [length].
+    stress : (m, 3) array
+        σ_xx, σ_yy, σ_xy, from the derivative of (4.9) [stress].
+
+    Raises
+    ------
+    InputError
+        If a point lies outside the body or is not finite.
+    """
+    points = np.atleast_2d(np.asarray(points, dtype=float))
+    if points.ndim != 2 or points.shape[1] != 2 or not np.all(np.isfinite(points)):
+        raise InputError(f"points: an array (m, 2) of finite coordinates is needed, got shape {points.shape}")
+    mesh, u, traction = smoothed(mesh, u, traction)
+    scale, length = 2.0 * material.shear_modulus, log_length(mesh)
+    scaled, ratio = traction / scale, material.plane_strain_ratio
+    displacement, stress, wound = np.zeros((len(points), 2)), np.zeros((len(points), 3)), np.zeros(len(points))
+    batches = mesh.batches()
+    step = max(1, ENTRIES // mesh.n_nodes)
+    for first in range(0, len(points), step):
+        rows = slice(first, min(first + step, len(points)))
+        targets = free_targets(points[rows])
+        for batch in batches:
+            pushed, moved = scaled[batch.nodes], u[batch.nodes]
+            kernel_g, kernel_h = integrals(targets, batch.elements, ratio, length)
+            kernel_d, kernel_s = stress_integrals(targets.point, batch.elements, ratio)
+            assert kernel_g is not None and kernel_h is not None
+            for i in range(2):
+                for j in range(2):
+                    displacement[rows, i] += pushed[:, j] @ kernel_g[i, j] - moved[:, j] @ kernel_h[i, j]
+                # a rigid translation: ∫T is -1 inside and 0 outside
+                wound[rows] -= 0.5 * kernel_h[i, i].sum(axis=0)
+            for c in range(3):
+                for j in range(2):
+                    stress[rows, c] += pushed[:, j] @ kernel_d[c, j] + moved[:, j] @ kernel_s[c, j]
+    outside = np.flatnonzero(~(wound > 0.5))
+    if len(outside):
+        x, y = points[outside[0]]
+        raise InputError(f"points: ({x:g}, {y:g}) does not lie inside the body ({len(outside)} of {len(points)} do not)")
+    return displacement, scale * stress
+
+
+def free_targets(points: Array) -> Targets:
+    """Points that are nodes of no element."""
+    nowhere = np.full(len(points), -1)
+    return Targets(point=points, line=nowhere, element=nowhere, xi=np.zeros(len(points)))
+
+
+def log_length(mesh: BoundaryMesh) -> float:
+    """The unit of length of the kernel's logarithm; any will do where the boundary tractions are in equilibrium."""
+    return float(shapely.MultiPoint(np.vstack([mesh.start, mesh.x])).convex_hull.length) / 24.0
+
+
+def field_on_grid(
+    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, resolution: tuple[int, int]
+) -> Field:
+    """Displacement and stress on a grid inside the body that reaches to its boundary.
+
+    Parameters
+    ----------
+    mesh, u, traction, material
+        See `field_at`.
+    resolution : (int, int)
+        Grid cells along x and y over the bounding box, at least 2.
+
+    Raises
+    ------
+    InputError
+        If the resolution is too small.
+    """
+    from .grid import triangulate
+
+    points, cells = triangulate(mesh, resolution)
+    displacement, stress = field_at(mesh, u, traction, material, points)
+    return Field(points, cells, displacement, stress, normal_stress_out_of_plane(stress, material))

@@ -1,0 +1,90 @@
+"""The friction law on Γ_C: projection, residual, norm. Tangential vectors have shape (m, d-1) throughout."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+def project_ball(x: Array, radius: Array) -> Array:
+    """[x]_α, each vector pulled back to the ball of its radius.
+
+    Parameters
+    ----------
+    x : (m, d-1) array
+    radius : (m,) array
+        α >= 0, in the unit of x.
+
+    Returns
+    -------
+    (m, d-1) array
+        The projection defined before Lemma 2.1.
+
+    Raises
+    ------
+    ValueError
+        If the shapes differ or a radius is negative.
+    """
+    if x.ndim != 2 or radius.shape != x.shape[:1]:
+        raise ValueError(f"vectors (m, d-1) need radii (m,), got {x.shape} and {radius.shape}")
+    if np.any(radius < 0.0):
+        raise ValueError("the radius of a ball is not negative")
+    size = np.abs(x[:, 0]) if x.shape[1] == 1 else np.sqrt(np.sum(x * x, axis=1))
+    outside = size > radius
+    return np.where(outside[:, None], x * (radius / np.where(outside, size, 1.0))[:, None], x)
+
+
+def projection_residual(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float) -> Array:
+    """Residual of the friction condition on Γ_C, zero exactly where (2.5) and (2.6) hold.
+
+    Parameters
+    ----------
+    u_t, sigma_t : (m, d-1) arrays
+        Tangential displacement [length] and traction [stress] at the contact nodes.
+    friction_bound : (m,) array
+        g >= 0 [stress].
+    rho : float
+        Robin parameter, > 0 [stress/length].
+
+    Returns
+    -------
+    (m, d-1) array
+        R_ρ(u_t, σ_t) = σ_t + [ρ u_t - σ_t]_g [stress], equation (2.10).
+
+    Raises
+    ------
+    ValueError
+        If rho is not positive or the shapes differ.
+    """
+    if not rho > 0.0:
+        raise ValueError(f"the Robin parameter is positive, got {rho}")
+    if u_t.shape != sigma_t.shape:
+        raise ValueError(f"u_t and sigma_t have one shape, got {u_t.shape} and {sigma_t.shape}")
+    return sigma_t + project_ball(rho * u_t - sigma_t, friction_bound)
+
+
+def contact_norm(x: Array, weight: Array) -> float:
+    """L2(Γ_C) norm of nodal vectors (m, d-1) with the nodes' quadrature weights (m,)."""
+    squares = x[:, 0] ** 2 if x.shape[1] == 1 else np.sum(x * x, axis=1)
+    return math.sqrt(weight @ squares)
+
+
+def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float) -> float:
+    """ρ = ‖σ_t‖/‖u_t‖, with which both terms of R_ρ weigh the same; `fallback` where one of them vanishes.
+
+    The residual with this ρ does not depend on the ρ that a method happens to use: at very small or large ρ the
+    residual R_ρ of any iterate is small in one of its terms.
+    """
+    u, sigma = contact_norm(u_t, weight), contact_norm(sigma_t, weight)
+    return sigma / u if u > 0.0 and sigma > 0.0 else fallback
+
+
+def contact_state(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float) -> NDArray[np.int8]:
+    """1 where a node slips, 0 where it sticks: |σ_t - ρ u_t| > g, the set on which the projection is active."""
+    size = np.sqrt(np.sum((sigma_t - rho * u_t) ** 2, axis=1))
+    state: NDArray[np.int8] = (size > friction_bound).astype(np.int8)
+    return state

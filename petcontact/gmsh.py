@@ -1,0 +1,186 @@
+"""Outlines from Gmsh meshes (`shape = "gmsh"`): the boundary lines of a 2D mesh, physical line groups being the parts."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Literal
+
+import meshio
+import numpy as np
+import pydantic
+from numpy.typing import NDArray
+
+from .errors import InputError
+from .geometry import Outline, Side, oriented
+from .model import Model
+from .outlines import arc_through
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
+"""Corners of the cells whose edges say where the boundary is; corners come first in a cell's list of nodes."""
+FLAT = 1e-10
+"""Quadratic lines whose middle node lies off the chord by less than this fraction of it are straight."""
+
+
+class Gmsh(Model):
+    """`shape = "gmsh"`: a `.msh` file, format 2.2 or 4.1, ASCII or binary.
+
+    Each boundary line of the mesh is a side of its own and so one element at least; lines of second order become
+    circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
+
+    Attributes
+    ----------
+    file : str
+        Path of the file; in a config it is relative to the config's folder.
+    """
+
+    shape: Literal["gmsh"] = "gmsh"
+    file: str = pydantic.Field(min_length=1)
+
+    def outline(self) -> Outline:
+        """The outline.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, is not plane, names no part somewhere, or its boundary lines do not close.
+        """
+        mesh = read_msh(self.file)
+        points = _plane(mesh.points, self.file)
+        lines = _lines(mesh, self.file)
+        edges = _boundary_edges(mesh)
+        if edges is not None:
+            missing = edges - set(lines)
+            if missing:
+                a, b = min(missing)
+                raise InputError(
+                    f"{self.file}: the boundary line from {_text(points[a])} to {_text(points[b])} is in no physical "
+                    "line group; each part of the boundary needs one"
+                )
+            lines = {edge: line for edge, line in lines.items() if edge in edges}
+        return Outline(oriented(_loops(lines, points, self.file)))
+
+
+def read_msh(file: str) -> Any:
+    """The mesh of a Gmsh file, as meshio has it.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or it is no Gmsh mesh.
+    """
+    if not Path(file).is_file():
+        raise InputError(f"{file}: no such file (geometry.file is relative to the config's folder)")
+    try:
+        return meshio.gmsh.read(file)
+    except Exception as error:  # meshio meets damaged files with whatever exception its parser runs into
+        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        raise InputError(
+            f"{file}: not a Gmsh mesh that can be read ({reason}); save it as format 2.2 or 4.1 without Mesh.SaveAll"
+        ) from None
+
+
+def _plane(points: Array, file: str) -> Array:
+    """The points (n, 2) of a mesh in a plane z = const."""
+    if not np.all(np.isfinite(points)):
+        raise InputError(f"{file}: coordinates that are not finite")
+    if points.shape[1] == 3 and len(points) and np.ptp(points[:, 2]) > 1e-9 * max(np.ptp(points[:, 0]), 1e-300):
+        raise InputError(f"{file}: the mesh does not lie in a plane z = const")
+    return np.asarray(points[:, :2], dtype=float)
+
+
+Line = tuple[int, int, int | None, str]
+"""First, last and middle node of a boundary line, and its part."""
+
+
+def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
+    """Lines in physical groups, by the sorted pair of their end nodes."""
+    names = {int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 1}
+    tags = mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells))
+    result: dict[tuple[int, int], Line] = {}
+    for block, physical in zip(mesh.cells, tags, strict=True):
+        if block.type not in ("line", "line3"):
+            if block.type.startswith("line"):
+                raise InputError(f"{file}: lines of type {block.type}; boundary lines of first or second order are read")
+            continue
+        for row, nodes in enumerate(block.data.tolist()):
+            tag = 0 if physical is None else int(physical[row])
+            if tag == 0:
+                continue
+            edge = (min(nodes[:2]), max(nodes[:2]))
+            part = names.get(tag, str(tag))
+            if edge in result and result[edge][3] != part:
+                raise InputError(f"{file}: a boundary line is in two physical groups, {result[edge][3]!r} and {part!r}")
+            result[edge] = (nodes[0], nodes[1], nodes[2] if len(nodes) == 3 else None, part)
+    if not result:
+        raise InputError(f"{file}: no line is in a physical group; physical line groups are the parts of the boundary")
+    return result
+
+
+def _boundary_edges(mesh: Any) -> set[tuple[int, int]] | None:
+    """Sorted node pairs of the edges of exactly one cell, None where there are no 2D cells."""
+    edges = []
+    for block in mesh.cells:
+        corners = CORNERS.get(block.type)
+        if corners is not None:
+            cells = np.asarray(block.data, dtype=np.int64)
+            edges += [np.sort(cells[:, [k, (k + 1) % corners]], axis=1) for k in range(corners)]
+    if not edges:
+        return None
+    unique, count = np.unique(np.vstack(edges), axis=0, return_counts=True)
+    return {(int(a), int(b)) for a, b in unique[count == 1]}
+
+
+def _loops(lines: dict[tuple[int, int], Line], points: Array, file: str) -> list[list[Side]]:
+    """Lines chained into closed loops of sides."""
+    at_node: dict[int, list[tuple[int, int]]] = {}
+    for edge in lines:
+        for node in edge:
+            at_node.setdefault(node, []).append(edge)
+    for node, edges in at_node.items():
+        if len(edges) != 2:
+            raise InputError(
+                f"{file}: {len(edges)} boundary line{'s meet' if len(edges) > 1 else ' ends'} at {_text(points[node])}; "
+                "the lines of the physical groups must form closed loops with shared nodes"
+            )
+    left = dict.fromkeys(lines)
+    loops = []
+    while left:
+        edge = next(iter(left))
+        node = first = lines[edge][0]
+        loop: list[Side] = []
+        while True:
+            del left[edge]
+            a, b, middle, part = lines[edge]
+            following = b if node == a else a
+            loop += _side(points[node], None if middle is None else points[middle], points[following], part)
+            node = following
+            if node == first:
+                break
+            one, other = at_node[node]
+            edge = other if one == edge else one
+        loops.append(_from_start_of_part(loop))
+    return loops
+
+
+def _from_start_of_part(loop: list[Side]) -> list[Side]:
+    """The loop begun where a part begins, so that arc length runs through each part."""
+    for k, side in enumerate(loop):
+        if side.part != loop[k - 1].part:
+            return loop[k:] + loop[:k]
+    return loop
+
+
+def _side(start: Array, middle: Array | None, end: Array, part: str) -> list[Side]:
+    chord = end - start
+    if middle is not None:
+        offset = middle - start
+        if abs(chord[0] * offset[1] - chord[1] * offset[0]) > FLAT * float(chord @ chord):
+            return arc_through(start, middle, end, part)
+    return [Side(start, end, part)]
+
+
+def _text(point: Array) -> str:
+    return f"({point[0]:g}, {point[1]:g})"

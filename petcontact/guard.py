@@ -1,0 +1,76 @@
+"""What the command line does with every exception: one line, an exit status, and no rank left waiting for another."""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from ._petsc import failure_comm, solver_error
+from .errors import PetcontactError
+from .signals import Interrupted, install
+
+PATIENCE = 3.0
+"""Seconds that a failed rank waits for the others to fail likewise before it ends the job."""
+
+
+def guarded(program: Callable[[], int]) -> int:
+    """Run a program; the exit status.
+
+    An exception is told in one line (PETCONTACT_TRACEBACK=1 shows where it comes from). Under mpiexec a rank that fails
+    alone ends the whole job after a few seconds: the others would wait for it for ever.
+    """
+    install()
+    try:
+        return program()
+    except BrokenPipeError:
+        # whoever read the output has gone; nothing may be flushed to it at exit either
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 1
+    except (Exception, KeyboardInterrupt, Interrupted) as error:
+        if os.environ.get("PETCONTACT_TRACEBACK"):
+            traceback.print_exc()
+        message, status = _described(error)
+    world = failure_comm()
+    if world is None:
+        print(f"petcontact: {message}", file=sys.stderr)
+        return status
+    if _all_failed(world):
+        if world.Get_rank() == 0:
+            print(f"petcontact: {message}", file=sys.stderr)
+        return status
+    print(f"petcontact: rank {world.Get_rank()}: {message}", file=sys.stderr, flush=True)
+    world.Abort(status)
+    return status
+
+
+def _described(error: BaseException) -> tuple[str, int]:
+    if isinstance(error, PetcontactError):
+        return " ".join(str(error).split()), error.exit_status
+    if isinstance(error, Interrupted):
+        return f"interrupted by {error}", error.exit_status
+    if isinstance(error, KeyboardInterrupt):
+        return "interrupted by SIGINT; nothing was written", 130
+    if isinstance(error, MemoryError):
+        return "out of memory: use a coarser mesh, more ranks or -bem_mat_type hodlr", 1
+    if type(error).__module__.startswith("petsc4py"):
+        return str(solver_error("PETSc", error)), 1
+    frames = traceback.extract_tb(error.__traceback__)
+    place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}: {text}{place}; this is a defect, PETCONTACT_TRACEBACK=1 shows where", 1
+
+
+def _all_failed(world: Any) -> bool:
+    """Whether all ranks come here within `PATIENCE`: then they saw the same mistake, and all can end by themselves."""
+    request = world.Ibarrier()
+    deadline = time.monotonic() + PATIENCE
+    while time.monotonic() < deadline:
+        if request.Test():
+            return True
+        time.sleep(0.01)
+    return False

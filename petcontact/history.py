@@ -1,0 +1,66 @@
+"""What a method leaves behind: the iterates on Γ_C, and one row of history an iteration."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+COLUMNS = ("rho", "w", "change", "residual", "ksp_iterations")
+
+
+@dataclass
+class History:
+    """One row an iteration.
+
+    Attributes
+    ----------
+    rho, w : list of float
+        ρ_k of the Robin step and w_k after it [stress/length].
+    change : list of float
+        The stopping criterion's quantity [-].
+    residual : list of float
+        ‖R_ρ‖ in L2(Γ_C) of the iterate that the step starts from [stress · length^½].
+    ksp_iterations : list of int
+    """
+
+    rho: list[float] = field(default_factory=list)
+    w: list[float] = field(default_factory=list)
+    change: list[float] = field(default_factory=list)
+    residual: list[float] = field(default_factory=list)
+    ksp_iterations: list[int] = field(default_factory=list)
+
+    def add(self, rho: float, w: float, change: float, residual: float, ksp_iterations: int) -> None:
+        """Append a row."""
+        for name, value in zip(COLUMNS, (rho, w, change, residual, ksp_iterations), strict=True):
+            getattr(self, name).append(value)
+
+    def __len__(self) -> int:
+        return len(self.rho)
+
+
+@dataclass
+class ContactState:
+    """Where a method ended on Γ_C.
+
+    Attributes
+    ----------
+    u_t, sigma_t : (m, 1) arrays
+        Last iterate [length], [stress].
+    rho : float
+        Robin parameter of the last step [stress/length].
+    converged : bool
+    reason : str
+        Why the method stopped, in words.
+    history : History
+    """
+
+    u_t: Array
+    sigma_t: Array
+    rho: float
+    converged: bool
+    reason: str
+    history: History

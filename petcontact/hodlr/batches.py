@@ -1,0 +1,96 @@
+"""Many small dense blocks of one sparse pattern, stored and multiplied in stacks of nearly equal shape."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .tree import Indices, Reals
+
+GROWTH = 1.12  # blocks of one stack differ by less than this factor in rows and in columns
+
+
+@dataclass(frozen=True)
+class Block:
+    """A dense block (p, q) with the places of its p rows and q columns in the vectors it connects."""
+
+    rows: Indices
+    columns: Indices
+    values: Reals
+
+
+@dataclass(frozen=True)
+class _Stack:
+    rows: NDArray[np.int64]
+    columns: NDArray[np.int64]
+    values: NDArray[np.float64]
+
+
+class Batches:
+    """Blocks that never share a row, nor a column, within one stack.
+
+    A vector here has one slot more than it has entries. It is zero and takes the padding.
+
+    Parameters
+    ----------
+    blocks : list of Block
+    n_rows, n_columns : int
+        Lengths of the vectors, without the slot.
+
+    Attributes
+    ----------
+    blocks : list of Block
+        The same blocks; their values are views of the stacks.
+    """
+
+    def __init__(self, blocks: list[Block], n_rows: int, n_columns: int) -> None:
+        self.shape = (n_rows, n_columns)
+        self.blocks = list(blocks)
+        self._stacks: list[_Stack] = []
+        groups: dict[tuple[int, int], list[int]] = {}
+        for i, block in enumerate(blocks):
+            if block.values.size:
+                p, q = block.values.shape
+                groups.setdefault((_grade(p), _grade(q)), []).append(i)
+        for members in groups.values():
+            p, q = (max(self.blocks[i].values.shape[axis] for i in members) for axis in (0, 1))
+            stack = _Stack(
+                np.full((len(members), p), n_rows, dtype=np.int64),
+                np.full((len(members), q), n_columns, dtype=np.int64),
+                np.zeros((len(members), p, q)),
+            )
+            for k, i in enumerate(members):
+                block = self.blocks[i]
+                height, width = block.values.shape
+                stack.rows[k, :height], stack.columns[k, :width] = block.rows, block.columns
+                stack.values[k, :height, :width] = block.values
+                self.blocks[i] = Block(block.rows, block.columns, stack.values[k, :height, :width])
+            self._stacks.append(stack)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the stacks [bytes]."""
+        return sum(s.rows.nbytes + s.columns.nbytes + s.values.nbytes for s in self._stacks)
+
+    def add(self, x: Reals, y: Reals, sign: float = 1.0) -> None:
+        """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s)."""
+        for stack in self._stacks:
+            _accumulate(y, stack.rows, stack.values @ x[stack.columns], sign)
+
+    def add_transpose(self, x: Reals, y: Reals, sign: float = 1.0) -> None:
+        """y (n_columns+1, s) += sign · blocksᵀ @ x (n_rows+1, s)."""
+        for stack in self._stacks:
+            _accumulate(y, stack.columns, stack.values.transpose(0, 2, 1) @ x[stack.rows], sign)
+
+
+def _accumulate(y: Reals, where: Indices, values: Reals, sign: float) -> None:
+    if sign < 0.0:
+        y[where] -= values
+    else:
+        y[where] += values
+
+
+def _grade(size: int) -> int:
+    return int(np.log(size) / np.log(GROWTH)) if size > 1 else 0

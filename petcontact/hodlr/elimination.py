@@ -1,0 +1,262 @@
+"""Elimination of what only one cluster sees, level by level: the factors of a compressed square operator."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .batches import Batches, Block
+from .skeleton import Cluster
+from .stack import Level, Stack
+from .tree import Indices, Reals
+
+GROWTH = 100.0  # largest |entry of E⁻¹| times the norm of its column; beyond it a pivot waits for the level above
+
+
+@dataclass(frozen=True)
+class Schur:
+    """What is left of a cluster: a block between its kept unknowns, which come first, and those that wait."""
+
+    kept: int
+    values: Reals
+
+
+@dataclass(frozen=True)
+class Elimination:
+    """One level of a factorisation.
+
+    Once combined with the kept ones, the other rows and columns of a cluster are seen by no other cluster. Rows R and
+    columns C of them are eliminated; rows S and columns K are left, those kept and the few that would make the block
+    between R and C ill-conditioned and so wait. Between (R, S) and (C, K) stands [[E, F], [G, D]]. Stored are E⁻¹, E⁻¹F
+    and G; D - G E⁻¹ F goes to the level above. At the root all are eliminated.
+
+    A vector of n active unknowns and w that wait from below has n + w + 2 slots: active, zero, waiting, zero.
+
+    Attributes
+    ----------
+    level : Level
+    wait_rows, wait_columns : int arrays
+        Slots of those that wait for the level above.
+    inverse, forth, back : Batches
+        E⁻¹, E⁻¹F and G.
+    """
+
+    level: Level
+    wait_rows: Indices
+    wait_columns: Indices
+    inverse: Batches
+    forth: Batches
+    back: Batches
+
+    @property
+    def nbytes(self) -> int:
+        """Memory beyond that of the level [bytes]."""
+        return self.inverse.nbytes + self.forth.nbytes + self.back.nbytes
+
+    def reduce(self, b: Reals, transpose: bool) -> Reals:
+        """Right-hand side of the level above. Leaves in b what `expand` goes on with."""
+        level = self.level
+        kept, wait = (level.kept_columns, self.wait_columns) if transpose else (level.kept_rows, self.wait_rows)
+        above = np.zeros((len(kept) + len(wait) + 2, b.shape[1]))
+        above[: len(kept)] = b[kept]
+        if transpose:
+            level.column_combine.add_transpose(above, b, -1.0)
+        else:
+            level.row_combine.add(above, b, -1.0)
+        above[len(kept) + 1 : -1] = b[wait]
+        if transpose:
+            self.forth.add_transpose(b, above, -1.0)
+        else:
+            x = np.zeros_like(b)
+            self.inverse.add(b, x)
+            self.back.add(x, above, -1.0)
+            b[:] = x
+        return above
+
+    def expand(self, b: Reals, above: Reals, transpose: bool) -> Reals:
+        """Solution from what `reduce` left in b and from the solution above, which it spoils."""
+        level = self.level
+        kept, wait = (level.kept_rows, self.wait_rows) if transpose else (level.kept_columns, self.wait_columns)
+        if transpose:
+            self.back.add_transpose(above, b, -1.0)
+            x = np.zeros_like(b)
+            self.inverse.add_transpose(b, x)
+        else:
+            self.forth.add(above, b, -1.0)
+            x = b
+        x[wait] = above[len(kept) + 1 : -1]
+        if transpose:
+            level.row_combine.add_transpose(x, above, -1.0)
+        else:
+            level.column_combine.add(x, above, -1.0)
+        x[kept] = above[: len(kept)]
+        return x
+
+
+class FactorStack:
+    """Eliminations from the leaves (first) to a root.
+
+    Attributes
+    ----------
+    levels : list of Elimination
+    left : list of Schur
+        What the root leaves: one, of no rows if all is eliminated.
+    """
+
+    def __init__(self, levels: list[Elimination], entry: Indices, slots: int, left: list[Schur]) -> None:
+        self.levels, self.left = levels, left
+        self._entry, self._slots = entry, slots
+
+    @property
+    def nbytes(self) -> int:
+        """Memory beyond that of the matrix [bytes]."""
+        return sum(level.nbytes for level in self.levels)
+
+    def ascend(self, x: Reals, transpose: bool) -> tuple[list[Reals], Reals]:
+        """Reduced right-hand sides of x (n, s): one a level, and what the root leaves, kept before waiting."""
+        seen = []
+        above = np.zeros((self._slots, x.shape[1]))
+        above[self._entry] = x
+        for level in self.levels:
+            seen.append(above)
+            above = level.reduce(above, transpose)
+        kept = self.left[0].kept
+        return seen, np.concatenate([above[:kept], above[kept + 1 : -1]])
+
+    def descend(self, seen: list[Reals], outside: Reals, transpose: bool) -> Reals:
+        """Solution (n, s) from what `ascend` gave and from that of what the root left. Spoils `seen`."""
+        kept, zero = self.left[0].kept, np.zeros((1, outside.shape[1]))
+        above = np.concatenate([outside[:kept], zero, outside[kept:], zero])
+        for level, b in zip(reversed(self.levels), reversed(seen), strict=True):
+            above = level.expand(b, above, transpose)
+        solution: Reals = above[self._entry]
+        return solution
+
+
+def eliminate(stack: Stack, below: list[Schur]) -> FactorStack:
+    """Factorise a subtree.
+
+    Parameters
+    ----------
+    stack : Stack
+    below : list of Schur
+        What the subtrees under the clusters of its first level left, in their order; none under leaves.
+    """
+    levels = []
+    entry, slots = _entry(stack.levels[0], below)
+    for level in stack.levels:
+        elimination, below = _eliminate(level, below)
+        levels.append(elimination)
+    return FactorStack(levels, entry, slots, below)
+
+
+def _entry(level: Level, below: list[Schur]) -> tuple[Indices, int]:
+    """Slots of the unknowns that subtrees hand over one after another (of all, if there are none), and how many."""
+    n = level.near.shape[0]
+    if not below:
+        return np.arange(n), n + 2
+    active, waiting, parts = 0, n + 1, []
+    for schur in below:
+        wait = len(schur.values) - schur.kept
+        parts += [active + np.arange(schur.kept), waiting + np.arange(wait)]
+        active, waiting = active + schur.kept, waiting + wait
+    return np.concatenate(parts), waiting + 1
+
+
+def _eliminate(level: Level, below: list[Schur]) -> tuple[Elimination, list[Schur]]:
+    """One level, from what the level under it left (nothing under leaves), two clusters to one."""
+    n, k = level.row_combine.shape
+    left: list[Schur] = []
+    inverses, forths, backs, wait_rows, wait_columns = [], [], [], [], []
+    start = kept = passed = 0
+    waiting = n + 1
+    for i, cluster in enumerate(level.clusters):
+        size = len(cluster.rows)
+        block = _assemble(cluster, below[2 * i : 2 * i + 2])
+        own = np.concatenate([np.arange(start, start + size), np.arange(waiting, waiting + len(block) - size)])
+        e, f, g, d, rows, columns = _combine(cluster, block)
+        scale = np.sqrt(np.einsum("ij,ij->j", block, block))[columns]
+        inverse, row, column, late_row, late_column = _pivots(e, scale, cluster.row_basis is not None)
+        above = np.concatenate([np.arange(kept, kept + len(d)), np.arange(k + 1 + passed, k + 1 + passed + len(late_row))])
+        start, waiting = start + size, waiting + len(block) - size
+        kept, passed = kept + len(d), passed + len(late_row)
+        schur_kept = len(d)
+        if len(late_row):
+            late = e[late_row]
+            f, g, d = (
+                np.hstack([f[row], e[row[:, None], late_column]]),
+                np.vstack([g[:, column], late[:, column]]),
+                np.block([[d, g[:, late_column]], [f[late_row], late[:, late_column]]]),
+            )
+        forth = inverse @ f
+        left.append(Schur(schur_kept, d - g @ forth))
+        rows, columns, waits = own[rows], own[columns], (own[rows[late_row]], own[columns[late_column]])
+        inverses.append(Block(columns[column], rows[row], inverse))
+        forths.append(Block(columns[column], above, forth))
+        backs.append(Block(above, columns[column], g))
+        wait_rows.append(waits[0])
+        wait_columns.append(waits[1])
+    low, high = waiting, k + 1 + passed
+    return Elimination(
+        level, np.concatenate(wait_rows), np.concatenate(wait_columns),
+        Batches(inverses, low, low), Batches(forths, low, high), Batches(backs, high, low),
+    ), left  # fmt: skip
+
+
+def _assemble(cluster: Cluster, children: list[Schur]) -> Reals:
+    """The block between a cluster's active unknowns and then those that wait from below."""
+    active = len(cluster.rows)
+    size = active + sum(len(child.values) - child.kept for child in children)
+    block = np.zeros((size, size))
+    for near in cluster.near:
+        block[near.rows[:, None], near.columns] = near.values
+    start, waiting = 0, active
+    for child in children:
+        wait = len(child.values) - child.kept
+        own = np.concatenate([start + np.arange(child.kept), waiting + np.arange(wait)])
+        block[own[:, None], own] = child.values
+        start, waiting = start + child.kept, waiting + wait
+    return block
+
+
+def _combine(cluster: Cluster, block: Reals) -> tuple[Reals, Reals, Reals, Reals, Indices, Indices]:
+    """E, F, G and D before any waits, and the rows and columns of E."""
+    extra = np.arange(len(cluster.rows), len(block))
+    by_row, by_column = cluster.row_basis, cluster.column_basis
+    if by_row is None or by_column is None:
+        size = len(block)
+        return block, np.zeros((size, 0)), np.zeros((0, size)), np.zeros((0, 0)), np.arange(size), np.arange(size)
+    rows, columns = np.concatenate([by_row.rest, extra]), np.concatenate([by_column.rest, extra])
+    n_row, n_column = len(by_row.rest), len(by_column.rest)
+    lower, upper = block[by_row.kept], block[rows]
+    upper[:n_row] -= by_row.combine @ lower
+    f, d = upper[:, by_column.kept], lower[:, by_column.kept]
+    e, g = upper[:, columns], lower[:, columns]
+    e[:, :n_column] -= f @ by_column.combine
+    g[:, :n_column] -= d @ by_column.combine
+    return e, f, g, d, rows, columns
+
+
+def _pivots(e: Reals, scale: Reals, may_wait: bool) -> tuple[Reals, Indices, Indices, Indices, Indices]:
+    """Inverse of E (m, m) without the rows and columns that must wait; those that need not, and those that must."""
+    rows = columns = np.arange(len(e))
+    late_rows: list[int] = []
+    late_columns: list[int] = []
+    pivot = e
+    while True:
+        try:
+            inverse = np.linalg.inv(pivot)
+        except np.linalg.LinAlgError:
+            if not may_wait:
+                raise
+            u, _, v = np.linalg.svd(pivot)
+            inverse = np.outer(v[-1], u[:, -1]) / np.finfo(np.float64).eps
+        growth = np.abs(inverse) * scale[columns, None]
+        if not may_wait or growth.max(initial=0.0) <= GROWTH:
+            return inverse, rows, columns, np.array(late_rows, dtype=np.int64), np.array(late_columns, dtype=np.int64)
+        column, row = np.unravel_index(np.argmax(growth), growth.shape)
+        late_rows.append(int(rows[row]))
+        late_columns.append(int(columns[column]))
+        rows, columns = np.delete(rows, row), np.delete(columns, column)
+        pivot = e[rows[:, None], columns]

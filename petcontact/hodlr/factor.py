@@ -1,0 +1,67 @@
+"""The direct solver of a compressed square operator."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+
+from .elimination import eliminate
+from .forest import Forest
+from .matrix import HODLR
+from .tree import Reals
+
+
+class Factorisation:
+    """The inverse of a compressed square operator; `factor` makes one.
+
+    Attributes
+    ----------
+    shape : (int, int)
+    seconds : float
+        Wall time of the factorisation.
+    """
+
+    def __init__(self, matrix: HODLR, forest: Forest, seconds: float) -> None:
+        self.shape, self.seconds = matrix.shape, seconds
+        self._forest = forest
+
+    def solve(self, b: Reals) -> Reals:
+        """H⁻¹ b for this rank's share of b (n,), or of several columns (n, s). Collective."""
+        return self._forest.sweep(b)
+
+    def solve_transpose(self, b: Reals) -> Reals:
+        """H⁻ᵀ b for this rank's share of b (n,), or of several columns (n, s). Collective."""
+        return self._forest.sweep(b, transpose=True)
+
+    solve_many = solve
+
+    @property
+    def nbytes(self) -> int:
+        """Memory beyond that of the matrix, on all ranks [bytes]. Collective."""
+        return sum(self._forest.workers.gather([self._forest.nbytes]))
+
+
+def factor(matrix: HODLR) -> Factorisation:
+    """Factorise a compressed square operator, with the threads and ranks that it was compressed on. Collective.
+
+    The factorisation shares the bases of the matrix.
+
+    Raises
+    ------
+    ValueError
+        If a node has not as many columns as rows.
+    numpy.linalg.LinAlgError
+        If a block to eliminate is singular.
+    """
+    start = time.perf_counter()
+    if not matrix.operator.square:
+        raise ValueError("only an operator with as many columns as rows at every node can be factorised")
+    workers = matrix.workers
+    parts = workers.map(lambda part: eliminate(part, []), matrix.parts)
+    top = None
+    if matrix.top is not None:
+        top = eliminate(matrix.top, workers.gather([part.left[0] for part in parts]))
+    left = np.array(workers.gather([len(part.left[0].values) for part in parts]))
+    forest = matrix.forest.like(parts, top, (left, left))
+    return Factorisation(matrix, forest, time.perf_counter() - start)

@@ -1,0 +1,93 @@
+"""Subtrees over threads and ranks under the common top of the tree: one sweep up and down is a product or a solve."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+
+from .tree import Indices, Reals
+from .workers import Workers
+
+CHUNK = 64  # right-hand sides that go through the tree together
+
+
+class Sweepable(Protocol):
+    """A subtree as a sweep sees it."""
+
+    @property
+    def nbytes(self) -> int:
+        """Memory [bytes]."""
+
+    def ascend(self, x: Reals, transpose: bool) -> tuple[list[Reals], Reals]:
+        """What to keep for the way down, and what to hand to the tree above."""
+
+    def descend(self, seen: list[Reals], outside: Reals, transpose: bool) -> Reals:
+        """The result on the leaves from what was kept and from what the tree above handed down."""
+
+
+class Forest:
+    """The subtrees of one rank, one a thread, and the top of the tree, which every rank has.
+
+    Parameters
+    ----------
+    parts : sequence of Sweepable
+    top : Sweepable or None
+        None if a single subtree is the whole tree.
+    workers : Workers
+    lengths : two (p,) arrays
+        Degrees of freedom of each subtree that go in: of a sweep, and of a transposed one.
+    handed : two (q,) arrays
+        Degrees of freedom that each subtree of any rank gets back from the top, likewise.
+    first : int
+        Place of this rank's first subtree among all.
+    """
+
+    def __init__(
+        self, parts: Sequence[Sweepable], top: Sweepable | None, workers: Workers, lengths: tuple[Indices, Indices],
+        handed: tuple[Indices, Indices], first: int,
+    ) -> None:  # fmt: skip
+        self.parts, self.top, self.workers, self.lengths = parts, top, workers, lengths
+        self._first = first
+        self._bounds = [np.concatenate([[0], np.cumsum(h)])[first : first + len(parts) + 1] for h in handed]
+
+    def like(self, parts: Sequence[Sweepable], top: Sweepable | None, handed: tuple[Indices, Indices]) -> Forest:
+        """Other things to sweep over, of the same subtrees."""
+        return Forest(parts, top, self.workers, self.lengths, handed, self._first)
+
+    @property
+    def nbytes(self) -> int:
+        """Memory on this rank [bytes]."""
+        return sum(part.nbytes for part in self.parts) + (self.top.nbytes if self.top else 0)
+
+    def sweep(self, x: Reals, transpose: bool = False) -> Reals:
+        """Up and down with this rank's share of a vector (n,) or of several (n, s). Collective.
+
+        Raises
+        ------
+        ValueError
+            If the length of x is not this rank's.
+        """
+        lengths = self.lengths[transpose]
+        if x.shape[0] != lengths.sum():
+            raise ValueError(f"{x.shape[0]} rows given where this rank has {lengths.sum()}")
+        columns = np.asarray(x, dtype=np.float64)
+        columns = columns[:, None] if columns.ndim == 1 else columns
+        cuts = range(0, max(1, columns.shape[1]), CHUNK)
+        result = np.hstack([self._sweep(columns[:, i : i + CHUNK], transpose) for i in cuts])
+        return result.reshape(len(result), *x.shape[1:])
+
+    def _sweep(self, x: Reals, transpose: bool) -> Reals:
+        pieces = np.split(x, np.cumsum(self.lengths[transpose])[:-1])
+        risen = self.workers.map(lambda part, piece: part.ascend(piece, transpose), self.parts, pieces)
+        outside = [border for _, border in risen]
+        if self.top is not None:
+            seen, above = self.top.ascend(np.concatenate(self.workers.gather(outside)), transpose)
+            given = self.top.descend(seen, above, transpose)
+            bounds = self._bounds[transpose]
+            outside = [given[a:b] for a, b in itertools.pairwise(bounds)]
+        return np.concatenate(self.workers.map(
+            lambda part, up, border: part.descend(up[0], border, transpose), self.parts, risen, outside
+        ))  # fmt: skip

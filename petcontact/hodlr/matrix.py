@@ -1,0 +1,202 @@
+"""Hierarchically compressed operators (HODLR with nested bases), built from entries alone, and products with them."""
+
+from __future__ import annotations
+
+import itertools
+import time
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .forest import Forest
+from .skeleton import Entries, Operator
+from .stack import Stack, build_part, build_top
+from .tree import Indices, Reals
+from .workers import Workers, even_bounds
+
+
+@dataclass(frozen=True)
+class ErrorEstimate:
+    """Errors of probed rows of a compressed operator, relative to the longest of the exact ones (2-norm).
+
+    Attributes
+    ----------
+    product : float
+        Largest |row · x - (H x)_row| for random x of unit variance.
+    entry : float
+        Largest difference of an entry.
+    """
+
+    product: float
+    entry: float
+
+
+@dataclass(frozen=True)
+class LevelRanks:
+    """Ranks (kept rows or columns, the larger) of the compressed clusters of one level."""
+
+    clusters: int
+    least: int
+    mean: float
+    most: int
+
+
+class HODLR:
+    """A compressed operator; `compress` makes one.
+
+    Vectors are this rank's share: the degrees of freedom of its nodes, first_node to last_node (exclusive).
+
+    Attributes
+    ----------
+    shape : (int, int)
+        Rows and columns of the whole operator.
+    first_node, last_node : int
+    tolerance : float
+        The relative error asked for.
+    seconds : float
+        Wall time of the compression.
+    """
+
+    def __init__(
+        self, operator: Operator, parts: list[Stack], top: Stack | None, workers: Workers, bounds: Indices,
+        seconds: float,
+    ) -> None:  # fmt: skip
+        self.operator, self.parts, self.top, self.workers = operator, parts, top, workers
+        self.shape = int(operator.row_axis.offsets[-1]), int(operator.column_axis.offsets[-1])
+        self.first_node, self.last_node = int(bounds[workers.rank]), int(bounds[workers.rank + 1])
+        self.tolerance, self.seconds = operator.tolerance, seconds
+        lengths = [np.array([part.levels[0].near.shape[axis] for part in parts]) for axis in (0, 1)]
+        borders = workers.gather([(len(p.levels[-1].kept_rows), len(p.levels[-1].kept_columns)) for p in parts])
+        kept = [np.array([border[axis] for border in borders]) for axis in (0, 1)]
+        first = sum(workers.gather([len(parts)])[: workers.rank])
+        self.forest = Forest(list(parts), top, workers, (lengths[1], lengths[0]), (kept[0], kept[1]), first)
+
+    def mult(self, x: Reals) -> Reals:
+        """H x for x (n,), or for several columns (n, s). Collective."""
+        return self.forest.sweep(x)
+
+    def mult_transpose(self, x: Reals) -> Reals:
+        """Hᵀ x for x (m,), or for several columns (m, s). Collective."""
+        return self.forest.sweep(x, transpose=True)
+
+    matmat = __matmul__ = mult
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the blocks on all ranks [bytes]. Collective."""
+        return sum(self.workers.gather([self.forest.nbytes]))
+
+    def ranks(self) -> list[LevelRanks]:
+        """Ranks level by level, from the leaves up. Collective."""
+        own = [[level.ranks for level in part.levels] for part in self.parts]
+        columns: dict[int, list[int]] = {}
+        stacks = self.workers.gather(own)
+        height = max(len(levels) for levels in stacks)
+        for levels in stacks:
+            for i, found in enumerate(levels):
+                columns.setdefault(height - len(levels) + i, []).extend(max(pair) for pair in found)
+        for i, level in enumerate(self.top.levels if self.top else []):
+            columns[height + i] = [max(pair) for pair in level.ranks]
+        return [LevelRanks(len(r), min(r), sum(r) / len(r), max(r)) for _, r in sorted(columns.items()) if r]
+
+    def error_estimate(self, entries: Entries, rng: np.random.Generator, probes: int = 8) -> ErrorEstimate:
+        """Compare exact rows of a few random nodes with the compressed ones. Collective.
+
+        Parameters
+        ----------
+        entries : callable
+            As for `compress`.
+        rng : numpy.random.Generator
+            That of rank 0 is used.
+        probes : int
+            Number of nodes.
+        """
+        axes = self.operator.row_axis, self.operator.column_axis
+        carriers = np.flatnonzero(np.diff(axes[0].offsets))
+        nodes, x = self.workers.at_root(
+            lambda: (np.sort(rng.choice(carriers, min(probes, len(carriers)), replace=False)),
+                     rng.standard_normal(self.shape[1]))
+        )  # fmt: skip
+        own = [axis.offsets[[self.first_node, self.last_node]] for axis in axes]
+        columns = np.arange(self.first_node, self.last_node)
+        exact = entries(nodes, columns)
+        rows = axes[0].of(nodes)
+        here = (rows >= own[0][0]) & (rows < own[0][1])
+        unit = np.zeros((own[0][1] - own[0][0], len(rows)))
+        unit[rows[here] - own[0][0], np.flatnonzero(here)] = 1.0
+        difference = exact - self.mult_transpose(unit).T
+        product = np.zeros(len(rows))
+        product[here] = -self.mult(x[own[1][0] : own[1][1]])[rows[here] - own[0][0]]
+        product += exact @ x[own[1][0] : own[1][1]]
+        entry = max(self.workers.gather([float(np.abs(difference).max(initial=0.0))]))
+        residual = np.abs(sum(self.workers.gather([product]))).max(initial=0.0)
+        scale = np.sqrt(sum(self.workers.gather([(exact * exact).sum(axis=1)])).max(initial=0.0))
+        scale = max(float(scale), float(np.finfo(np.float64).tiny))
+        return ErrorEstimate(float(residual) / scale, entry / scale)
+
+
+def compress(
+    entries: Entries, points: ArrayLike, row_offsets: ArrayLike, col_offsets: ArrayLike, tol: float = 1e-10,
+    leaf: int = 64, *, breaks: ArrayLike = (), threads: int = 1, comm: Any = None,
+) -> HODLR:  # fmt: skip
+    """Compress an operator between the nodes of closed outlines, from entries alone. Collective.
+
+    Every cluster of neighbouring nodes is fitted on a graded sample of the nodes outside it, and judged on random ones.
+
+    Parameters
+    ----------
+    entries : callable
+        entries(row_nodes, column_nodes) gives, for two increasing int arrays, the exact entries of all degrees of
+        freedom of these nodes, (rows, columns). Called from several threads if threads > 1.
+    points : (n, 2) array
+        Nodes in order along the outlines, one outline after another [length].
+    row_offsets, col_offsets : (n+1,) int arrays
+        Node i has rows row_offsets[i]..row_offsets[i+1], and columns likewise; it may have none.
+    tol : float
+        Relative error of a row, in the sense of `HODLR.error_estimate`.
+    leaf : int
+        Most nodes of a cluster that is not divided.
+    breaks : int array
+        Nodes where a side, a part or another kind of column begins. Without them a short piece may go unseen.
+    threads : int
+        Threads of each rank; BLAS should use one then.
+    comm : mpi4py.MPI.Comm or None
+        Nodes are split over its ranks as PETSc splits them.
+
+    Returns
+    -------
+    HODLR
+
+    Raises
+    ------
+    ValueError
+        If lengths do not match, tol is not in (0, 1), leaf or threads is not positive, or a rank would have no node.
+
+    References
+    ----------
+    P.-G. Martinsson and V. Rokhlin, J. Comput. Phys. 205 (2005); K. L. Ho and L. Greengard, SIAM J. Sci. Comput. 34
+    (2012): recursive skeletonisation. N. Halko, P.-G. Martinsson, J. A. Tropp, SIAM Rev. 53 (2011): sketches.
+    """
+    start = time.perf_counter()
+    points = np.asarray(points, dtype=np.float64)
+    offsets = [np.asarray(o, dtype=np.int64) for o in (row_offsets, col_offsets)]
+    workers = Workers(threads, comm)
+    n = len(points)
+    if points.shape != (n, 2) or any(o.shape != (n + 1,) for o in offsets):
+        raise ValueError("points must be (n, 2), and row_offsets and col_offsets (n+1,)")
+    if not 0.0 < tol < 1.0 or leaf < 1 or threads < 1 or n < workers.size:
+        raise ValueError("tol must be in (0, 1), leaf and threads positive, and every rank needs a node")
+    operator = Operator(entries, points, offsets[0], offsets[1], np.asarray(breaks, dtype=np.int64), tol)
+    bounds = even_bounds(n, workers.size)
+    first, last = int(bounds[workers.rank]), int(bounds[workers.rank + 1])
+    cuts = first + even_bounds(last - first, max(1, min(threads, (last - first) // leaf)))
+    ranges = [(int(a), int(b)) for a, b in itertools.pairwise(cuts)]
+    whole = len(workers.gather(ranges)) == 1
+    parts = workers.map(lambda r: build_part(operator, r[0], r[1], leaf, whole), ranges)
+    top = None
+    if not whole:
+        roots = workers.gather([part.root.border() for part in parts])
+        top = workers.at_root(lambda: build_top(operator, roots))
+    return HODLR(operator, parts, top, workers, bounds, time.perf_counter() - start)

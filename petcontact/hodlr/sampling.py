@@ -1,0 +1,235 @@
+"""Graded samples of an outline: the nodes by which a cluster is seen from outside, or sees what is outside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .tree import Boxes, Indices, Outline, halved
+
+CELL = 8  # nodes of the finest cell: next to a cluster all of them are taken
+ELLIPSE = 3.0  # a cell is sampled, not split, if the kernel is analytic on it inside this Bernstein ellipse
+BENT = 1.15  # and it is at most this much longer than its chord,
+REMOTE = 4.0  # or as far away as so many of its lengths
+WHOLE = 1.5  # a cell of fewer nodes than this multiple of what is wanted from it is taken whole
+MAX_PIECES = 8  # a cell cut into more pieces than this by breaks is sampled without regard to them
+FEW = 2  # a cell that gives no more nodes than this is not probed for certain
+SHARED = 0.7  # of the nodes by which a cluster sees what is far away, the part that one distant cell must give
+
+Reals = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Nodes outside a cluster, increasing, each with the square root of the number of nodes that it stands for.
+
+    As one of the sample (`weights`) and as one of the random probes (`probes`); zero where it is not. A complete sample
+    has all the nodes there are.
+    """
+
+    nodes: Indices
+    weights: Reals
+    probes: Reals
+    complete: bool
+
+
+@dataclass(frozen=True)
+class _Cells:
+    """Places first..last of cells outside clusters `owner`, and the nodes wanted from each for one digit."""
+
+    owner: Indices
+    first: Indices
+    last: Indices
+    nodes: Reals
+
+    def pick(self, which: Indices | Mask) -> _Cells:
+        return _Cells(self.owner[which], self.first[which], self.last[which], self.nodes[which])
+
+
+class Sampler:
+    """Samples of those nodes of an outline which carry degrees of freedom.
+
+    Parameters
+    ----------
+    outline : Outline
+    carriers : (m,) increasing array
+        The nodes to choose from.
+    breaks : (b,) increasing array
+        Nodes at which the kernel may jump: a new side, part or kind of unknown.
+    """
+
+    def __init__(self, outline: Outline, carriers: Indices, breaks: Indices) -> None:
+        self.carriers = carriers
+        self._breaks = np.unique(np.searchsorted(carriers, breaks))
+        self._points = outline.points[carriers]
+        steps = np.hypot(*np.diff(self._points, axis=0).T)
+        self._path = np.concatenate([[0.0], np.cumsum(steps)])
+        self._length = np.concatenate([[0.0], np.cumsum(outline.spacing[carriers])])
+        self._levels: list[tuple[Indices, Reals, Reals]] = []
+        finest = halved(0, len(carriers), CELL)
+        stride = len(finest) - 1 if len(carriers) else 0
+        while stride:
+            bounds = finest[::stride]
+            low, high = (f.reduceat(self._points, bounds[:-1], axis=0) for f in (np.minimum, np.maximum))
+            self._levels.append((bounds, low, high))
+            stride //= 2
+
+    def sample(
+        self, start: Indices, stop: Indices, boxes: Boxes, density: float, probes: int, rng: np.random.Generator
+    ) -> list[Sample]:
+        """Samples for several clusters in one pass.
+
+        Parameters
+        ----------
+        start, stop : (c,) arrays
+            Node ranges of the clusters.
+        boxes : Boxes
+            What Outline.boxes gives for them.
+        density : float
+            Nodes to take from a cell for every one that a digit needs.
+        probes : int
+            Remote nodes to draw at random, to judge the result by; besides one in every near cell.
+        rng : numpy.random.Generator
+
+        Returns
+        -------
+        list of Sample, one a cluster
+        """
+        if len(self.carriers) == 0:
+            none, real = np.empty(0, np.int64), np.empty(0)
+            return [Sample(none, real, real, True) for _ in start]
+        cells = self._cut(self._cells(start, stop, boxes))
+        cells = cells.pick(np.argsort(cells.owner, kind="stable"))
+        length = cells.last - cells.first
+        uneven = 1.0 + 2.0 * np.max([np.abs(self._uneven(cells.first, cells.last, k)) for k in (1, 2, 3)], axis=0)
+        wanted = np.maximum(1, np.rint(density * cells.nodes * np.minimum(uneven, 2.0)).astype(np.int64))
+        whole = length < WHOLE * wanted
+        position, weight, source = self._spread(cells, np.where(whole, length, wanted), whole)
+        probe, untouched = _between(cells, position, np.where(whole, length, wanted), rng)
+        cells_of = np.searchsorted(cells.owner, np.arange(len(start) + 1))
+        samples_of = np.searchsorted(source, cells_of)
+        result = []
+        for i in range(len(start)):
+            s, c = slice(*samples_of[i : i + 2]), np.arange(*cells_of[i : i + 2])
+            some = c[untouched[c]]
+            some, stands_for = _choose(some, wanted[some] > FEW, probes, rng)
+            places = np.unique(np.concatenate([position[s], probe[some]]))
+            weights, at_random = np.zeros(len(places)), np.zeros(len(places))
+            weights[np.searchsorted(places, position[s])] = weight[s]
+            at_random[np.searchsorted(places, probe[some])] = np.sqrt(stands_for * length[some])
+            result.append(Sample(self.carriers[places], weights, at_random, bool(whole[c].all())))
+        return result
+
+    def _cells(self, start: Indices, stop: Indices, boxes: Boxes) -> _Cells:
+        """Cells outside each cluster, fine near it and coarse far away."""
+        found: list[_Cells] = []
+        own_first, own_last = np.searchsorted(self.carriers, start), np.searchsorted(self.carriers, stop)
+        owner = np.arange(len(start))
+        cell = np.zeros(len(start), dtype=np.int64)
+        for depth, (bounds, low, high) in enumerate(self._levels):
+            first, last = bounds[cell], bounds[cell + 1]
+            outside = (first >= own_last[owner]) | (last <= own_first[owner])
+            inside = (first >= own_first[owner]) & (last <= own_last[owner])
+            one, two = self._points[first], self._points[last - 1]
+            chord, path = np.hypot(*(two - one).T), self._path[last - 1] - self._path[first]
+            focal = boxes.least(owner, (one, one), (two, two)) / np.maximum(path, _TINY)
+            straight = (path <= BENT * chord) | (focal >= REMOTE)
+            done = outside & straight & (_ellipse(focal) >= ELLIPSE)
+            if depth == len(self._levels) - 1:
+                done = ~inside
+            distance = boxes.least(owner[done], (low[cell[done]], high[cell[done]]))
+            aside = 2.0 * distance / boxes.diameter[owner[done]]
+            o, f, e = owner[done], first[done], last[done]
+            nodes = np.minimum(_nodes(_ellipse(focal[done])), SHARED * _nodes(aside + np.sqrt(1.0 + aside * aside)))
+            found.append(_Cells(o, f, np.minimum(e, own_first[o]), nodes))
+            found.append(_Cells(o, np.maximum(f, own_last[o]), e, nodes))
+            deeper = ~(done | inside)
+            owner = np.repeat(owner[deeper], 2)
+            cell = np.repeat(2 * cell[deeper], 2)
+            cell[1::2] += 1
+        cells = _Cells(*(np.concatenate([getattr(c, name) for c in found]) for name in ("owner", "first", "last", "nodes")))
+        return cells.pick(cells.last > cells.first)
+
+    def _cut(self, cells: _Cells) -> _Cells:
+        """The same cells cut at the breaks inside them, so that no piece between two breaks is passed over."""
+        begin = np.searchsorted(self._breaks, cells.first, "right")
+        pieces = np.searchsorted(self._breaks, cells.last) - begin + 1
+        pieces[pieces > MAX_PIECES] = 1
+        source, rank = _ranks(pieces)
+        padded = np.concatenate([[0], self._breaks, [0]])
+        at = begin[source] + rank
+        first = np.where(rank == 0, cells.first[source], padded[at])
+        last = np.where(rank == pieces[source] - 1, cells.last[source], padded[np.minimum(at + 1, len(padded) - 1)])
+        return _Cells(cells.owner[source], first, last, cells.nodes[source])
+
+    def _spread(self, cells: _Cells, count: Indices, whole: Mask) -> tuple[Indices, Reals, Indices]:
+        """Places spread over cells, the square root of the number of nodes that each stands for, and its cell.
+
+        They are Chebyshev's in a coordinate that grows with the number of nodes and with the length, half and half:
+        numbers alone pass over long elements between short ones, and length over the many short ones.
+        """
+        source, rank = _ranks(count)
+        first, last = cells.first[source], cells.last[source]
+        wanted = 0.5 - 0.5 * np.cos(np.pi * (rank + 0.5) / count[source])
+        position, above = first.copy(), last.copy()
+        while np.any(above - position > 1):
+            middle = (position + above) // 2
+            beyond = self._coordinate(first, last, middle) > wanted
+            position, above = np.where(beyond, position, middle), np.where(beyond, middle, above)
+        position = np.where(whole[source], first + rank, position)
+        ends = (np.arccos(1.0 - 2.0 * self._coordinate(first, last, position + k)) for k in (0, 1))
+        share = -np.subtract(*ends) / np.pi * count[source]
+        return position, 1.0 / np.sqrt(np.where(whole[source], 1.0, np.clip(share, _TINY, 1.0))), source
+
+    def _uneven(self, first: Indices, last: Indices, quarters: int) -> Reals:
+        """Share of length less share of nodes up to some quarter of the nodes of cells."""
+        at = first + (last - first) * quarters // 4
+        along = (self._length[at] - self._length[first]) / (self._length[last] - self._length[first])
+        return np.asarray(along - (at - first) / (last - first))
+
+    def _coordinate(self, first: Indices, last: Indices, at: Indices) -> Reals:
+        along = (self._length[at] - self._length[first]) / (self._length[last] - self._length[first])
+        return np.asarray(np.clip(0.5 * along + 0.5 * (at - first) / (last - first), 0.0, 1.0))
+
+
+_TINY = np.finfo(np.float64).tiny
+
+
+def _ellipse(focal: Reals) -> Reals:
+    """Sum of the half axes of the ellipse through points whose distances to the foci add up to 2·focal, foci at ±1."""
+    bounded = np.clip(focal, 1.0, 1e8)
+    return np.asarray(bounded + np.sqrt(bounded * bounded - 1.0))
+
+
+def _nodes(ellipse: Reals) -> Reals:
+    """Chebyshev nodes that a digit takes for a function analytic inside a Bernstein ellipse."""
+    return np.asarray(1.0 / np.log10(np.maximum(ellipse, 1.1)))
+
+
+def _ranks(counts: Indices) -> tuple[Indices, Indices]:
+    """For each i, counts[i] times: i, and 0, 1, ..."""
+    source = np.repeat(np.arange(len(counts)), counts)
+    return source, np.arange(len(source)) - (np.cumsum(counts) - counts)[source]
+
+
+def _between(cells: _Cells, position: Indices, count: Indices, rng: np.random.Generator) -> tuple[Indices, Mask]:
+    """A place of each cell half-way between two of its samples that follow each other, and whether it is free."""
+    end = np.cumsum(count)
+    gap = rng.integers(0, count + 1)
+    padded = np.append(position, 0)
+    below = np.where(gap == 0, cells.first - 1, padded[end - count + gap - 1])
+    above = np.where(gap == count, cells.last, padded[end - count + np.minimum(gap, count - 1)])
+    place = (below + above) // 2
+    return place, (place > below) & (place < above)
+
+
+def _choose(cells: Indices, near: Mask, count: int, rng: np.random.Generator) -> tuple[Indices, Reals]:
+    """The near ones of some cells and a few of the others, and how many cells each stands for."""
+    every, others = cells[near], cells[~near]
+    few = rng.permutation(others)[:count]
+    chosen = np.concatenate([every, few])
+    share = np.concatenate([np.ones(len(every)), np.full(len(few), len(others) / max(1, len(few)))])
+    return chosen, share

@@ -1,0 +1,243 @@
+"""Clusters of an operator and their skeletons: the few rows and columns through which they see the rest."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+
+from .batches import Block
+from .lowrank import pivoted_qr
+from .sampling import Sample, Sampler
+from .tree import Indices, Outline, Reals
+
+Entries = Callable[[Indices, Indices], Reals]
+
+DENSITY = 0.7  # share of Chebyshev's number that a sample has of rows or columns: neighbouring cells help one another
+PROBES = 4
+SLACK = 2.0  # a probe may miss the tolerance by this factor before the sample is enlarged
+AMPLE = (2, 16)  # least number of rows or columns in a sample: first times the rank, plus second
+ATTEMPTS = 6
+TOGETHER = 32  # clusters sampled in one pass
+MARGIN = 0.1  # the pivots are cut at this fraction of the tolerance: errors of many levels and clusters add up
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Active rows (or columns) `kept` (k,) and `rest` (m-k,) that outside a cluster are combinations of those.
+
+    Of rows: A[rest] ≈ combine A[kept], combine (m-k, k). Of columns: A[:, rest] ≈ A[:, kept] combine, combine (k, m-k).
+    """
+
+    kept: Indices
+    rest: Indices
+    combine: Reals
+
+
+@dataclass
+class Cluster:
+    """Nodes start..stop, their active rows and columns (global numbers), and the dense blocks between those.
+
+    The rows and columns of a near block are places among the active ones. Bases are None until compressed.
+    """
+
+    start: int
+    stop: int
+    rows: Indices
+    columns: Indices
+    near: list[Block] = field(default_factory=list)
+    row_basis: Basis | None = None
+    column_basis: Basis | None = None
+
+    def border(self) -> Cluster:
+        """What the tree above needs of it: all but the near blocks."""
+        return replace(self, near=[])
+
+
+class Axis:
+    """The rows or the columns of an operator: which degrees of freedom each node has, and how to sample its nodes.
+
+    Parameters
+    ----------
+    offsets : (n+1,) int array
+        Node i has degrees of freedom offsets[i]..offsets[i+1].
+    outline : Outline
+    breaks : int array
+    """
+
+    def __init__(self, offsets: Indices, outline: Outline, breaks: Indices) -> None:
+        self.offsets = np.asarray(offsets, dtype=np.int64)
+        counts = np.diff(self.offsets)
+        self.node = np.repeat(np.arange(len(counts)), counts)
+        carriers = np.flatnonzero(counts)
+        self.per_node = max(len(self.node), 1) / max(len(carriers), 1)
+        changes = np.flatnonzero(np.diff(carriers) > 1)
+        self.sampler = Sampler(outline, carriers, np.union1d(breaks, carriers[changes + 1]))
+
+    def span(self, start: int, stop: int) -> Indices:
+        """Degrees of freedom of nodes start..stop."""
+        return np.arange(int(self.offsets[start]), int(self.offsets[stop]))
+
+    def of(self, nodes: Indices) -> Indices:
+        """Degrees of freedom of some nodes."""
+        spans = [self.span(int(node), int(node) + 1) for node in nodes]
+        return np.concatenate([np.empty(0, dtype=np.int64), *spans])
+
+    def nodes_of(self, dofs: Indices) -> Indices:
+        """Nodes of some increasing degrees of freedom, each once."""
+        nodes = self.node[dofs]
+        return nodes[np.diff(nodes, prepend=-1) > 0]
+
+    def count(self, nodes: Indices) -> int:
+        """Number of degrees of freedom of some nodes."""
+        return int((self.offsets[nodes + 1] - self.offsets[nodes]).sum())
+
+    def places(self, nodes: Indices, dofs: Indices) -> Indices:
+        """Places of degrees of freedom among all those of some increasing nodes."""
+        counts = self.offsets[nodes + 1] - self.offsets[nodes]
+        first = np.cumsum(counts) - counts
+        node = self.node[dofs]
+        places: Indices = first[np.searchsorted(nodes, node)] + dofs - self.offsets[node]
+        return places
+
+    def spread(self, nodes: Indices, values: Reals) -> Reals:
+        """Values of nodes, repeated for each of their degrees of freedom."""
+        return np.repeat(values, self.offsets[nodes + 1] - self.offsets[nodes])
+
+
+class Operator:
+    """Exact entries by degrees of freedom, and the compression of clusters from samples of them.
+
+    Parameters
+    ----------
+    entries : callable
+        entries(row_nodes, column_nodes) for increasing node arrays: all their rows and columns as a dense array.
+    points : (n, 2) array
+    row_offsets, column_offsets : (n+1,) int arrays
+    breaks : int array
+        Nodes at which the kernel may jump.
+    tolerance : float
+    """
+
+    def __init__(
+        self, entries: Entries, points: Reals, row_offsets: Indices, column_offsets: Indices, breaks: Indices,
+        tolerance: float,
+    ) -> None:  # fmt: skip
+        self.entries, self.tolerance = entries, tolerance
+        self.outline = Outline(points)
+        self.square = bool(np.array_equal(row_offsets, column_offsets))
+        self.row_axis = Axis(row_offsets, self.outline, breaks)
+        self.column_axis = self.row_axis if self.square else Axis(column_offsets, self.outline, breaks)
+
+    def block(self, rows: Indices, columns: Indices) -> Reals:
+        """Entries of some rows and columns."""
+        row_nodes, column_nodes = self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns)
+        values = self.between(row_nodes, column_nodes)
+        picked = values[self.row_axis.places(row_nodes, rows)[:, None], self.column_axis.places(column_nodes, columns)]
+        return np.asarray(picked)
+
+    def leaf(self, start: int, stop: int) -> Cluster:
+        """A cluster with all its rows and columns active, and its dense diagonal block."""
+        rows, columns = self.row_axis.span(start, stop), self.column_axis.span(start, stop)
+        near = Block(np.arange(len(rows)), np.arange(len(columns)), self.block(rows, columns))
+        return Cluster(start, stop, rows, columns, [near])
+
+    def merge(self, children: list[Cluster]) -> Cluster:
+        """The union of one or two compressed neighbours: what they kept, and the blocks between the two."""
+        rows = [c.rows[c.row_basis.kept] for c in children if c.row_basis]
+        columns = [c.columns[c.column_basis.kept] for c in children if c.column_basis]
+        i = np.split(np.arange(sum(map(len, rows))), [len(rows[0])])
+        j = np.split(np.arange(sum(map(len, columns))), [len(columns[0])])
+        pairs = [(0, 1), (1, 0)] if len(children) == 2 else []
+        near = [Block(i[a], j[b], self.block(rows[a], columns[b])) for a, b in pairs]
+        return Cluster(children[0].start, children[-1].stop, np.concatenate(rows), np.concatenate(columns), near)
+
+    def compress(self, clusters: list[Cluster], usual: int = 0) -> int:
+        """Find the bases of adjacent clusters of one level.
+
+        Of a square operator both bases of a cluster get one rank, so that its factorisation can eliminate as many rows
+        as columns.
+
+        Returns
+        -------
+        int
+            How often samples had to be enlarged, usually: where the next level begins.
+        """
+        guess = 32, 32
+        for first in range(0, len(clusters), TOGETHER):
+            group = clusters[first : first + TOGETHER]
+            needed = []
+            for cluster, outer in zip(group, self._samples(group, usual), strict=True):
+                attempt, fits = usual, self._fits(cluster, outer, guess)
+                while attempt < ATTEMPTS and not (fits[0].holds and fits[1].holds):
+                    attempt += 1
+                    fits = self._fits(cluster, self._samples([cluster], attempt)[0], guess)
+                needed.append(attempt)
+                guess = len(fits[0].kept), len(fits[1].kept)
+                cluster.row_basis = Basis(fits[0].kept, fits[0].rest, np.ascontiguousarray(fits[0].z.T))
+                cluster.column_basis = Basis(fits[1].kept, fits[1].rest, fits[1].z)
+            # neighbours are alike: what most of a group needed is where the next one begins
+            usual = sorted(needed)[len(needed) // 2]
+        return usual
+
+    def _samples(self, clusters: list[Cluster], attempt: int) -> list[tuple[Sample, Sample]]:
+        """Outer nodes with rows and outer nodes with columns, for each of some adjacent clusters."""
+        start, stop = (np.array([getattr(c, name) for c in clusters]) for name in ("start", "stop"))
+        density = DENSITY * (1.0 - np.log10(self.tolerance)) * 1.5**attempt
+        rng = np.random.default_rng([start[0], stop[-1], len(start), attempt])
+        boxes = self.outline.boxes(start, stop)
+
+        def sample(axis: Axis) -> list[Sample]:
+            return axis.sampler.sample(start, stop, boxes, density / axis.per_node, PROBES, rng)
+
+        with_columns = sample(self.column_axis)
+        with_rows = with_columns if self.square else sample(self.row_axis)
+        return list(zip(with_rows, with_columns, strict=True))
+
+    def _fits(self, cluster: Cluster, outer: tuple[Sample, Sample], guess: tuple[int, int]) -> tuple[_Fit, _Fit]:
+        """The cluster's rows fitted on columns outside, and its columns fitted on rows outside."""
+        rows, columns = outer
+        nodes = self.row_axis.nodes_of(cluster.rows)
+        seen = self.between(nodes, columns.nodes)[self.row_axis.places(nodes, cluster.rows)].T
+        nodes = self.column_axis.nodes_of(cluster.columns)
+        felt = self.between(rows.nodes, nodes)[:, self.column_axis.places(nodes, cluster.columns)]
+        looks = (seen, self.column_axis, columns, guess[0]), (felt, self.row_axis, rows, guess[1])
+        weights = [axis.spread(sample.nodes, sample.weights) for _, axis, sample, _ in looks]
+        qrs = [
+            pivoted_qr(look[0], weight, MARGIN * self.tolerance, look[3])
+            for look, weight in zip(looks, weights, strict=True)
+        ]
+        ranks = [qr.rank for qr in qrs]
+        if self.square:
+            ranks = [max(ranks)] * 2
+        fits = []
+        for (values, axis, sample, _), weight, qr, rank in zip(looks, weights, qrs, ranks, strict=True):
+            probes = axis.spread(sample.nodes, sample.probes)
+            probed = np.flatnonzero(probes)
+            ample = sample.complete or AMPLE[0] * qr.rank + AMPLE[1] <= np.count_nonzero(weight)
+            probe = values[probed] * probes[probed, None]
+            fits.append(_Fit(*qr.interpolation(rank), SLACK * self.tolerance * qr.scale, probe, ample))
+        return fits[0], fits[1]
+
+    def between(self, row_nodes: Indices, column_nodes: Indices) -> Reals:
+        """Entries of all rows of some nodes and all columns of others."""
+        if len(row_nodes) and len(column_nodes):
+            return self.entries(row_nodes, column_nodes)
+        return np.zeros((self.row_axis.count(row_nodes), self.column_axis.count(column_nodes)))
+
+
+@dataclass(frozen=True)
+class _Fit:
+    kept: Indices
+    rest: Indices
+    z: Reals
+    allowed: float
+    probes: Reals
+    ample: bool
+
+    @property
+    def holds(self) -> bool:
+        """True if the probes are fitted as well as the sample was."""
+        error = self.probes[:, self.rest] - self.probes[:, self.kept] @ self.z
+        return self.ample and bool((error * error).sum(axis=0).max(initial=0.0) <= self.allowed**2)

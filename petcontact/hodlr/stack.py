@@ -1,0 +1,165 @@
+"""A cluster tree, or one subtree of it, level by level: blocks in batches, and products with them."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .batches import Batches, Block
+from .skeleton import Basis, Cluster, Operator
+from .tree import Indices, Reals, halved
+
+
+@dataclass(frozen=True)
+class Level:
+    """All clusters of one level, their active rows and columns one after another.
+
+    Attributes
+    ----------
+    near : Batches (m, n)
+        Blocks between the m active rows and the n active columns.
+    kept_rows, kept_columns : (k,) and (l,) arrays
+        Places of those that stay active on the level above, in its order; none at the root.
+    row_combine : Batches (m, k)
+        The other rows from the kept ones.
+    column_combine : Batches (l, n)
+        The other columns' shares in the kept ones.
+    clusters : list of Cluster
+        Their blocks and bases are views of the batches.
+    """
+
+    near: Batches
+    kept_rows: Indices
+    kept_columns: Indices
+    row_combine: Batches
+    column_combine: Batches
+    clusters: list[Cluster]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the blocks [bytes]."""
+        return self.near.nbytes + self.row_combine.nbytes + self.column_combine.nbytes
+
+    @property
+    def ranks(self) -> list[tuple[int, int]]:
+        """Rows and columns kept by each cluster that is compressed."""
+        return [(len(c.row_basis.kept), len(c.column_basis.kept)) for c in self.clusters if c.row_basis and c.column_basis]
+
+
+def pack(clusters: list[Cluster]) -> Level:
+    """One level from its clusters. The clusters' arrays are replaced by views."""
+    rows = columns = up_rows = up_columns = 0
+    near, by_row, by_column, kept_rows, kept_columns = [], [], [], [], []
+    for c in clusters:
+        near += [Block(rows + b.rows, columns + b.columns, b.values) for b in c.near]
+        if c.row_basis and c.column_basis:
+            r, s = c.row_basis, c.column_basis
+            above_rows, above_columns = up_rows + np.arange(len(r.kept)), up_columns + np.arange(len(s.kept))
+            by_row.append(Block(rows + r.rest, above_rows, r.combine))
+            by_column.append(Block(above_columns, columns + s.rest, s.combine))
+            kept_rows.append(rows + r.kept)
+            kept_columns.append(columns + s.kept)
+            up_rows, up_columns = up_rows + len(r.kept), up_columns + len(s.kept)
+        rows, columns = rows + len(c.rows), columns + len(c.columns)
+    none = [np.empty(0, dtype=np.int64)]
+    level = Level(
+        Batches(near, rows, columns),
+        np.concatenate(none + kept_rows),
+        np.concatenate(none + kept_columns),
+        Batches(by_row, rows, up_rows),
+        Batches(by_column, up_columns, columns),
+        clusters,
+    )
+    views = iter(level.near.blocks)
+    for c in clusters:
+        c.near = [replace(b, values=next(views).values) for b in c.near]
+    for c, by_r, by_c in zip(clusters, level.row_combine.blocks, level.column_combine.blocks, strict=False):
+        assert c.row_basis and c.column_basis
+        c.row_basis = Basis(c.row_basis.kept, c.row_basis.rest, by_r.values)
+        c.column_basis = Basis(c.column_basis.kept, c.column_basis.rest, by_c.values)
+    return level
+
+
+def padded(x: Reals) -> Reals:
+    """A copy of x (n, s) with the zero slot that Batches wants."""
+    return np.concatenate([x, np.zeros((1, x.shape[1]))])
+
+
+class Stack:
+    """Levels from the leaves (first) to a root that may itself be compressed.
+
+    Parameters
+    ----------
+    levels : list of Level
+    """
+
+    def __init__(self, levels: list[Level]) -> None:
+        self.levels = levels
+
+    @property
+    def root(self) -> Cluster:
+        """The one cluster of the last level."""
+        return self.levels[-1].clusters[0]
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the blocks [bytes]."""
+        return sum(level.nbytes for level in self.levels)
+
+    def ascend(self, x: Reals, transpose: bool) -> tuple[list[Reals], Reals]:
+        """What each level sees of x (n, s) on the leaves' columns (rows if transposed), and what the outside sees."""
+        seen, above = [], padded(x)
+        for level in self.levels:
+            seen.append(above)
+            if transpose:
+                above = padded(above[level.kept_rows])
+                level.row_combine.add_transpose(seen[-1], above)
+            else:
+                above = padded(above[level.kept_columns])
+                level.column_combine.add(seen[-1], above)
+        return seen, above[:-1]
+
+    def descend(self, seen: list[Reals], outside: Reals, transpose: bool) -> Reals:
+        """Product on the leaves' rows (columns if transposed) from what `ascend` gave and from outside the root."""
+        above = padded(outside)
+        for level, x in zip(reversed(self.levels), reversed(seen), strict=True):
+            y = np.zeros((level.near.shape[transpose] + 1, x.shape[1]))
+            if transpose:
+                level.near.add_transpose(x, y)
+                y[level.kept_columns] += above[:-1]
+                level.column_combine.add_transpose(above, y)
+            else:
+                level.near.add(x, y)
+                y[level.kept_rows] += above[:-1]
+                level.row_combine.add(above, y)
+            above = y
+        return above[:-1]
+
+
+def build_part(operator: Operator, start: int, stop: int, leaf: int, whole: bool) -> Stack:
+    """The subtree over nodes start..stop, its root compressed unless it is the whole tree."""
+    bounds = halved(start, stop, leaf)
+    clusters = [operator.leaf(int(a), int(b)) for a, b in itertools.pairwise(bounds)]
+    return _climb(operator, clusters, whole)
+
+
+def build_top(operator: Operator, roots: list[Cluster]) -> Stack:
+    """The tree above the compressed roots of all parts."""
+    return _climb(operator, _merged(operator, roots), True)
+
+
+def _climb(operator: Operator, clusters: list[Cluster], whole: bool) -> Stack:
+    levels, usual = [], 0
+    while True:
+        if len(clusters) > 1 or not whole:
+            usual = operator.compress(clusters, usual)
+        levels.append(pack(clusters))
+        if len(clusters) == 1:
+            return Stack(levels)
+        clusters = _merged(operator, clusters)
+
+
+def _merged(operator: Operator, clusters: list[Cluster]) -> list[Cluster]:
+    return [operator.merge(clusters[i : i + 2]) for i in range(0, len(clusters), 2)]

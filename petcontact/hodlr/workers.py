@@ -1,0 +1,55 @@
+"""Threads of one rank and ranks of one communicator, with the few exchanges that a tree of clusters needs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, TypeVar
+
+import numpy as np
+
+from .tree import Indices
+
+T = TypeVar("T")
+
+
+class Workers:
+    """Threads and ranks.
+
+    Parameters
+    ----------
+    threads : int
+        Threads of this rank.
+    comm : mpi4py.MPI.Comm or None
+        None is one process.
+    """
+
+    def __init__(self, threads: int, comm: Any) -> None:
+        self.threads, self.comm = threads, comm
+        self.rank: int = comm.Get_rank() if comm is not None else 0
+        self.size: int = comm.Get_size() if comm is not None else 1
+        self._pool = ThreadPoolExecutor(threads) if threads > 1 else None
+
+    def map(self, task: Callable[..., T], *items: Iterable[Any]) -> list[T]:
+        """The task on each item, over the threads."""
+        return list(map(task, *items) if self._pool is None else self._pool.map(task, *items))
+
+    def gather(self, items: list[T]) -> list[T]:
+        """The items of all ranks, in rank order, on every rank."""
+        if self.size == 1:
+            return items
+        return [item for part in self.comm.allgather(items) for item in part]
+
+    def at_root(self, task: Callable[[], T]) -> T:
+        """What rank 0 computes, on every rank: all go on with the same digits."""
+        if self.size == 1:
+            return task()
+        result: T = self.comm.bcast(task() if self.rank == 0 else None, root=0)
+        return result
+
+
+def even_bounds(count: int, size: int) -> Indices:
+    """Bounds (size + 1,) of PETSc's own split of `count` things: the first ones have one more."""
+    sizes = np.full(size, count // size, dtype=np.int64)
+    sizes[: count % size] += 1
+    return np.concatenate([[0], np.cumsum(sizes)])

@@ -1,0 +1,169 @@
+"""Kelvin's solution of plane strain and its traction, integrated over boundary elements (the kernels of 4.10).
+
+With r = x - y, n the outward normal at x, and the direction start -> end running with the body on its left:
+
+    U = 1/(8πµ(1-ν)) [-(3-4ν) ln r I + r r/r²]
+    T = -1/(4π(1-ν)) [(r·n/r²) ((1-2ν) I + 2 r r/r²) + (1-2ν)/r² (n r - r n)]
+
+U[i, j] and T[i, j] take the traction or displacement component j at x to component i at y. Both are a multiple of I
+plus a deviator (a complex number m stands for [[Re m, Im m], [Im m, -Re m]]) plus, in T, a rotation by 90 degrees.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from . import _memory as _memory  # first: keeps malloc from giving every tile back to the system
+from .arcs import Arcs
+from .combine import Result
+from .constant import constant
+from .elements import Array, Elements, Index, Targets
+from .quadrature import gauss
+from .segments import Segments
+
+__all__ = ["Elements", "Targets", "integrals"]
+
+CHUNK = 16384
+"""Pairs of one temporary: a dozen of them nearly fit a core's second-level cache, and calls cost little in them."""
+POINT_CHUNK = 6 * CHUNK
+"""The same with Gauss points, of which fewer temporaries are needed."""
+
+
+def integrals(
+    targets: Targets, elements: Elements, poisson_ratio: float, length: float, *, displacement: bool = True,
+    traction: bool = True,
+) -> tuple[Array | None, Array | None]:  # fmt: skip
+    """Both kernels integrated over elements against their Lagrange bases, at targets.
+
+    Parameters
+    ----------
+    targets : Targets
+        m points.
+    elements : Elements
+        n elements of order p.
+    poisson_ratio : float
+        ν of plane strain; for plane stress pass ν/(1+ν).
+    length : float
+        Length that scales the argument of the logarithm [length].
+    displacement, traction : bool
+        What is wanted.
+
+    Returns
+    -------
+    G : (2, 2, n(p+1), m) array or None
+        2µ ∫ U_ij L_b ds [length], i the component at the target, j the component at the element; element after element
+        on the third axis.
+    H : (2, 2, n(p+1), m) array or None
+        ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element itself.
+    """
+    n, nodes, m = len(elements.index), elements.order + 1, len(targets.line)
+    result = Result(
+        np.empty((2, 2, n, nodes, m)) if displacement else None, np.empty((2, 2, n, nodes, m)) if traction else None,
+        poisson_ratio, length,
+    )  # fmt: skip
+    curved = elements.curved
+    if n == 0 or m == 0:
+        pass
+    elif curved.any() and not curved.all():
+        for chosen in (np.flatnonzero(~curved), np.flatnonzero(curved)):
+            parts = integrals(
+                targets, elements.take(chosen), poisson_ratio, length, displacement=displacement, traction=traction
+            )
+            for whole, part in zip((result.kernel_g, result.kernel_h), parts, strict=True):
+                if whole is not None and part is not None:
+                    whole[:, :, chosen] = part.reshape(2, 2, len(chosen), nodes, m)
+    elif elements.order == 0 and not curved.any():
+        _constant(targets, elements, result)
+    else:
+        _polynomial(targets, elements, result)
+    shape = (2, 2, n * nodes, m)
+    return (
+        None if result.kernel_g is None else result.kernel_g.reshape(shape),
+        None if result.kernel_h is None else result.kernel_h.reshape(shape),
+    )
+
+
+def _own_targets(targets: Targets, elements: Elements) -> tuple[Index, Index]:
+    """Pairs (place of the element, target) where the target is a node of the element."""
+    order = np.argsort(elements.index, kind="stable")
+    place = np.searchsorted(elements.index, targets.element, sorter=order)
+    place = order[np.minimum(place, len(order) - 1)]
+    column = np.flatnonzero(elements.index[place] == targets.element)
+    return place[column], column
+
+
+def _off_line(targets: Targets, line: Index) -> Array | None:
+    """0 where an element and a target lie on one line, else 1: (n, m), or (1, m) for elements of one line, or None."""
+    first = line[0]
+    if np.all(line == first):
+        apart = (targets.line != first)[None] if first >= 0 else np.ones((1, 1), dtype=bool)
+    else:
+        apart = targets.line != np.where(line < 0, -2, line)[:, None]
+    return None if apart.all() else apart.astype(np.float64)
+
+
+def _constant(targets: Targets, elements: Elements, result: Result) -> None:
+    """Straight elements of order 0: closed form for all pairs."""
+    own_element, own_column = _own_targets(targets, elements)
+    for rows in _chunks(len(elements.index), len(targets.line), CHUNK):
+        inside = (own_element >= rows.start) & (own_element < rows.stop)
+        column = own_column[inside]
+        constant(
+            None if result.kernel_g is None else result.kernel_g[:, :, rows, 0],
+            None if result.kernel_h is None else result.kernel_h[:, :, rows, 0],
+            elements.start[rows], elements.end[rows], targets.point, _off_line(targets, elements.line[rows]),
+            (own_element[inside] - rows.start, column), targets.xi[column], result.poisson_ratio, result.length,
+        )  # fmt: skip
+
+
+def _chunks(n: int, per_row: int, size: int) -> list[slice]:
+    step = max(1, size // max(1, per_row))
+    return [slice(first, min(first + step, n)) for first in range(0, n, step)]
+
+
+def _polynomial(targets: Targets, elements: Elements, result: Result) -> None:
+    """Elements of any order and shape: Gauss quadrature for all pairs, then what is not far enough once more."""
+    order = elements.order
+    point = targets.point[:, 0] + 1j * targets.point[:, 1]
+    shape = shape_of(elements)
+    near: list[tuple[Index, Index]] = []
+    for rows in _chunks(len(elements.index), shape.far_points(order) * len(point), POINT_CHUNK):
+        some = shape.take(rows)
+        part, turn, (element, column) = some.far(order, point, _off_line(targets, elements.line[rows]))
+        result.write(rows, part, some.half, turn, gauss(order)[1][:, None])
+        near.append((element + rows.start, column))
+    element, column = (np.concatenate(part) for part in zip(*near, strict=True))
+    if len(element):
+        _near(targets, elements, shape, element, column, result)
+
+
+def _near(
+    targets: Targets, elements: Elements, shape: Arcs | Segments, element: Index, column: Index, result: Result
+) -> None:
+    """Pairs of an element and a target that are not far."""
+    order, weight = elements.order, gauss(elements.order)[1][:, None]
+    point = targets.point[column, 0] + 1j * targets.point[column, 1]
+    left, right, h = shape.take(element).coordinates(point)
+    own = elements.index[element] == targets.element[column]
+    on_line = own | ((elements.line[element] >= 0) & (elements.line[element] == targets.line[column]))
+    xi = targets.xi[column]
+    h = np.where(on_line, 0.0, h)
+    left, right = np.where(own, xi + 1.0, left), np.where(own, xi - 1.0, right)
+    is_close = np.sqrt(left * left + h * h) + np.sqrt(right * right + h * h) < shape.close_sum(order)
+    chosen = np.flatnonzero(is_close)
+    if len(chosen):
+        some = shape.take(element[chosen])
+        part = some.close(order, left[chosen], right[chosen], h[chosen], on_line[chosen])
+        result.scatter(element[chosen], column[chosen], part, some.half, some.tangent**2, weight)
+    chosen = np.flatnonzero(~is_close)
+    if len(chosen):
+        some = shape.take(element[chosen])
+        part, turn = some.middle_range(order, point[chosen], 0.5 * (left + right)[chosen], h[chosen])
+        result.scatter(element[chosen], column[chosen], part, some.half, turn, weight)
+
+
+def shape_of(elements: Elements) -> Arcs | Segments:
+    """Geometry of elements that are all straight or all arcs."""
+    if elements.curved.any():
+        return Arcs.through(elements.start, elements.end, elements.curvature)
+    return Segments.through(elements.start, elements.end)

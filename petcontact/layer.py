@@ -1,0 +1,250 @@
+"""The operator T of an elastic layer: a symmetric positive stand-in for S, known in closed form on every contact part.
+
+Shear traction on the face of a layer of thickness H on a rigid base moves that face by Tσ with the kernel
+T(x, s) = -2(1-ν²)/(πE) · ln tanh(π|x-s|/(4H)), x and s in arc length: close by it is Kelvin's logarithm on a half plane, far
+away it decays as the layer's does. T⁻¹S has eigenvalues in [0.8, 1.8] or so on any mesh, so T⁻¹ takes the place of ρ,
+and I + ρT preconditions I + ρS.
+"""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mesh import BoundaryMesh
+from .operators import BoundaryOperators
+from .problem import Material
+from .quadrature import gauss, lagrange, lagrange_coefficients
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+RAYS = 32
+SMOOTH = 0.8
+"""Least cosine between the normals of neighbours that belong to one stretch."""
+NEAR = 4.0
+"""Half-lengths within which the logarithm is integrated in closed form (its recursion loses digits further out)."""
+FAR_POINTS, NEAR_POINTS = 4, 12
+"""Gauss points over the order of an element, for its kernel from afar and for the smooth part of it close by."""
+
+
+@dataclass(frozen=True)
+class Strip:
+    """A contact part as a layer: a stretch of nodes that see each other through the layer's kernel only.
+
+    Attributes
+    ----------
+    nodes : (k,) array
+        Places among the contact nodes.
+    start, length, order : (n,) arrays
+        Arc length at the start of each element, its length [length], and its order.
+    closed : float
+        Length of the loop where the part closes on itself, else 0: distances are then taken the short way.
+    thickness : float
+        H [length].
+    ends : (float, float)
+        How the strip goes on by reflection at its start and end: +1 beside a side that is free to move along it, -1
+        beside one whose displacement is known, where u_t vanishes.
+    """
+
+    nodes: Index
+    start: Array
+    length: Array
+    order: Index
+    closed: float
+    thickness: float
+    ends: tuple[float, float] = (1.0, 1.0)
+
+    @functools.cached_property
+    def element(self) -> Index:
+        """The element of each node, (k,)."""
+        return np.repeat(np.arange(len(self.order)), self.order + 1)
+
+    @functools.cached_property
+    def first(self) -> Index:
+        """The first node of each element, (n,)."""
+        return np.concatenate([[0], np.cumsum(self.order + 1)[:-1]])
+
+    @functools.cached_property
+    def positions(self) -> Array:
+        """Arc length of each node, (k,) [length]."""
+        xi = np.empty(len(self.element))
+        for order in np.unique(self.order):
+            chosen = self.order[self.element] == order
+            xi[chosen] = np.tile(gauss(int(order))[0], np.count_nonzero(self.order == order))
+        return np.asarray(self.start[self.element] + 0.5 * (1.0 + xi) * self.length[self.element])
+
+    @property
+    def uniform(self) -> bool:
+        """Whether all elements are equal, so that T is a convolution from element to element."""
+        return bool(np.ptp(self.length) <= 1e-9 * self.length[0] and np.ptp(self.order) == 0)
+
+
+def strips(operators: BoundaryOperators) -> list[Strip]:
+    """One strip for each smooth stretch of contact elements, over several parts where they go on into each other."""
+    mesh, nodes, tangent = operators.mesh, operators.data.contact_nodes, operators.data.tangent
+    result = []
+    for elements in smooth_stretches(operators):
+        counts = mesh.order[elements] + 1
+        local = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        places = np.searchsorted(nodes, np.repeat(mesh.first_node[elements], counts) + local)
+        first, last = elements[0], elements[-1]
+        length = mesh.length[elements]
+        closed = float(length.sum()) if _meet(mesh, elements[-1:], elements[:1])[0] else 0.0
+        ends = (_reflection(operators, mesh.end, mesh.start[first], tangent[places[0]]),
+                _reflection(operators, mesh.start, mesh.end[last], tangent[places[-1]]))  # fmt: skip
+        start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
+        thickness = body_thickness(mesh, nodes[places])
+        result.append(Strip(places, start, length, mesh.order[elements], closed, thickness, ends))
+    return result
+
+
+def smooth_stretches(operators: BoundaryOperators) -> list[Index]:
+    """Numbers of the contact elements of each stretch without corners, in order along the outline."""
+    elements = np.unique(operators.mesh.element[operators.data.contact_nodes])
+    runs = np.split(elements, np.flatnonzero(~_meet(operators.mesh, elements[:-1], elements[1:])) + 1)
+    if len(runs) > 1 and _meet(operators.mesh, runs[-1][-1:], runs[0][:1])[0]:
+        # the outline begins inside of a stretch
+        runs = [np.concatenate([runs[-1], runs[0]]), *runs[1:-1]]
+    return runs
+
+
+def _meet(mesh: BoundaryMesh, one: Index, other: Index) -> NDArray[np.bool_]:
+    """Whether elements end where others begin, in about the same direction."""
+    gap = np.hypot(*(mesh.end[one] - mesh.start[other]).T)
+    turn = np.sum(mesh.normal[mesh.first_node[one + 1] - 1] * mesh.normal[mesh.first_node[other]], axis=1)
+    return np.asarray((gap <= 1e-9 * mesh.length[one]) & (turn > SMOOTH))
+
+
+def _reflection(operators: BoundaryOperators, points: Array, corner: Array, tangent: Array) -> float:
+    """-1 if the element one of whose `points` is the corner holds displacements along the tangent, else +1."""
+    neighbour = int(np.argmin(np.sum((points - corner) ** 2, axis=1)))
+    node = int(operators.mesh.first_node[neighbour])
+    held = ~operators.data.traction_known[node]
+    return -1.0 if float(held @ (operators.data.frame[node] @ tangent) ** 2) > 0.5 else 1.0
+
+
+def body_thickness(mesh: BoundaryMesh, nodes: Index) -> float:
+    """Distance through the body along the inward normals of some nodes, the median of a few rays [length]."""
+    chosen = nodes[np.unique(np.linspace(0, len(nodes) - 1, RAYS).astype(int))]
+    direction = mesh.end - mesh.start
+    ray = -mesh.normal[chosen][:, None]
+    offset = mesh.start - mesh.x[chosen][:, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = _cross(ray, direction)
+        along, where = _cross(offset, direction) / determinant, _cross(offset, ray) / determinant
+    own = mesh.element[chosen]
+    hit = (along > 1e-6 * mesh.length[own][:, None]) & (where >= 0.0) & (where <= 1.0)
+    hit[np.arange(len(chosen)), own] = False
+    found = np.where(hit, along, np.inf).min(axis=1)
+    found = found[np.isfinite(found)]
+    extent = float(np.ptp(mesh.x, axis=0).max())
+    return float(np.median(found)) if len(found) else extent
+
+
+def _cross(a: Array, b: Array) -> Array:
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def layer_factor(material: Material) -> float:
+    """2(1-ν²)/(πE) of plane strain, 2/(πE) of plane stress: the layer's compliance [1/stress]."""
+    return (1.0 - material.plane_strain_ratio) / (np.pi * material.shear_modulus)
+
+
+def layer_matrix(strip: Strip, factor: float, rows: Index | None = None, columns: Index | None = None) -> Array:
+    """T of one strip by collocation, (k, k) or the entries asked for [length/stress].
+
+    An open strip goes on by reflection at its ends: next to a free side S is softer than a long layer.
+
+    Parameters
+    ----------
+    strip : Strip
+    factor : float
+        See `layer_factor`.
+    rows, columns : arrays, optional
+        Nodes of the strip (numbers from 0); all by default.
+    """
+    targets = strip.positions if rows is None else strip.positions[rows]
+    every = columns is None or len(columns) == len(strip.nodes)
+    wanted = np.arange(len(strip.order)) if every else np.unique(strip.element[columns])
+    first = np.concatenate([[0], np.cumsum(strip.order[wanted] + 1)])
+    matrix = np.empty((len(targets), first[-1]))
+    for order in np.unique(strip.order[wanted]):
+        group = np.flatnonzero(strip.order[wanted] == order)
+        values = _columns(strip, int(order), wanted[group], targets)
+        for sign, place in images(strip, targets):
+            values += sign * _columns(strip, int(order), wanted[group], place)
+        slots = first[group][:, None] + np.arange(order + 1)
+        matrix[:, slots.ravel()] = values.reshape(len(targets), -1)
+    matrix *= -factor
+    if every:
+        return matrix
+    element = strip.element[columns]
+    return matrix[:, first[np.searchsorted(wanted, element)] + columns - strip.first[element]]
+
+
+def images(strip: Strip, targets: Array) -> list[tuple[float, Array]]:
+    """Signs and places of the reflections of targets: one at each end, more beside fixed ends of a short strip.
+
+    Reflections of one sign keep T positive however few there are; those of a fixed end need each other.
+    """
+    if strip.closed:
+        return []
+    (first, last), origin = strip.ends, strip.start[0]
+    length = strip.start[-1] + strip.length[-1] - origin
+    x = targets - origin
+    count = 0 if first == last == 1.0 else int(np.clip(np.ceil(2.0 * strip.thickness / length), 1, 20))
+    mirrored = range(min(-count + 1, 0), max(count, 1) + 1)
+    found = [(first * (first * last) ** (k % 2), origin + 2 * k * length - x) for k in mirrored]
+    moved = [k for k in range(-count, count + 1) if k]
+    return found + [((first * last) ** (k % 2), origin + 2 * k * length + x) for k in moved]
+
+
+def _columns(strip: Strip, order: int, elements: Index, targets: Array) -> Array:
+    """∫ L_b ln tanh(π d/(4H)) over elements of one order, (targets, elements, p+1)."""
+    half = 0.5 * strip.length[elements]
+    offset = targets[:, None] - (strip.start[elements] + half)
+    if strip.closed:
+        offset -= strip.closed * np.rint(offset / strip.closed)
+    rate = 0.25 * np.pi / strip.thickness
+    # ln tanh(ad) = ln d + a smooth function whose nearest singularity is 2iH away: long elements take more points
+    more = 4 * int(min(half.max() / strip.thickness, 16.0))
+    x = offset / half
+    near = np.abs(x) < NEAR
+    s, product = _rule(order, order + FAR_POINTS + more)
+    distance = _short_way(np.abs(offset[:, :, None] - half[:, None] * s), strip.closed)
+    result = np.log(np.tanh(rate * np.maximum(distance, 1e-300))) @ product
+    s, product = _rule(order, order + NEAR_POINTS + more)
+    width = np.broadcast_to(half, offset.shape)[near]
+    distance = np.maximum(np.abs(offset[near][:, None] - width[:, None] * s), 1e-300)
+    smooth = np.log(np.tanh(rate * _short_way(distance, strip.closed)) / (rate * distance)) @ product
+    result[near] = smooth + log_moments(order, x[near]) + np.log(rate * width)[:, None] * product.sum(axis=0)
+    return np.asarray(result * half[:, None])
+
+
+def _short_way(distance: Array, closed: float) -> Array:
+    return np.minimum(distance, closed - distance) if closed else distance
+
+
+def _rule(order: int, points: int) -> tuple[Array, Array]:
+    """Gauss points s (q,) and w_q L_b(s_q), (q, p+1)."""
+    s, weight = gauss(points - 1)
+    return s, (lagrange(order, s) * weight).T
+
+
+def log_moments(order: int, x: Array) -> Array:
+    """∫ L_b(s) ln|s - x| ds over [-1, 1], (len(x), p+1), for |x| < 4 or so.
+
+    Against Legendre polynomials: ∫ P_k ln|s-x| = 2(Q_{k+1} - Q_{k-1})/(2k+1), Q_k by its three-term recursion.
+    """
+    log_plus, log_minus = np.log(np.abs(1.0 + x)), np.log(np.abs(1.0 - x))
+    q = [0.5 * (log_plus - log_minus)]
+    q.append(x * q[0] - 1.0)
+    for k in range(1, order + 1):
+        q.append(((2 * k + 1) * x * q[k] - k * q[k - 1]) / (k + 1))
+    moments = [(1.0 + x) * log_plus + (1.0 - x) * log_minus - 2.0]
+    moments += [2.0 * (q[k + 1] - q[k - 1]) / (2 * k + 1) for k in range(1, order + 1)]
+    return np.asarray((lagrange_coefficients(order) @ np.array(moments)).T)

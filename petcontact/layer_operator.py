@@ -1,0 +1,128 @@
+"""T over all of Γ_C: products, solves, and solves on a part of the nodes; by Fourier transforms where elements are equal."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .layer import layer_factor, strips
+from .layer_strips import FourierStrip, StripOperator, strip_operator
+from .operators import BoundaryOperators
+from .system import ContactVectors
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+TIGHT = 1e-11
+SPREAD = 1.5
+"""How far the quotient of S and T on a smooth σ may lie from 1 before T is scaled."""
+
+
+class LayerOperator:
+    """T on Γ_C, block by block over the contact parts, times an overall factor that a method adapts to S.
+
+    Attributes
+    ----------
+    scale : float
+        T is `scale` times the layer's operator.
+    rtol : float
+        Relative tolerance of iterative stick solves.
+    fast : bool
+        Whether products with T cost next to nothing (Fourier transforms on all parts).
+    """
+
+    def __init__(self, operators: BoundaryOperators) -> None:
+        self.scale, self.rtol = 1.0, TIGHT
+        factor = layer_factor(operators.material)
+        weight = operators.mesh.weight[operators.data.contact_nodes]
+        self.size, self._weight = len(weight), weight
+        self._parts: list[tuple[NDArray[np.int64], StripOperator]] = []
+        for strip in strips(operators):
+            points = operators.mesh.x[operators.data.contact_nodes[strip.nodes]]
+            self._parts.append((strip.nodes, strip_operator(strip, factor, weight[strip.nodes], points)))
+        self.fast = all(isinstance(part, FourierStrip) for _, part in self._parts)
+
+    def apply(self, x: Array) -> Array:
+        """T x, (m,) [length]."""
+        result = np.empty_like(x)
+        for nodes, part in self._parts:
+            result[nodes] = part.apply(x[nodes])
+        return self.scale * result
+
+    def solve(self, x: Array, rho: float | None = None) -> Array:
+        """T⁻¹ x [stress], or (I + ρT)⁻¹ x."""
+        result = np.empty_like(x)
+        for nodes, part in self._parts:
+            if rho is None:
+                result[nodes] = part.solve(x[nodes]) / self.scale
+            else:
+                result[nodes] = part.solve(x[nodes], rho * self.scale)
+        return result
+
+    def stick_solve(self, stick: Mask, rhs: Array) -> Array:
+        """x with T x = rhs on the stick nodes and x = 0 off them, (m,) [stress]."""
+        result = np.zeros_like(rhs)
+        for nodes, part in self._parts:
+            if stick[nodes].any():
+                result[nodes] = part.stick_solve(stick[nodes], rhs[nodes], self.rtol) / self.scale
+        return result
+
+    def matrix(self) -> Array:
+        """T as a dense array (m, m)."""
+        result = np.zeros((self.size, self.size))
+        for nodes, part in self._parts:
+            result[nodes[:, None], nodes] = self.scale * part.matrix()
+        return result
+
+    def fit(self, sigma: Array, displacement: Array) -> None:
+        """Scale T by the Rayleigh quotient of S and T on a smooth σ, given S σ, if they are far apart there.
+
+        On rough σ they agree for every body, the singularity of the kernel being the same: the scale is the geometric
+        mean of that 1 and the quotient.
+        """
+        own = float(self._weight @ (sigma * self.apply(sigma)))
+        other = float(self._weight @ (sigma * displacement))
+        if own > 0.0 and other > 0.0 and not 1.0 / SPREAD < other / own < SPREAD:
+            self.scale *= float(np.sqrt(other / own))
+
+
+class DistributedSystem(Protocol):
+    """A contact system with its communicator and the layout of contact vectors; all of the package's are."""
+
+    operators: BoundaryOperators
+    contact: ContactVectors
+    comm: Any
+
+
+class RobinPreconditioner:
+    """(I + ρT)⁻¹ as a PETSc preconditioner of type python for I + ρS; ρ may change between solves."""
+
+    def __init__(self, layer: LayerOperator, contact: ContactVectors, rho: float) -> None:
+        self.layer, self.contact, self.rho = layer, contact, rho
+
+    def apply(self, pc: Any, x: Any, y: Any) -> None:
+        """y = (I + ρT)⁻¹ x."""
+        whole = self.contact.everywhere(x.getArray(readonly=True))
+        y.setArray(self.layer.solve(whole, self.rho)[self.contact.owned])
+
+    def view(self, pc: Any, viewer: Any) -> None:
+        """The line of -ksp_view."""
+        viewer.printfASCII("    (I + rho T)^-1, T the operator of an elastic layer\n")
+
+
+def robin_preconditioner(system: DistributedSystem, rho: float, pc: Any) -> RobinPreconditioner:
+    """Make the PC of a KSP over I + ρS the layer's; returns its context, whose `rho` may be changed between solves.
+
+    Parameters
+    ----------
+    system : CondensedSystem, FullSystem or CompressedSystem
+    rho : float
+        [stress/length]
+    pc : PETSc.PC
+    """
+    context = RobinPreconditioner(LayerOperator(system.operators), system.contact, rho)
+    pc.setType("python")
+    pc.setPythonContext(context)
+    return context

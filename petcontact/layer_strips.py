@@ -1,0 +1,233 @@
+"""T on one contact part: dense, by Fourier transforms where elements are equal, or compressed where it is long."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+import scipy.fft
+import scipy.linalg
+from numpy.typing import NDArray
+
+from .krylov import Krylov
+from .layer import Strip, layer_matrix
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+DENSE_SIZE = 256
+"""Nodes of equal elements up to which a Cholesky factor of the stick block beats conjugate gradients."""
+LONG_SIZE = 3000
+"""Nodes of unequal elements from which T is compressed."""
+HODLR_TOL = 1e-4
+"""Coarse: T need not be exact, only the same in products and solves."""
+
+
+class StripOperator(Protocol):
+    """T of one strip, vectors (k,)."""
+
+    def apply(self, x: Array) -> Array: ...
+    def solve(self, x: Array, rho: float | None = None) -> Array: ...
+    def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array: ...
+    def matrix(self) -> Array: ...
+
+
+class DenseStrip:
+    """T as a dense matrix, symmetric in the inner product of the node weights.
+
+    Collocation on Gauss points is symmetric only up to its own error (1e-2): the symmetric part is as good a T, and has
+    a Cholesky factor.
+    """
+
+    def __init__(self, strip: Strip, factor: float, weight: Array) -> None:
+        self._root = np.sqrt(weight)
+        scaled = layer_matrix(strip, factor) * (self._root[:, None] / self._root)
+        self._scaled = 0.5 * (scaled + scaled.T)
+        self._factors: dict[float | None, Any] = {}
+
+    def apply(self, x: Array) -> Array:
+        """T x."""
+        return np.asarray(self._scaled @ (self._root * x) / self._root)
+
+    def solve(self, x: Array, rho: float | None = None) -> Array:
+        """T⁻¹ x, or (I + ρT)⁻¹ x."""
+        if rho not in self._factors:
+            matrix = self._scaled if rho is None else np.eye(len(self._root)) + rho * self._scaled
+            for other in [key for key in self._factors if key is not None]:
+                del self._factors[other]
+            self._factors[rho] = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
+        factor = self._factors[rho]
+        return np.asarray(scipy.linalg.cho_solve(factor, self._root * x, check_finite=False) / self._root)
+
+    def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
+        """x with T x = rhs on the stick nodes and x = 0 off them."""
+        return stick_cholesky(self._scaled, self._root, stick, rhs)
+
+    def matrix(self) -> Array:
+        """T, (k, k)."""
+        return np.asarray(self._scaled * (self._root / self._root[:, None]))
+
+
+class FourierStrip:
+    """T of equal elements of any order: a convolution from element to element, two transforms a product or a solve.
+
+    An open strip goes on by reflection at both ends, a closed one is a loop already.
+    """
+
+    def __init__(self, strip: Strip, factor: float, weight: Array) -> None:
+        self._elements, self._nodes = len(strip.length), int(strip.order[0]) + 1
+        self._open, self._root, self._ends = not strip.closed, np.sqrt(weight), strip.ends
+        loop = strip
+        if self._open:
+            copies = 2 if strip.ends[0] == strip.ends[1] else 4
+            count, total = copies * self._elements, copies * float(strip.length.sum())
+            loop = Strip(
+                np.arange(count * self._nodes), strip.length[0] * np.arange(count), np.full(count, strip.length[0]),
+                np.full(count, strip.order[0]), total, strip.thickness,
+            )  # fmt: skip
+        blocks = layer_matrix(loop, factor, np.arange(self._nodes)).reshape(self._nodes, -1, self._nodes)
+        symbol = np.conj(np.fft.rfft(blocks, axis=1)).transpose(1, 0, 2)
+        ratio = weight[: self._nodes] / weight[: self._nodes, None]
+        symbol = 0.5 * (symbol + np.conj(symbol.transpose(0, 2, 1)) * ratio)
+        self._symbol = np.ascontiguousarray(symbol.transpose(1, 2, 0))
+        self._inverse: dict[float | None, NDArray[np.complex128]] = {}
+        self._dense: Array | None = None
+
+    def apply(self, x: Array) -> Array:
+        """T x."""
+        return self._convolve(self._symbol, x)
+
+    def solve(self, x: Array, rho: float | None = None) -> Array:
+        """T⁻¹ x, or (I + ρT)⁻¹ x."""
+        if rho not in self._inverse:
+            for other in [key for key in self._inverse if key is not None]:
+                del self._inverse[other]
+            blocks = self._symbol.transpose(2, 0, 1)
+            inverse = np.linalg.inv(blocks if rho is None else np.eye(self._nodes) + rho * blocks)
+            self._inverse[rho] = np.ascontiguousarray(inverse.transpose(1, 2, 0))
+        return self._convolve(self._inverse[rho], x)
+
+    def _convolve(self, symbol: NDArray[np.complex128], x: Array) -> Array:
+        # the transformed axis last and contiguous: scipy's transforms spend less on it than numpy's
+        pieces = x.reshape(self._elements, self._nodes).T
+        if self._open:
+            first, last = self._ends
+            mirrored = pieces[::-1, ::-1]
+            copies = [pieces, last * mirrored]
+            if first != last:
+                copies += [-pieces, first * mirrored]
+            pieces = np.concatenate(copies, axis=1)
+        spectrum = scipy.fft.rfft(pieces)
+        spectrum = np.einsum("abk,bk->ak", symbol, spectrum) if self._nodes > 1 else symbol[0] * spectrum
+        return np.asarray(scipy.fft.irfft(spectrum, pieces.shape[1])[:, : self._elements].T.ravel())
+
+    def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
+        """By Cholesky where it is small, else by conjugate gradients preconditioned by the stick block of T⁻¹."""
+        if stick.all():
+            return self.solve(rhs)
+        if len(rhs) <= DENSE_SIZE:
+            if self._dense is None:
+                self._dense = self.matrix() * (self._root[:, None] / self._root)
+            return stick_cholesky(self._dense, self._root, stick, rhs)
+        return conjugate_gradients(self.apply, self.solve, self._root * self._root, stick, rhs, rtol)
+
+    def matrix(self) -> Array:
+        """T, (k, k)."""
+        return np.column_stack([self.apply(e) for e in np.eye(self._elements * self._nodes)])
+
+
+class HodlrStrip:
+    """T compressed hierarchically, for long strips of unequal elements; symmetric only up to collocation."""
+
+    def __init__(self, strip: Strip, factor: float, points: Array) -> None:
+        self._strip, self._layer_factor, self._points = strip, factor, points
+        self._matrix = self._compress(None)
+        self._factors: dict[float | None, Any] = {}
+        self._krylov = Krylov(len(points), "layer_")
+
+    def _compress(self, rho: float | None) -> Any:
+        """T, or I + ρT."""
+        from .hodlr import compress
+
+        def entries(rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Array:
+            block = layer_matrix(self._strip, self._layer_factor, rows, columns)
+            return block if rho is None else rho * block + (rows[:, None] == columns)
+
+        offsets = np.arange(len(self._points) + 1)
+        return compress(entries, self._points, offsets, offsets, HODLR_TOL)
+
+    def apply(self, x: Array) -> Array:
+        """T x."""
+        return np.asarray(self._matrix @ x)
+
+    def solve(self, x: Array, rho: float | None = None) -> Array:
+        """T⁻¹ x, or (I + ρT)⁻¹ x."""
+        from .hodlr import factor
+
+        if rho not in self._factors:
+            for other in [key for key in self._factors if key is not None]:
+                del self._factors[other]
+            self._factors[rho] = factor(self._matrix if rho is None else self._compress(rho))
+        return np.asarray(self._factors[rho].solve(x))
+
+    def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
+        """By GMRES, preconditioned by the stick block of T⁻¹."""
+        if stick.all():
+            return self.solve(rhs)
+        found = self._krylov.solve(
+            lambda x: np.where(stick, self.apply(np.where(stick, x, 0.0)), x),
+            lambda r: np.where(stick, self.solve(np.where(stick, r, 0.0)), r),
+            np.where(stick, rhs, 0.0), 0.0, rtol,
+        )  # fmt: skip
+        return np.where(stick, found, 0.0)
+
+    def matrix(self) -> Array:
+        """T, (k, k)."""
+        return np.column_stack([self.apply(e) for e in np.eye(len(self._points))])
+
+
+def strip_operator(strip: Strip, factor: float, weight: Array, points: Array) -> StripOperator:
+    """T of a strip in the form that suits its elements.
+
+    Parameters
+    ----------
+    strip : Strip
+    factor : float
+        See `layer_factor`.
+    weight, points : (k,) and (k, 2) arrays
+        Node weights and nodes [length].
+    """
+    if strip.uniform:
+        return FourierStrip(strip, factor, weight)
+    if len(weight) > LONG_SIZE:
+        return HodlrStrip(strip, factor, points)
+    return DenseStrip(strip, factor, weight)
+
+
+def stick_cholesky(scaled: Array, root: Array, stick: Mask, rhs: Array) -> Array:
+    """x with T x = rhs on the stick nodes and x = 0 off them; `scaled` is T made symmetric by the roots of the weights."""
+    nodes = np.flatnonzero(stick)
+    factor = scipy.linalg.cho_factor(scaled[nodes[:, None], nodes], lower=True, overwrite_a=True, check_finite=False)
+    result = np.zeros_like(rhs)
+    result[nodes] = scipy.linalg.cho_solve(factor, root[nodes] * rhs[nodes], check_finite=False) / root[nodes]
+    return result
+
+
+def conjugate_gradients(
+    apply: Callable[[Array], Array], solve: Callable[[Array], Array], weight: Array, stick: Mask, rhs: Array, rtol: float
+) -> Array:
+    """The same by conjugate gradients in the inner product of the weights, preconditioned by the stick block of T⁻¹."""
+    x, r = np.zeros_like(rhs), np.where(stick, rhs, 0.0)
+    direction, before = np.zeros_like(rhs), 1.0
+    goal = rtol * np.linalg.norm(r)
+    for _ in range(len(rhs)):
+        if np.linalg.norm(r) <= goal:
+            break
+        z = np.where(stick, solve(r), 0.0)
+        now = float(weight @ (r * z))
+        direction = z + (now / before) * direction
+        product = np.where(stick, apply(direction), 0.0)
+        step = now / float(weight @ (direction * product))
+        x, r, before = x + step * direction, r - step * product, now
+    return x

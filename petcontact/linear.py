@@ -1,0 +1,168 @@
+"""One KSP with petcontact's defaults: every linear solve goes through here, and none fails silently."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._petsc import has_scalapack, options_error, petsc, reason_name, solver_error
+from .errors import SolverError
+from .layout import even_ranges, redistribute
+
+Array = NDArray[np.float64]
+RTOL = 1e-12
+
+
+class LinearSolver:
+    """A PETSc KSP over one operator that may be replaced, with checked outcomes.
+
+    Parameters
+    ----------
+    comm : PETSc.Comm
+    prefix : str
+        Options prefix: "" for the Robin solve, "elastic_" for the ρ-independent elastic one.
+    stage : str
+        Stage named in errors.
+    ksp_type, pc_type : str
+        Defaults, under what the user says.
+    in_place : bool
+        Whether LU may overwrite the operator (halves the memory of a factorisation).
+
+    Raises
+    ------
+    SolverError
+        From the solves, if the KSP ends with a negative reason or the solution is not finite.
+    """
+
+    def __init__(
+        self, comm: Any, prefix: str, stage: str, *, in_place: bool = False, ksp_type: str = "preonly", pc_type: str = "lu"
+    ) -> None:
+        module = petsc()
+        self.stage, self.iterations, self.reason = stage, 0, 0
+        self._comm = comm
+        self._converted: Any = None
+        self.ksp = module.KSP().create(comm)
+        self.ksp.setOptionsPrefix(prefix)
+        self.ksp.setType(ksp_type)
+        self.ksp.getPC().setType(pc_type)
+        self.ksp.setTolerances(rtol=RTOL, atol=0.0, max_it=2000)
+        try:
+            if in_place and comm.getSize() == 1 and not module.Options(prefix).hasName("pc_factor_in_place"):
+                self.ksp.getPC().setFactorSolverType("petsc")
+                _use_in_place(self.ksp.getPC(), prefix)
+            self.ksp.setFromOptions()
+        except module.Error as error:
+            raise options_error(prefix, error) from error
+
+    def set_operator(self, matrix: Any, preconditioner: Any = None) -> None:
+        """Solve with this matrix from now on; LU is computed at the next solve.
+
+        A dense LU over several ranks is ScaLAPACK's: the matrix is converted, which no option of PETSc does by itself.
+        Where PETSc lacks ScaLAPACK every rank factors a copy.
+        """
+        self._drop_converted()
+        if self._comm.getSize() > 1 and matrix.getType() == "mpidense" and self.ksp.getPC().getType() == "lu":
+            if has_scalapack():
+                self._converted = matrix = matrix.convert("scalapack", petsc().Mat())
+            else:
+                self.ksp.getPC().setType("redundant")
+        self.ksp.setOperators(matrix, preconditioner)
+
+    def solve(self, rhs: Any, solution: Any) -> None:
+        """operator · solution = rhs."""
+        if self._converted is None:
+            self._guard(lambda: self.ksp.solve(rhs, solution))
+        else:
+            self._solve_converted(rhs, solution)
+        self.iterations = self.ksp.getIterationNumber()
+        self._check(solution)
+
+    def solve_many(self, rhs: Any) -> Any:
+        """operator · X = rhs for a dense matrix of right-hand sides; returns X, dense."""
+        if self.ksp.getType() != "preonly":
+            solution = rhs.duplicate()
+            self._solve_columns(rhs, solution)
+        elif self._converted is not None:
+            solution = self._solve_scalapack(rhs)
+        else:
+            solution = rhs.duplicate()
+            self._guard(lambda: (self.ksp.setUp(), self.ksp.getPC().matApply(rhs, solution)))
+        if not np.isfinite(solution.norm()):
+            raise SolverError(self.stage, "the solution is not finite", "look at the data and the mesh")
+        return solution
+
+    def _solve_converted(self, rhs: Any, solution: Any) -> None:
+        """ScaLAPACK's matrices have PETSc's even layout, whatever the layout of the matrix they came from."""
+        ours, even = self._ranges(rhs.getOwnershipRange()), even_ranges(rhs.getSize(), self._comm.getSize())
+        x, b = self._converted.createVecs()
+        b.setArray(redistribute(rhs.getArray(readonly=True), ours, even, self._comm))
+        self._guard(lambda: self.ksp.solve(b, x))
+        solution.setArray(redistribute(x.getArray(readonly=True), even, ours, self._comm))
+        x.destroy()
+        b.destroy()
+
+    def _solve_scalapack(self, rhs: Any) -> Any:
+        """PCMatApply refuses ScaLAPACK's blocks: the factor is asked itself."""
+        module = petsc()
+        blocks = rhs.convert("scalapack", module.Mat())
+        solution = blocks.duplicate()
+        self._guard(lambda: (self.ksp.setUp(), self.ksp.getPC().getFactorMatrix().matSolve(blocks, solution)))
+        even = solution.convert("dense", module.Mat())
+        result = rhs.duplicate()
+        ours, theirs = self._ranges(rhs.getOwnershipRange()), self._ranges(even.getOwnershipRange())
+        result.getDenseArray()[:] = redistribute(even.getDenseArray(), theirs, ours, self._comm)
+        result.assemble()
+        for matrix in (blocks, solution, even):
+            matrix.destroy()
+        return result
+
+    def _ranges(self, mine: tuple[int, int]) -> list[tuple[int, int]]:
+        return list(self._comm.tompi4py().allgather(mine))
+
+    def _solve_columns(self, rhs: Any, solution: Any) -> None:
+        b, x = rhs.createVecLeft(), rhs.createVecLeft()
+        columns, results = rhs.getDenseArray(), solution.getDenseArray()
+        for k in range(rhs.getSize()[1]):
+            b.setArray(columns[:, k])
+            self.solve(b, x)
+            results[:, k] = x.getArray(readonly=True)
+        solution.assemble()
+        x.destroy()
+        b.destroy()
+
+    def close(self) -> None:
+        """Free the KSP, its preconditioner and what was converted for it."""
+        self._drop_converted()
+        self.ksp.destroy()
+
+    def _drop_converted(self) -> None:
+        if self._converted is not None:
+            self._converted.destroy()
+            self._converted = None
+
+    def _guard(self, call: Any) -> None:
+        try:
+            call()
+        except petsc().Error as error:
+            raise solver_error(self.stage, error) from error
+
+    def _check(self, solution: Any) -> None:
+        self.reason = self.ksp.getConvergedReason()
+        if self.reason < 0:
+            name = f"KSP {self.ksp.getType()} ended with {reason_name(self.reason)} after {self.iterations} iterations"
+            raise SolverError(self.stage, name, "try -ksp_type preonly -pc_type lu, or look with -ksp_monitor_true_residual")
+        if solution is not None and not np.isfinite(solution.norm()):
+            raise SolverError(
+                self.stage, "the solution is not finite (KSP_DIVERGED_NANORINF)", "look at the data and the mesh"
+            )
+
+
+def _use_in_place(pc: Any, prefix: str) -> None:
+    """petsc4py has no call for PCFactorSetUseInPlace: the option is set for this one PC and removed again."""
+    database = petsc().Options()
+    key = f"{prefix}pc_factor_in_place"
+    database.setValue(key, "true")
+    pc.setFromOptions()
+    database.delValue(key)

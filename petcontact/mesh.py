@@ -1,0 +1,206 @@
+"""Boundary meshes: elements of any order on straight sides and arcs, their nodes, weights and normals."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import Outline, Side
+from .kernels import Elements, Targets
+from .quadrature import gauss
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Elements of one order, with the numbers of their nodes (element after element)."""
+
+    elements: Elements
+    nodes: Index
+
+
+@dataclass(frozen=True)
+class BoundaryMesh:
+    """Discontinuous elements on an outline, collocated at their Gauss points.
+
+    Attributes
+    ----------
+    start, end : (n_elements, 2) arrays
+        End points, the body on the left [length].
+    curvature : (n_elements,) array
+        Signed curvature, 0 for straight elements [1/length].
+    order : (n_elements,) array
+        Order p of each element: p+1 nodes.
+    part, line : (n_elements,) arrays
+        Number of the part in `part_names`; number of the straight line that the element lies on, -1 on arcs.
+    side_start : (n_elements,) array
+        Arc length along the part at the start of the element [length].
+    part_names : tuple of str
+    x, normal : (n, 2) arrays
+        Nodes and outward unit normals.
+    weight : (n,) array
+        Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary [length].
+    element, xi : (n,) arrays
+        The element of a node and the node's coordinate on it, in (-1, 1).
+    first_node : (n_elements + 1,) array
+    """
+
+    start: Array
+    end: Array
+    curvature: Array
+    order: Index
+    part: Index
+    line: Index
+    side_start: Array
+    part_names: tuple[str, ...]
+    x: Array = field(init=False)
+    normal: Array = field(init=False)
+    weight: Array = field(init=False)
+    element: Index = field(init=False)
+    xi: Array = field(init=False)
+    first_node: Index = field(init=False)
+    length: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        counts = self.order + 1
+        element = np.repeat(np.arange(len(counts)), counts)
+        first = np.concatenate([[0], np.cumsum(counts)])
+        xi, reference_weight = np.empty(len(element)), np.empty(len(element))
+        for order in np.unique(self.order):
+            chosen = self.order[element] == order
+            points, weights = gauss(int(order))
+            repeat = np.count_nonzero(chosen) // len(points)
+            xi[chosen], reference_weight[chosen] = np.tile(points, repeat), np.tile(weights, repeat)
+        chord = self.end - self.start
+        chord_length = np.hypot(*chord.T)
+        half_angle = np.arcsin(np.clip(0.5 * self.curvature * chord_length, -1.0, 1.0))
+        length = chord_length / np.sinc(half_angle / np.pi)
+        # node on the arc: from the element's middle, turn by half_angle·ξ; sin(a)/a keeps straight elements exact
+        tangent = chord[element] / chord_length[element, None]
+        left = np.column_stack([-tangent[:, 1], tangent[:, 0]])
+        a, k = half_angle[element], self.curvature[element]
+        turn = a * xi
+        along = 0.5 * length[element] * xi * np.sinc(turn / np.pi)
+        # rise = (cos(aξ) - cos a)/κ, to the right of the chord where the arc turns left
+        rise = np.where(k == 0.0, 0.0, 2.0 * np.sin(0.5 * (a + turn)) * np.sin(0.5 * (a - turn)) / np.where(k == 0, 1, k))
+        middle = 0.5 * (self.start + self.end)[element]
+        values = {
+            "element": element, "first_node": first, "xi": xi, "length": length,
+            "x": middle + along[:, None] * tangent - rise[:, None] * left,
+            "normal": np.sin(turn)[:, None] * tangent - np.cos(turn)[:, None] * left,
+            "weight": 0.5 * length[element] * reference_weight,
+        }  # fmt: skip
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of collocation nodes; the elastic system has two unknowns a node."""
+        return len(self.weight)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return len(self.order)
+
+    @property
+    def node_part(self) -> Index:
+        """Number of the part of each node, (n,)."""
+        return self.part[self.element]
+
+    @property
+    def arc_length(self) -> Array:
+        """Arc length of each node along its part, (n,) [length]."""
+        return self.side_start[self.element] + 0.5 * (1.0 + self.xi) * self.length[self.element]
+
+    def nodes_of(self, part: str) -> Index:
+        """Numbers of the nodes of a part, in the order of the outline."""
+        return np.flatnonzero(self.node_part == self.part_names.index(part))
+
+    def elements(self, numbers: Index) -> Elements:
+        """The kernels' view of elements of one order."""
+        return Elements(
+            start=self.start[numbers], end=self.end[numbers], curvature=self.curvature[numbers],
+            order=int(self.order[numbers[0]]), line=self.line[numbers], index=numbers,
+        )  # fmt: skip
+
+    def targets(self, nodes: Index | slice) -> Targets:
+        """The kernels' view of collocation nodes."""
+        element = self.element[nodes]
+        return Targets(point=self.x[nodes], line=self.line[element], element=element, xi=self.xi[nodes])
+
+    def batches(self) -> list[Batch]:
+        """All elements grouped by order."""
+        result = []
+        for order in np.unique(self.order):
+            group = np.flatnonzero(self.order == order)
+            nodes = (self.first_node[group][:, None] + np.arange(order + 1)).ravel()
+            result.append(Batch(self.elements(group), nodes))
+        return result
+
+    def integrate(self, values: Array, nodes: Index) -> float:
+        """Integral of nodal values over the elements of `nodes`."""
+        return float(self.weight[nodes] @ values)
+
+
+def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index]) -> BoundaryMesh:
+    """The mesh with given break points on each side.
+
+    Parameters
+    ----------
+    outline : Outline
+    breaks : list of (n_k + 1,) arrays, one a side
+        Fractions of the side's arc length, increasing from 0 to 1.
+    orders : list of (n_k,) arrays
+        Orders of the elements of each side.
+    """
+    names = outline.parts
+    start, end, curvature, part, line, side_start = [], [], [], [], [], []
+    travelled = dict.fromkeys(names, 0.0)
+    numbers = line_numbers(outline)
+    for number, (side, fractions) in enumerate(zip(outline.sides, breaks, strict=True)):
+        points = side.point(fractions)
+        count = len(fractions) - 1
+        start.append(points[:-1])
+        end.append(points[1:])
+        curvature.append(np.full(count, side.curvature))
+        part.append(np.full(count, names.index(side.part)))
+        line.append(np.full(count, numbers[number]))
+        side_start.append(travelled[side.part] + side.length * fractions[:-1])
+        travelled[side.part] += side.length
+    return BoundaryMesh(
+        start=np.vstack(start), end=np.vstack(end), curvature=np.concatenate(curvature),
+        order=np.concatenate(list(orders)).astype(np.int64), part=np.concatenate(part),
+        line=np.concatenate(line), side_start=np.concatenate(side_start), part_names=names,
+    )  # fmt: skip
+
+
+def line_numbers(outline: Outline) -> list[int]:
+    """Number of the straight line of each side, -1 for arcs; consecutive collinear sides lie on one line."""
+    numbers: list[int] = []
+    for loop in outline.loops:
+        reference = None
+        for side in loop:
+            if side.curvature != 0.0:
+                numbers.append(-1)
+                reference = None
+            elif reference is not None and _collinear(reference, side):
+                numbers.append(numbers[-1])
+            else:
+                numbers.append(len(numbers))
+                reference = side
+    return numbers
+
+
+def _collinear(first: Side, later: Side) -> bool:
+    """Whether the later side runs on along the first one, to round-off."""
+    direction, chord = first.end - first.start, later.end - later.start
+    offset = later.end - first.start
+    off_line = abs(direction[0] * offset[1] - direction[1] * offset[0])
+    return bool(off_line <= 1e-13 * float(direction @ direction) + 4e-16 * np.abs(later.end).max() * np.hypot(*direction)
+                and direction @ chord > 0.0)  # fmt: skip

@@ -1,0 +1,161 @@
+"""Where the elements of each side begin and end: uniform, or graded geometrically towards singular points."""
+
+from __future__ import annotations
+
+import itertools
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .errors import InputError
+from .geometry import Outline, Side
+from .mesh import BoundaryMesh, build_mesh
+from .mesh_options import MeshOptions
+
+Array = NDArray[np.float64]
+CORNER = math.radians(10.0)
+"""A joint that turns by more is a corner [rad]."""
+LARGEST_ELEMENT_TURN = math.pi / 6.0
+"""Elements of graded arcs turn by no more [rad]."""
+
+
+SMALLEST_ELEMENT = 1e-12
+"""As a fraction of its side."""
+LARGEST_MESH = 1_000_000
+"""Nodes; even compressed operators of more do not fit a machine."""
+
+
+def mesh_outline(outline: Outline, options: MeshOptions) -> BoundaryMesh:
+    """The boundary mesh that the options ask for.
+
+    Raises
+    ------
+    InputError
+        If an element size names a part that does not exist, a graded point lies off the boundary, or there were more
+        than a million nodes.
+    """
+    unknown = sorted(set(options.element_sizes) - set(outline.parts))
+    if unknown:
+        raise InputError(f"mesh.element_sizes.{unknown[0]}: no such part; parts are {', '.join(outline.parts)}")
+    _check_count(outline, options)
+    given = points_on_sides(outline, options)
+    corners = singular_ends(outline)
+    breaks = []
+    for side, fractions, ends in zip(outline.sides, given, corners, strict=True):
+        size = options.element_sizes.get(side.part, options.element_size)
+        if options.graded:
+            breaks.append(graded_breaks(side, fractions, ends, size, options))
+        else:
+            breaks.append(uniform_breaks(side, size if size is not None else side.length))
+        smallest = float(np.diff(breaks[-1]).min())
+        if smallest < SMALLEST_ELEMENT:
+            raise InputError(f"mesh: an element of {smallest:.1g} of part {side.part!r} is lost in round-off; "
+                             "use fewer levels or a grading nearer to 1")  # fmt: skip
+    order = options.resolved_order
+    return build_mesh(outline, breaks, [np.full(len(b) - 1, order) for b in breaks])
+
+
+def _check_count(outline: Outline, options: MeshOptions) -> None:
+    sizes = [options.element_sizes.get(side.part, options.element_size) or side.length for side in outline.sides]
+    count = sum(side.length / size for side, size in zip(outline.sides, sizes, strict=True)) * (options.resolved_order + 1)
+    if not count <= LARGEST_MESH:
+        raise InputError(f"mesh: these element sizes give {count:.2g} nodes, more than {LARGEST_MESH:.0e}; use larger ones")
+
+
+def uniform_breaks(side: Side, size: float) -> Array:
+    """round(l/h) >= 1 equal elements, as fractions (n + 1,) of the side."""
+    return np.linspace(0.0, 1.0, max(1, math.floor(side.length / size + 0.5)) + 1)
+
+
+def singular_ends(outline: Outline) -> list[tuple[bool, bool]]:
+    """Whether a mesh is graded towards the start and the end of each side: at corners and where parts meet.
+
+    A smooth joint inside a part is none, nor are the vertices of a polyline that stands for a curve.
+    """
+    result = []
+    for loop in outline.loops:
+        joints = [
+            before.part != after.part or _turn(before, after) > CORNER
+            for before, after in zip((loop[-1], *loop[:-1]), loop, strict=True)
+        ]
+        result += list(zip(joints, [*joints[1:], joints[0]], strict=True))
+    return result
+
+
+def _turn(before: Side, after: Side) -> float:
+    """Angle between the tangents where two sides meet [rad]."""
+    a, b = (side.end - side.start for side in (before, after))
+    between = math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b)) - before.half_angle - after.half_angle
+    return abs(math.remainder(between, 2.0 * math.pi))
+
+
+def graded_breaks(side: Side, given: Array, ends: tuple[bool, bool], size: float | None, options: MeshOptions) -> Array:
+    """Elements that shrink by the ratio towards the singular ends of the side and the given points on it."""
+    inner = given[(given > 0.0) & (given < 1.0)]
+    marks = np.concatenate([[0.0], inner, [1.0]])
+    singular = [ends[0] or 0.0 in given, *[True] * len(inner), ends[1] or 1.0 in given]
+    graded = np.concatenate([[0.0], options.resolved_grading ** np.arange(options.levels, -1.0, -1.0)])
+    pieces = [np.array([0.0])]
+    for k, (a, b) in enumerate(itertools.pairwise(marks)):
+        length = b - a
+        if singular[k] and singular[k + 1]:
+            half = 0.5 * length
+            points = np.concatenate([a + half * graded, (b - half * graded)[-2::-1]])
+        elif singular[k]:
+            points = a + length * graded
+        elif singular[k + 1]:
+            points = (b - length * graded)[::-1]
+        else:
+            points = np.array([a, b])
+        points[0], points[-1] = a, b
+        pieces.append(_split(points, _largest(side, size))[1:])
+    return np.concatenate(pieces)
+
+
+def _largest(side: Side, size: float | None) -> float:
+    """Largest element, as a fraction of the side; an element of an arc turns by 30 degrees at most."""
+    return min(math.inf if size is None else size / side.length, largest_turn(side))
+
+
+def largest_turn(side: Side) -> float:
+    """Largest element of a graded arc as a fraction of the side: it turns by 30 degrees at most."""
+    turn = abs(2.0 * side.half_angle)
+    return LARGEST_ELEMENT_TURN / turn if turn > 0.0 else math.inf
+
+
+def _split(points: Array, largest: float) -> Array:
+    """Cut elements longer than `largest` into equal ones."""
+    counts = np.maximum(1, np.ceil(np.diff(points) / largest - 1e-9)).astype(int)
+    cut = [a + (b - a) * np.arange(n) / n for a, b, n in zip(points[:-1], points[1:], counts, strict=True)]
+    return np.append(np.concatenate(cut), points[-1])
+
+
+def points_on_sides(outline: Outline, options: MeshOptions) -> list[Array]:
+    """Fractions of the graded points on each side, 0 and 1 where they are its ends."""
+    found: list[list[float]] = [[] for _ in outline.sides]
+    for point in options.graded_points:
+        projections = [_project(side, np.array(point)) for side in outline.sides]
+        nearest = min(distance for distance, _ in projections)
+        if nearest > 1e-6 * outline.diameter:
+            raise InputError(f"mesh.graded_points: {list(point)} lies {nearest:.3g} off the boundary")
+        for fractions, (distance, fraction) in zip(found, projections, strict=True):
+            snapped = float(np.round(fraction)) if abs(fraction - np.round(fraction)) < 1e-9 else fraction
+            if distance <= nearest + 1e-9 * outline.diameter and all(abs(snapped - other) > 1e-9 for other in fractions):
+                fractions.append(snapped)
+    return [np.array(sorted(fractions)) for fractions in found]
+
+
+def _project(side: Side, point: Array) -> tuple[float, float]:
+    """Distance of a point from a side and the fraction of the nearest point."""
+    if side.curvature == 0.0:
+        chord = side.end - side.start
+        fraction = float(np.clip((point - side.start) @ chord / (chord @ chord), 0.0, 1.0))
+    else:
+        chord, alpha = side.end - side.start, side.half_angle
+        left = np.array([-chord[1], chord[0]]) / np.hypot(*chord)
+        centre = 0.5 * (side.start + side.end) + left * math.cos(alpha) / side.curvature
+        a, b = side.start - centre, point - centre
+        angle = math.atan2(a[0] * b[1] - a[1] * b[0], a @ b)
+        fraction = float(np.clip(angle / (2.0 * alpha), 0.0, 1.0))
+    return float(np.hypot(*(side.point(np.array([fraction]))[0] - point))), fraction

@@ -1,0 +1,90 @@
+"""How a problem is solved: the method, its parameters, and the kind of operator."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+import pydantic
+
+from .model import Model, Positive
+from .rules import Fixed, Modified, ModifiedSafeguarded, Rule, SelfAdaptive
+
+RuleName = Literal["fixed", "self-adaptive", "modified", "modified-safeguarded"]
+Count = Annotated[int, pydantic.Field(ge=0, le=10**9, strict=True)]
+
+
+class Method(Model):
+    """The `[method]` table.
+
+    Attributes
+    ----------
+    name : {"projection", "operator-robin", "semismooth-newton", "tao"}, optional
+        The method; by default the projection method of the paper where a rule is named, else the default of the package.
+    rule : {"fixed", "self-adaptive", "modified", "modified-safeguarded"}
+        How ρ changes (projection method only).
+    rho : float
+        ρ_0 > 0 [stress/length].
+    omega : float
+        ω in (0, 2) [-].
+    tau : float
+        τ > 0 [-].
+    max_changes : int
+        c_max.
+    change_test : {"ratio", "literal"}
+        Whether c_k counts w_k/ρ_k or w_k itself outside the window.
+    tolerance : float
+        Of the stopping criterion [-].
+    stop : {"both", "displacement", "residual"}
+        The criterion's quantity, see `projection.Criterion`.
+    max_iterations : int
+    start : str
+        "zero", "frictionless" (σ_t = 0, u_t = u_0), or the name of a result file to start from.
+    formulation : {"condensed", "full"}
+    """
+
+    name: Literal["projection", "operator-robin", "semismooth-newton", "tao"] | None = None
+    rule: RuleName | None = None
+    rho: Positive = 1.0
+    omega: Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=2.0)] = 1.8
+    tau: Positive = 2.0
+    max_changes: Count = 10
+    change_test: Literal["ratio", "literal"] = "ratio"
+    tolerance: Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=1.0)] = 1e-6
+    stop: Literal["both", "displacement", "residual"] = "both"
+    max_iterations: Annotated[int, pydantic.Field(ge=1, le=10**9, strict=True)] = 1000
+    start: Annotated[str, pydantic.Field(min_length=1)] = "zero"
+    formulation: Literal["condensed", "full"] = "condensed"
+
+    @property
+    def resolved_name(self) -> str:
+        """The method, its default filled in."""
+        return self.name or ("projection" if self.rule else DEFAULT_METHOD)
+
+    def make_rule(self) -> Rule:
+        """A fresh rule with these parameters."""
+        if self.rule == "fixed":
+            return Fixed()
+        kinds: dict[str, Any] = {"self-adaptive": SelfAdaptive, "modified-safeguarded": ModifiedSafeguarded}
+        kind = kinds.get(self.rule or "modified", Modified)
+        rule: Rule = kind(tau=self.tau, max_changes=self.max_changes, change_test=self.change_test)
+        return rule
+
+
+DEFAULT_METHOD = "semismooth-newton"
+
+
+class Bem(Model):
+    """The `[bem]` table: how the boundary operators are stored; the same keys exist as `-bem_...` options.
+
+    Attributes
+    ----------
+    mat_type : {"auto", "dense", "hodlr"}
+    hodlr_tol : float
+        Relative tolerance of the compression [-].
+    hodlr_leaf : int
+        Largest number of nodes in a dense diagonal block.
+    """
+
+    mat_type: Literal["auto", "dense", "hodlr"] = "auto"
+    hodlr_tol: Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=1e-1)] = 1e-10
+    hodlr_leaf: Annotated[int, pydantic.Field(ge=8, le=10**6, strict=True)] = 64

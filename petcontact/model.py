@@ -1,0 +1,192 @@
+"""Base of all input models: validated once, frozen, and every mistake told in one line."""
+
+from __future__ import annotations
+
+import difflib
+import sys
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any
+
+import pydantic
+
+from .errors import InputError
+
+if TYPE_CHECKING:
+    from pydantic._internal._model_construction import ModelMetaclass
+else:
+    ModelMetaclass = type(pydantic.BaseModel)  # its module is private and may move
+
+Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False)]
+Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False)]
+LARGEST_COORDINATE = 1e60
+"""Squares and products of coordinates must not overflow."""
+Coordinate = Annotated[
+    float, pydantic.Field(strict=True, ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE, allow_inf_nan=False)
+]
+Point = tuple[Coordinate, Coordinate]
+LONGEST_EXPRESSION = 500
+
+
+def _expression(value: Any) -> float | str:
+    """One check instead of a union, whose report would name every branch."""
+    if isinstance(value, str) and value.strip() and len(value) <= LONGEST_EXPRESSION:
+        return value
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max:
+        return float(value)
+    raise ValueError(f"must be a finite number or an expression in quotes (at most {LONGEST_EXPRESSION} characters)")
+
+
+def _option(value: Any) -> bool | int | float | str:
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    raise ValueError("must be text, a number or true/false")
+
+
+def _option_name(name: Any) -> str:
+    if isinstance(name, str) and name[:1].isalpha() and name.isascii() and name.replace(".", "_").isidentifier():
+        return name
+    raise ValueError("must be the name of a PETSc option without its dash")
+
+
+Expression = Annotated[float | str, pydantic.BeforeValidator(_expression)]
+"""A number, or an expression in x, y, nx, ny, s (see `petcontact.expressions`)."""
+Options = dict[
+    Annotated[str, pydantic.BeforeValidator(_option_name)],
+    Annotated[bool | int | float | str, pydantic.BeforeValidator(_option)],
+]
+"""PETSc options without the leading dash."""
+
+
+class _OneLine(ModelMetaclass):
+    """Turns pydantic's report into an `InputError` of one line, for the outermost model only.
+
+    Nested models are built inside pydantic's core and not through this call, so that the place of a mistake in
+    the whole input is known when the line is written.
+    """
+
+    def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        return _checked(cls, lambda: super(_OneLine, cls).__call__(*args, **kwargs), kwargs)
+
+
+class Model(pydantic.BaseModel, metaclass=_OneLine):
+    """A frozen input model; unknown keys are errors."""
+
+    model_config = pydantic.ConfigDict(frozen=True, extra="forbid")
+
+
+def parse(cls: type[Model], data: dict[str, Any], source: str) -> Any:
+    """An instance of `cls` from plain data.
+
+    Raises
+    ------
+    InputError
+        One line: source, key, what was given, what is allowed.
+    """
+    return _checked(cls, lambda: cls.model_validate(data), data, f"{source}: ")
+
+
+def _checked(cls: type, build: Callable[[], Any], data: Any, head: str = "") -> Any:
+    try:
+        return build()
+    except pydantic.ValidationError as error:
+        raise InputError(head + one_line(error, cls, data)) from None
+    except (OverflowError, RecursionError) as error:
+        raise InputError(f"{head}a value is out of range or nested too deeply ({error})") from None
+
+
+def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
+    """The first mistake of a report as `key: what is allowed, got what was given`, and how many more there are."""
+    mistakes = error.errors(include_url=False)
+    # a mistyped key is unknown and, under its right name, missing: the first of the two says what happened
+    telling = [m for m in mistakes if m["type"] == "extra_forbidden"] or mistakes
+    first, more = telling[0], len(telling) - 1
+    text = _mistake(first, cls, data)
+    return " ".join(text.split()) + (f" (and {more} more mistake{'s' if more > 1 else ''})" if more else "")
+
+
+def _mistake(mistake: Any, cls: type, data: Any) -> str:
+    kind, loc, context = mistake["type"], list(mistake["loc"]), mistake.get("ctx", {})
+    given = f", got {_shown(mistake['input'])}"
+    if kind == "extra_forbidden":
+        keys = sorted({name for model in _models_at(cls, loc[:-1]) for name in model.model_fields})
+        return f"{_key(loc, data)}: unknown key{_nearest(str(loc[-1]), keys) or '; valid keys: ' + ', '.join(keys)}"
+    if kind.startswith("union_tag"):
+        name = context["discriminator"].strip("'")
+        tags = sorted({model.model_fields[name].default for model in _models_at(cls, loc)})
+        allowed = f"must be one of {', '.join(map(repr, tags))}"
+        key = _joined(_key(loc, data), name)
+        if kind == "union_tag_not_found":
+            return f"{key}: this key is required, {allowed}"
+        return f"{key}: {allowed}, got {_shown(context['tag'])}{_nearest(context['tag'], tags)}"
+    if kind == "missing":
+        if isinstance(loc[-1], int):
+            return f"{_key(loc[:-1], data)}: has {loc[-1]} entries, too few"
+        return f"{_joined(_key(loc[:-1], data), loc[-1])}: this key is required"
+    message = str(context["error"]) if kind == "value_error" else _allowed(kind, str(mistake["msg"]))
+    if kind == "literal_error":
+        given += _nearest(mistake["input"], context["expected"].replace(" or ", ", ").replace("'", "").split(", "))
+    # a model's own check names its values itself
+    own_check = kind == "value_error" and isinstance(mistake["input"], dict)
+    return ": ".join(filter(None, [_key(loc, data), message + ("" if own_check else given)]))
+
+
+def _allowed(kind: str, message: str) -> str:
+    """Pydantic's message in the words of a TOML file."""
+    tables = {"model_type", "model_attributes_type", "dict_type"}
+    arrays = {"tuple_type", "list_type"}
+    if kind in tables | arrays:
+        return "must be a table" if kind in tables else "must be an array"
+    for theirs, ours in _WORDS:
+        message = message.replace(theirs, ours)
+    return message
+
+
+_WORDS = (
+    ("Input should be", "must be"), ("should have", "must have"), (" after validation", ""),
+    ("a valid integer", "an integer"), ("valid ", ""), ("Tuple", "array"), ("String", "text"),
+)  # fmt: skip
+
+
+def _nearest(given: Any, names: list[str]) -> str:
+    near = difflib.get_close_matches(given, names, n=1) if isinstance(given, str) else []
+    return f", did you mean {near[0]!r}?" if near else ""
+
+
+def _key(loc: list[int | str], data: Any) -> str:
+    """`boundary[2].friction_bound`; the union branches that pydantic puts in are what is not in the data."""
+    text, here = "", data
+    for step in loc:
+        if isinstance(step, int):
+            text += f"[{step}]"
+            here = here[step] if isinstance(here, (list, tuple)) and step < len(here) else None
+        elif isinstance(here, dict) and step in here:
+            text, here = _joined(text, step), here[step]
+    return text
+
+
+def _joined(table: str, name: str) -> str:
+    """A dotted key as TOML writes it."""
+    name = name if name.isascii() and name.replace("-", "_").isidentifier() else _shown(name)
+    return f"{table}.{name}" if table else name
+
+
+def _shown(value: Any) -> str:
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def _models_at(cls: Any, loc: list[int | str]) -> list[Any]:
+    """The models that may stand at `loc`, over lists, unions and optional fields; tags choose among a union's."""
+    models = [cls]
+    for step in loc:
+        following = [m for model in models if isinstance(step, str) and step in model.model_fields
+                     for m in _models_in(model.model_fields[step].annotation)]  # fmt: skip
+        named = [m for m in models if any(field.default == step for field in m.model_fields.values())]
+        models = following or named or models
+    return models
+
+
+def _models_in(annotation: Any) -> list[Any]:
+    if isinstance(annotation, type) and issubclass(annotation, Model):
+        return [annotation]
+    return [model for inner in getattr(annotation, "__args__", ()) for model in _models_in(inner)]

@@ -1,0 +1,194 @@
+"""Moments of the kernels against the Lagrange basis, in an element's own complex coordinate.
+
+The element is s in [-1, 1] and the target z = ξ + ih, h > 0 on the left of the direction start -> end (inside the body).
+Every integral over a straight element is a linear combination of ∫ L_b ln|s-z| ds and ∫ L_b/(s-z)^k ds, k = 1, 2, 3.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .elements import Array, Complex, Mask
+from .quadrature import lagrange_coefficients, product_weights
+
+
+@dataclass(frozen=True)
+class Rule:
+    """How the moments of one order are taken at every distance, each to about 1e-13.
+
+    Attributes
+    ----------
+    far, far_radius
+        Gauss points for targets with |z| > far_radius.
+    middle, close_sum
+        Gauss points for the others with |z+1| + |z-1| > close_sum; closed form inside, where its recursion keeps its
+        digits.
+    """
+
+    far: int
+    far_radius: float
+    middle: int
+    close_sum: float
+
+
+RULES = {
+    0: Rule(6, 11.0, 11, 5.5), 1: Rule(6, 11.0, 12, 5.5), 2: Rule(7, 11.0, 12, 5.5), 3: Rule(7, 12.0, 14, 4.6),
+    4: Rule(8, 11.0, 18, 3.6), 5: Rule(8, 12.0, 22, 3.0),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Moments:
+    """What both kernels ask of an element, arrays of one shape (..., p+1, m).
+
+    With ζ = (x-y)/τ, τ the unit complex tangent of the moments' frame, and a half the length of the element:
+
+    Attributes
+    ----------
+    log
+        ∫ L_b ln(|x-y|/a) ds/a.
+    tangential, normal
+        Real and imaginary part of ∫ L_b dx/(x-y): weighted with L_b = 1, the logarithm of the ratio of the distances to
+        the ends, and the angle under which the element is seen.
+    shear_re, shear_im
+        ½ ∫ L_b ζ/ζ̄ ds/a: the deviator of r r/r².
+    dipole_re, dipole_im
+        ∫ L_b Im(dx/(x-y)) ζ/ζ̄: the deviator of 2 r r/r² times r·n/r².
+    """
+
+    log: Array
+    tangential: Array
+    normal: Array
+    shear_re: Array
+    shear_im: Array
+    dipole_re: Array
+    dipole_im: Array
+
+
+@dataclass(frozen=True)
+class Parts:
+    """Integrals over elements of half the angle α, one target each, arrays (p+1, n); x = α(s-z)/2.
+
+    Attributes
+    ----------
+    log
+        ∫ L_b ln(|x-y|/a) ds.
+    first, second, third
+        ∫ L_b α/2 cot x ds, ∫ L_b (α/2)²/sin² x ds, ∫ L_b (α/2)³ cos x/sin³ x ds; ∫ L_b/(s-z)^k ds for α = 0.
+    wave
+        ∫ L_b exp(-iαs) ds.
+    """
+
+    log: Array
+    first: Complex
+    second: Complex
+    third: Complex | None
+    wave: Complex
+
+
+def straight(log: Array, cauchy: tuple[Array, Array], dipole: tuple[Array, Array], h: Array, weight: Array) -> Moments:
+    """Moments of a straight element from cauchy = ∫ L_b/(s-z) and dipole = h ∫ L_b/(s-z)², real and imaginary parts."""
+    tangential, normal = cauchy
+    return Moments(
+        log=log, tangential=tangential, normal=normal,
+        shear_re=0.5 * weight - h * normal, shear_im=-h * tangential,
+        dipole_re=dipole[0], dipole_im=-dipole[1],
+    )  # fmt: skip
+
+
+def distant(order: int, points: int, xi: Array, h: Array) -> Moments:
+    """Moments of targets away from a straight element, by Gauss quadrature.
+
+    Parameters
+    ----------
+    order, points : int
+        Order p of the basis and number q of Gauss points; the error is about ρ^(p-2q), ρ being the sum of the
+        half-axes of the ellipse with foci ±1 through z.
+    xi, h : (..., m) arrays
+        Targets, in half-lengths.
+    """
+    s, product = product_weights(order, points)
+    u: Array = s[:, None] - xi[..., None, :]
+    h = h[..., None, :]
+    inverse: Array = u * u
+    inverse += h * h
+    log = product @ np.log(inverse)
+    log *= 0.5
+    np.reciprocal(inverse, out=inverse)
+    first = product @ inverse
+    u *= inverse
+    tangential = product @ u
+    u *= inverse
+    square_im = product @ u
+    inverse *= inverse
+    square_re = product @ inverse
+    double_square = 2.0 * h * h
+    square_re *= -double_square
+    square_re += first
+    square_re *= h
+    square_im *= double_square
+    first *= h
+    weight = product.sum(axis=1)[:, None]
+    return straight(log, (tangential, first), (square_re, square_im), h, weight)
+
+
+def powers(order: int, left: Array, right: Array, h: Array, on_line: Mask, highest: int) -> tuple[Array, list[Complex]]:
+    """∫ L_b ln|s-z| ds and ∫ L_b/(s-z)^k ds, k = 1 ... highest, in closed form for close targets.
+
+    With Legendre polynomials in place of L_b the integrals of 1/(s-z) are -2Q_k(z), from the three-term recursion (DLMF
+    14.10.3); those of the logarithm and of the higher powers follow from (2k+1) P_k = (P_{k+1} - P_{k-1})'. The
+    recursion loses digits like ρ^k, which is why there are `RULES`.
+
+    Parameters
+    ----------
+    order : int
+    left, right : (m,) arrays
+        ξ+1 and ξ-1, each as accurate as a target close to that end asks for.
+    h : (m,) array
+    on_line : (m,) bool array
+        Targets on the element's line, where h = 0 exactly; on the element itself the principal value is taken, and the
+        higher powers mean nothing.
+    highest : int
+        At most 3.
+
+    Returns
+    -------
+    (p+1, m) array and list of (p+1, m) complex arrays
+    """
+    z = 0.5 * (left + right) + 1j * h
+    c = np.empty((order + 2, len(h)), dtype=np.complex128)
+    c[0], log_0 = _first(left, right, h, on_line)
+    c[1] = z * c[0] + 2.0
+    for k in range(1, order + 1):
+        c[k + 1] = ((2 * k + 1) * z * c[k] - k * c[k - 1]) / (k + 1)
+    log = np.empty((order + 1, len(h)))
+    log[0] = log_0
+    for k in range(1, order + 1):
+        log[k] = (c[k - 1].real - c[k + 1].real) / (2 * k + 1)
+    to_basis = lagrange_coefficients(order)
+    result = [c[: order + 1]]
+    start = 2.0 / (left * right - h * h + 1j * h * (left + right))  # 2/(z²-1)
+    for power in range(2, highest + 1):
+        lower = result[-1]
+        d = np.empty((order + 1, len(h)), dtype=np.complex128)
+        d[0] = start
+        if order > 0:
+            d[1] = z * start + lower[0]
+        for k in range(1, order):
+            d[k + 1] = d[k - 1] + (2 * k + 1) / (power - 1) * lower[k]
+        result.append(d)
+        start = -0.5 * z * start * start
+    return to_basis @ log, [to_basis @ moments for moments in result]
+
+
+def _first(left: Array, right: Array, h: Array, on_line: Mask) -> tuple[Complex, Array]:
+    """∫ ds/(s-z) and ∫ ln|s-z| ds over [-1, 1], to round-off at every distance."""
+    square_1, square_2 = left * left + h * h, right * right + h * h
+    angle = np.arctan2(2.0 * h, left * right + h * h)
+    angle[on_line] = 0.0
+    total = left + right
+    ratio = np.copysign(0.5 * np.log1p(2.0 * np.abs(total) / np.minimum(square_1, square_2)), -total)
+    log = 0.5 * (np.log(square_1) + np.log(square_2)) - 0.5 * total * ratio + h * angle - 2.0
+    return ratio + 1j * angle, log

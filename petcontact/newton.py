@@ -1,0 +1,126 @@
+"""Semismooth Newton (primal-dual active set) on u_t = u_0 + S σ_t, its sets predicted by the layer operator T.
+
+Each iteration solves S σ = -u_0 on the nodes that stick. Which do is foretold, where T is cheap, by the contact problem
+of the layer through the last iterate, u + T(q - σ): its set is nearly the right one, so that two to four solves with S
+do. Without prediction the set is exchanged node by node. Globalised by block principal pivoting, see `active_set`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .active_set import Active, Predictor, initial_set, pivots, solve_box
+from .compliance import ContactCompliance, contact_compliance
+from .friction import balanced_rho, contact_norm, projection_residual
+from .history import ContactState, History
+from .layer_operator import LayerOperator
+from .projection import Criterion
+from .system import ContactSystem
+
+Array = NDArray[np.float64]
+PLAIN_SIZE = 300
+"""Contact nodes up to which T does not pay where a start gives a good set already."""
+LOOSE, FORESIGHT = 1e-5, 20
+"""Tolerance and exchanges of a prediction, which need not be exact."""
+Monitor = Callable[[ContactState], None]
+
+
+def semismooth_newton(
+    system: ContactSystem,
+    *,
+    criterion: Criterion,
+    max_iterations: int,
+    start: tuple[Array, Array] | None = None,
+    predict: bool | None = None,
+    monitor: Monitor | None = None,
+) -> ContactState:
+    """Newton's method on the friction condition; it ends when no node is wrong, exact up to round-off.
+
+    Parameters
+    ----------
+    system : ContactSystem
+    criterion : Criterion
+        Its tolerance bounds the relative friction residual of what is returned as converged.
+    max_iterations : int
+    start : pair of (m, 1) arrays, optional
+        u_t [length] and σ_t [stress] whose set is the first guess; full stick, or T's own solution, by default.
+    predict : bool, optional
+        Whether T predicts the sets; not by default from a given start on a small dense S.
+    monitor : callable, optional
+        Called with the state so far after each iteration.
+
+    Raises
+    ------
+    SolverError
+        If a solve on the sticking nodes fails.
+    """
+    data = system.operators.data
+    weight, bound = system.operators.mesh.weight[data.contact_nodes], data.friction_bound
+    base = system.u_0[:, 0]
+    compressed = bool(getattr(system, "compressed", False))
+    if predict is None:
+        predict = start is None or compressed or len(base) > PLAIN_SIZE
+    layer = LayerOperator(system.operators) if predict or compressed else None
+    if layer is not None:
+        layer.rtol = LOOSE
+    compliance = contact_compliance(system, layer)
+
+    def foretell(sigma: Array, u: Array, active: Active) -> tuple[Active, Array]:
+        assert layer is not None
+        step = solve_box(layer, u - layer.apply(sigma), bound, active, sigma, FORESIGHT)
+        return step.active, step.sigma
+
+    if start is not None:
+        u, sigma = start[0][:, 0], start[1][:, 0]
+        active = initial_set(sigma, u, bound, balanced_rho(*start, weight, 1.0))
+    elif predict and layer is not None:
+        sigma, u = first_guess(layer, compliance, base)
+        active, sigma = foretell(sigma, u, np.zeros(len(base), dtype=np.int8))
+    else:
+        sigma, u, active = np.zeros_like(base), base, np.zeros(len(base), dtype=np.int8)
+    try:
+        return _iterate(system, compliance, criterion, max_iterations, (sigma, u, active),
+                        foretell if predict else None, monitor)  # fmt: skip
+    finally:
+        compliance.close()
+
+
+def first_guess(layer: LayerOperator, compliance: ContactCompliance, base: Array) -> tuple[Array, Array]:
+    """σ and u that the layer gives for full stick; T is scaled to S on it."""
+    sigma = -layer.solve(base)
+    displacement = compliance.apply(sigma)
+    layer.fit(sigma, displacement)
+    return sigma, base + displacement
+
+
+def _iterate(
+    system: ContactSystem, compliance: ContactCompliance, criterion: Criterion, max_iterations: int,
+    first: tuple[Array, Array, Active], foretell: Predictor | None,
+    monitor: Monitor | None,
+) -> ContactState:  # fmt: skip
+    data = system.operators.data
+    weight, bound = system.operators.mesh.weight[data.contact_nodes], data.friction_bound
+    sigma, u, active = first
+    old = u[:, None], sigma[:, None]
+    history, state = History(), ContactState(*old, 1.0, False, "no iteration", History())
+    steps = pivots(compliance, system.u_0[:, 0], bound, active, sigma, noise=compliance.noise, predict=foretell)
+    for step in steps:
+        new = step.u[:, None], step.sigma[:, None]
+        change = criterion.change(*new, new[0] - old[0], new[1] - old[1], weight)
+        rho = balanced_rho(*old, weight, 1.0)
+        residual = contact_norm(projection_residual(*old, bound, rho), weight)
+        history.add(rho, np.nan, change, residual, compliance.ksp_iterations)
+        relative = criterion.relative_residual(*new, bound, weight, rho)
+        done = step.wrong == 0
+        reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"
+        converged = done and relative <= criterion.tolerance
+        state = ContactState(*new, balanced_rho(*new, weight, rho), converged, reason, history)
+        if monitor is not None:
+            monitor(state)
+        if done or len(history) >= max_iterations:
+            break
+        old = new
+    return state

@@ -1,0 +1,293 @@
+"""The boundary integral equations (4.10) as columns of G and H, reached by blocks of exact entries.
+
+Unknown 2i + c belongs to node i and direction c: a displacement [length] where the traction is known, else a traction
+divided by 2µ [-]. Equation 2i + a is component a of (4.10) at node i. With that scaling every entry is a length or a
+pure number, whatever the unit of stress.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .boundary import BoundaryData
+from .kernels import integrals
+from .mesh import Batch, BoundaryMesh
+from .problem import Material
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+TILE = (512, 96)
+"""Targets and nodes of one tile: its temporaries fit a core's second-level cache."""
+SMALL = 1000
+"""Nodes of meshes whose tiles reach over all parts: there the calls cost more than kernels that are not needed."""
+RESIDUAL_NODES = 4096
+"""Nodes whose kernels a residual holds at a time."""
+
+
+@dataclass(frozen=True)
+class BoundaryOperators:
+    """The mixed operator A_0, the contact columns G_Ct and the load, reached by blocks of exact entries.
+
+    Attributes
+    ----------
+    mesh : BoundaryMesh
+    data : BoundaryData
+    material : Material
+    log_length : float
+        The length that makes the argument of the kernel's logarithm a pure number (`Outline.log_length`).
+    """
+
+    mesh: BoundaryMesh
+    data: BoundaryData
+    material: Material
+    log_length: float
+
+    @property
+    def traction_scale(self) -> float:
+        """2µ: tractions are unknowns divided by it [stress]."""
+        return 2.0 * self.material.shear_modulus
+
+    def system_entries(self, rows: Index, columns: Index) -> Array:
+        """Entries of A_0, (2 len(rows), 2 len(columns)), between collocation nodes in increasing order."""
+        block = np.empty((len(columns), 2, len(rows), 2))
+        for tile in self.tiles(columns):
+            self.fill(rows, tile, system=block)
+        return block.reshape(2 * len(columns), 2 * len(rows)).T
+
+    def contact_entries(self, rows: Index, columns: Index) -> Array:
+        """Entries of 2µ G_Ct, (2 len(rows), number of contact nodes among the columns)."""
+        block = np.empty((np.count_nonzero(self._contact_slot[columns] >= 0), len(rows), 2))
+        for tile in self.tiles(columns):
+            self.fill(rows, tile, contact=block)
+        return block.reshape(len(block), 2 * len(rows)).T
+
+    def load(self, rows: Index) -> Array:
+        """The load G t̂ - (½ + H) û at some nodes, (2 len(rows),)."""
+        load = np.zeros((len(rows), 2))
+        for tile in self.tiles():
+            self.fill(rows, tile, load=load)
+        return load.ravel()
+
+    @functools.cached_property
+    def loaded_nodes(self) -> NDArray[np.bool_]:
+        """Which nodes have known data other than zero, (n,)."""
+        return np.asarray(np.any(self.data.value != 0.0, axis=1))
+
+    def load_entries(self, rows: Index, columns: Index) -> Array:
+        """What the known data of single nodes add to the load, (2 len(rows), number of loaded nodes among the columns).
+
+        The load is this matrix times a vector of ones; a compressed operator needs it by blocks.
+        """
+        slot = np.cumsum(self.loaded_nodes[columns]) - 1
+        block = np.zeros((np.count_nonzero(self.loaded_nodes[columns]), len(rows), 2))
+        for tile in self.tiles(columns):
+            chosen = self.loaded_nodes[tile.batch.nodes]
+            if not chosen.any():
+                continue
+            place = slot[np.arange(len(columns))[tile.place][chosen]]
+            kernel_g, kernel_h = self._kernels(rows, tile, bool(tile.given.any()), bool(tile.moved.any()))
+            for kernel, values in ((kernel_g, tile.given), (kernel_h, -tile.moved)):
+                if kernel is not None:
+                    for a in range(2):
+                        column = kernel[a, 0] * values[:, :1] + kernel[a, 1] * values[:, 1:]
+                        block[place, :, a] += column[chosen]
+            own, row = np.nonzero(tile.batch.nodes[chosen][:, None] == rows[None, :])
+            block[place[own], row] -= 0.5 * tile.moved[chosen][own]
+        return block.reshape(len(block), 2 * len(rows)).T
+
+    def residual(self, rows: Index, u: Array, traction: Array) -> Array:
+        """½u + Hu - Gt at some nodes, (len(rows), 2) [length], from exact entries: zero for the discrete solution."""
+        result = 0.5 * u[rows]
+        targets, scaled = self.mesh.targets(rows), traction / self.traction_scale
+        for batch in self.mesh.batches():
+            per_element = batch.elements.order + 1
+            step = max(1, RESIDUAL_NODES // per_element)
+            for first in range(0, len(batch.elements.index), step):
+                elements = self.mesh.elements(batch.elements.index[first : first + step])
+                nodes = batch.nodes[first * per_element : (first + step) * per_element]
+                kernel_g, kernel_h = integrals(targets, elements, self.material.plane_strain_ratio, self.log_length)
+                assert kernel_g is not None and kernel_h is not None
+                for a in range(2):
+                    for j in range(2):
+                        result[:, a] += u[nodes, j] @ kernel_h[a, j] - scaled[nodes, j] @ kernel_g[a, j]
+        return result
+
+    def split(self, unknowns: Array, sigma_t: Array) -> tuple[Array, Array]:
+        """Displacement and traction (n, 2) on the whole boundary from the unknowns (2n,) and σ_t (m, 1) on Γ_C."""
+        data = self.data
+        coefficients = unknowns.reshape(-1, 2)
+        u = np.where(data.traction_known, coefficients, data.value)
+        traction = np.where(data.traction_known, data.value, coefficients * self.traction_scale)
+        traction[data.contact_nodes, data.contact_direction] = sigma_t[:, 0]
+        return np.einsum("ic,icj->ij", u, data.frame), np.einsum("ic,icj->ij", traction, data.frame)
+
+    # -- tiles ----------------------------------------------------------------------------------------------------
+
+    def tiles(self, columns: Index | None = None) -> list[Tile]:
+        """Columns (all nodes, or some in increasing order) cut into pieces of one part and order.
+
+        All nodes of a small mesh come in one piece an order, else in pieces of about TILE[1]; some, asked for by a
+        compression, in as few pieces as can be, since there the calls cost more than the numbers.
+        """
+        whole = columns is None
+        nodes = np.arange(self.mesh.n_nodes) if columns is None else columns
+        group, places = self._group[nodes], np.arange(len(nodes))
+        small = whole and len(nodes) <= SMALL
+        if whole:
+            # orders may change from element to element
+            group = group % 8 if small else group
+            places = np.argsort(group, kind="stable")
+            nodes, group = nodes[places], group[places]
+        cuts = np.flatnonzero(group[1:] != group[:-1]) + 1
+        result = []
+        for first, last in itertools.pairwise([0, *cuts.tolist(), len(nodes)]):
+            per_element = int(group[first] % 8) + 1
+            step = max(1, TILE[1] // per_element) * per_element if whole and not small else last - first
+            for start in range(first, last, step):
+                piece = slice(start, min(start + step, last))
+                result.append(self._tile(nodes[piece], _as_slice(places[piece]), per_element, columns))
+        return result
+
+    def _tile(self, nodes: Index, place: Any, per_element: int, columns: Index | None) -> Tile:
+        elements, pick = self.mesh.element[nodes], None
+        if per_element > 1:
+            new = np.concatenate([[True], elements[1:] != elements[:-1]])
+            elements = elements[new]
+            if len(nodes) < per_element * len(elements):
+                pick = (np.cumsum(new) - 1) * per_element + nodes - self.mesh.first_node[self.mesh.element[nodes]]
+        contact = np.flatnonzero(self._contact_slot[nodes] >= 0)
+        slots = self._contact_slot[nodes[contact]]
+        if columns is not None and len(contact):
+            slots = (np.cumsum(self._contact_slot[columns] >= 0) - 1)[place][contact]
+        known = self.data.traction_known[nodes]
+        return Tile(
+            batch=Batch(self.mesh.elements(elements), nodes), place=place, pick=pick, known=known,
+            frame=self.data.frame[nodes], contact=contact, contact_place=_as_slice(slots),
+            tangent=self.data.tangent[self._contact_slot[nodes[contact]]],
+            given=self._given[nodes], moved=self._moved[nodes],
+        )  # fmt: skip
+
+    @functools.cached_property
+    def _group(self) -> Index:
+        """Nodes of one part and order have one number."""
+        return (self.mesh.part * 8 + self.mesh.order)[self.mesh.element]
+
+    @functools.cached_property
+    def _contact_slot(self) -> Index:
+        """Place of each node among the contact nodes, -1 elsewhere."""
+        slot = np.full(self.mesh.n_nodes, -1)
+        slot[self.data.contact_nodes] = np.arange(len(self.data.contact_nodes))
+        return slot
+
+    @functools.cached_property
+    def _given(self) -> Array:
+        """Known tractions over 2µ as vectors, (n, 2)."""
+        known = np.where(self.data.traction_known, self.data.value, 0.0)
+        return np.asarray(np.einsum("ic,icj->ij", known, self.data.frame)) / self.traction_scale
+
+    @functools.cached_property
+    def _moved(self) -> Array:
+        """Known displacements as vectors, (n, 2)."""
+        known = np.where(self.data.traction_known, 0.0, self.data.value)
+        return np.asarray(np.einsum("ic,icj->ij", known, self.data.frame))
+
+    def _kernels(self, rows: Index, tile: Tile, displacement: bool, traction: bool) -> tuple[Array | None, Array | None]:
+        kernels = integrals(
+            self.mesh.targets(rows), tile.batch.elements, self.material.plane_strain_ratio, self.log_length,
+            displacement=displacement, traction=traction,
+        )  # fmt: skip
+        if tile.pick is None:
+            return kernels
+        kernel_g, kernel_h = (None if k is None else k[:, :, tile.pick] for k in kernels)
+        return kernel_g, kernel_h
+
+    def fill(
+        self, rows: Index, tile: Tile, *, system: Array | None = None, contact: Array | None = None,
+        load: Array | None = None,
+    ) -> None:  # fmt: skip
+        """One tile into what is given of system[column, direction, row, component], contact[column, row, component]
+        and load[row, component] (added)."""
+        pushes = load is not None and bool(tile.given.any())
+        moves = load is not None and bool(tile.moved.any())
+        wants_g = (system is not None and not tile.known.all()) or (contact is not None and len(tile.contact) > 0)
+        wants_h = system is not None and bool(tile.known.any())
+        if not (wants_g or wants_h or pushes or moves):
+            return
+        kernel_g, kernel_h = self._kernels(rows, tile, wants_g or pushes, wants_h or moves)
+        if system is not None:
+            for c in range(2):
+                _put(system, (tile.place, c), kernel_h, tile.frame[:, c], tile.known[:, c])
+                _put(system, (tile.place, c), kernel_g, -tile.frame[:, c], ~tile.known[:, c])
+        if contact is not None and len(tile.contact):
+            assert kernel_g is not None
+            chosen = kernel_g if len(tile.contact) == kernel_g.shape[2] else kernel_g[:, :, tile.contact]
+            _put(contact, (tile.contact_place,), chosen, tile.tangent, np.ones(len(tile.contact), dtype=bool))
+        if load is not None:
+            for a in range(2):
+                if pushes and kernel_g is not None:
+                    load[:, a] += tile.given[:, 0] @ kernel_g[a, 0] + tile.given[:, 1] @ kernel_g[a, 1]
+                if moves and kernel_h is not None:
+                    load[:, a] -= tile.moved[:, 0] @ kernel_h[a, 0] + tile.moved[:, 1] @ kernel_h[a, 1]
+        self._add_free_term(rows, tile, system, load if moves else None)
+
+    def _add_free_term(self, rows: Index, tile: Tile, system: Array | None, load: Array | None) -> None:
+        """½ I, where a node of the tile is its own target."""
+        nodes = tile.batch.nodes
+        if nodes[-1] < rows[0] or nodes[0] > rows[-1]:
+            return
+        column, row = np.nonzero(nodes[:, None] == rows[None, :])
+        if not len(row):
+            return
+        if system is not None:
+            place = np.arange(len(system))[tile.place][column]
+            for c in range(2):
+                system[place, c, row] += 0.5 * tile.known[column, c, None] * tile.frame[column, c]
+        if load is not None:
+            load[row] -= 0.5 * tile.moved[column]
+
+
+@dataclass(frozen=True)
+class Tile:
+    """Some columns of one part and order: the elements that own them, where they go, and what is known there."""
+
+    batch: Batch
+    place: Any
+    pick: Index | None
+    known: NDArray[np.bool_]
+    frame: Array
+    contact: Index
+    contact_place: Any
+    tangent: Array
+    given: Array
+    moved: Array
+
+
+def _as_slice(places: Index) -> Any:
+    """A slice where the places are consecutive: numpy copies into it several times faster."""
+    if len(places) and places[-1] - places[0] + 1 == len(places) and bool(np.all(np.diff(places) == 1)):
+        return slice(int(places[0]), int(places[-1]) + 1)
+    return places
+
+
+def _put(out: Array, where: tuple[Any, ...], kernel: Array | None, direction: Array, chosen: NDArray[np.bool_]) -> None:
+    """kernel · direction into out[where, :, a] for the chosen columns; axis-parallel directions cost a copy."""
+    if kernel is None or not chosen.any():
+        return
+    if not chosen.all():
+        where = (np.arange(len(out))[where[0]][chosen], *where[1:])
+        kernel, direction = kernel[:, :, chosen], direction[chosen]
+    dx, dy = direction[:, :1], direction[:, 1:]
+    for a in range(2):
+        if not dy.any():
+            out[(*where, slice(None), a)] = kernel[a, 0] * dx
+        elif not dx.any():
+            out[(*where, slice(None), a)] = kernel[a, 1] * dy
+        else:
+            out[(*where, slice(None), a)] = kernel[a, 0] * dx + kernel[a, 1] * dy

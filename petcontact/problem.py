@@ -1,0 +1,97 @@
+"""The problem: material, boundary conditions, and what belongs together to pose one."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import pydantic
+
+from .geometry import Polygon, Rectangle
+from .gmsh import Gmsh
+from .mesh_options import MeshOptions
+from .model import Expression, Finite, Model, Positive
+from .outlines import SideBySide
+
+
+class Material(Model):
+    """Isotropic linear elasticity in the plane.
+
+    Attributes
+    ----------
+    young_modulus : float
+        E > 0 [stress].
+    poisson_ratio : float
+        ν in (-1, 1/2); up to 1/2 itself in plane stress [-].
+    plane : {"strain", "stress"}
+    """
+
+    young_modulus: Positive
+    poisson_ratio: Finite
+    plane: Literal["strain", "stress"] = "strain"
+
+    @pydantic.model_validator(mode="after")
+    def _admissible(self) -> Material:
+        upper = self.poisson_ratio < 0.5 or (self.plane == "stress" and self.poisson_ratio == 0.5)
+        if not (self.poisson_ratio > -1.0 and upper):
+            bounds = "(-1, 1/2)" if self.plane == "strain" else "(-1, 1/2]"
+            raise ValueError(f"poisson_ratio must lie in {bounds} in plane {self.plane}, got {self.poisson_ratio:g}")
+        return self
+
+    @property
+    def shear_modulus(self) -> float:
+        """µ = E / 2(1+ν) [stress]."""
+        return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def plane_strain_ratio(self) -> float:
+        """The ν with which the plane-strain kernels describe this material: ν/(1+ν) for plane stress."""
+        return self.poisson_ratio / (1.0 + self.poisson_ratio) if self.plane == "stress" else self.poisson_ratio
+
+
+Component = Expression
+"""Or "free"."""
+
+
+class Displacement(Model):
+    """u = value on the part; a component that is "free" carries no traction (a roller)."""
+
+    part: str
+    condition: Literal["displacement"] = "displacement"
+    value: tuple[Component, Component]
+
+
+class Traction(Model):
+    """σ(u)n = value on the part, or -pressure·n [stress]."""
+
+    part: str
+    condition: Literal["traction"] = "traction"
+    value: tuple[Expression, Expression] | None = None
+    pressure: Expression | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_of_two(self) -> Traction:
+        if (self.value is None) == (self.pressure is None):
+            raise ValueError("a traction needs either value = [tx, ty] or pressure = p")
+        return self
+
+
+class Contact(Model):
+    """Bilateral contact u_n = 0 with Tresca friction |σ_t| <= g = friction_bound >= 0 [stress]."""
+
+    part: str
+    condition: Literal["contact"] = "contact"
+    friction_bound: Expression
+
+
+Condition = Annotated[Displacement | Traction | Contact, pydantic.Field(discriminator="condition")]
+Geometry = Annotated[Rectangle | Polygon | SideBySide | Gmsh, pydantic.Field(discriminator="shape")]
+
+
+class Problem(Model):
+    """A contact problem: what TOML says above `[method]`, and what Python builds with keyword arguments."""
+
+    title: str = ""
+    material: Material
+    geometry: Geometry
+    mesh: MeshOptions = MeshOptions()
+    boundary: tuple[Condition, ...]

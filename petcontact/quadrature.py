@@ -1,0 +1,79 @@
+"""Gauss-Legendre nodes and the polynomials through them, for elements of any order."""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+@functools.cache
+def gauss(order: int) -> tuple[Array, Array]:
+    """Collocation nodes of an element of order p and their weights on [-1, 1].
+
+    Parameters
+    ----------
+    order : int
+        p >= 0.
+
+    Returns
+    -------
+    xi, weight : (p+1,) arrays, read-only
+        The p+1 Gauss-Legendre points in increasing order, and weights that sum to 2.
+
+    Raises
+    ------
+    ValueError
+        If the order is negative.
+    """
+    if order < 0:
+        raise ValueError(f"order {order}: elements have order 0 or more")
+    nodes: tuple[Array, Array] = np.polynomial.legendre.leggauss(order + 1)  # type: ignore[no-untyped-call]
+    xi, weight = nodes
+    xi.setflags(write=False)
+    weight.setflags(write=False)
+    return xi, weight
+
+
+def legendre(order: int, s: Array) -> Array:
+    """Legendre polynomials P_0 ... P_p at points s, (p+1, len(s))."""
+    values: Array = np.polynomial.legendre.legvander(s, order)  # type: ignore[no-untyped-call]
+    return values.T
+
+
+@functools.cache
+def lagrange_coefficients(order: int) -> Array:
+    """Legendre coefficients of the Lagrange polynomials, (p+1, p+1): L_b = Σ_k c[b, k] P_k.
+
+    c[b, k] = (2k+1)/2 ∫ L_b P_k, where the p+1 Gauss points integrate exactly (degree 2p).
+    """
+    xi, weight = gauss(order)
+    return np.ascontiguousarray((legendre(order, xi) * weight).T * (np.arange(order + 1) + 0.5))
+
+
+def lagrange(order: int, s: Array) -> Array:
+    """Values of the Lagrange polynomials through the Gauss points of an element.
+
+    Parameters
+    ----------
+    order : int
+        p >= 0.
+    s : (k,) array
+        Local coordinates in [-1, 1].
+
+    Returns
+    -------
+    (p+1, k) array
+        L_b(s): one at node b, zero at the others.
+    """
+    return lagrange_coefficients(order) @ legendre(order, np.asarray(s, dtype=np.float64))
+
+
+@functools.cache
+def product_weights(order: int, points: int) -> tuple[Array, Array]:
+    """A Gauss rule against the basis: points s (q,) and w_q L_b(s_q), (p+1, q)."""
+    s, weight = gauss(points - 1)
+    return s, lagrange(order, s) * weight

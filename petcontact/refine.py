@@ -1,0 +1,162 @@
+"""Meshes graded geometrically towards marked points, with orders that grow away from them.
+
+An adaptive mesh is described by its marks (points of each side where the solution is not smooth, the ends of the side
+among them, with the size of the smallest element there) and by a `Grading`. Refining means a better grading, smaller
+elements at the marks, moved or new marks.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .geometry import Outline
+from .mesh import BoundaryMesh, build_mesh
+from .meshing import largest_turn
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+SLOPE = 0.7
+"""Orders gained from one element to the next away from a mark: elements next to it are small and need no high order."""
+NEAR = 1.2
+"""Largest ratio of an element's length to its distance from sides that it has no corner with: the field of a side
+that is nearer than that is not smooth on it."""
+
+
+@dataclass(frozen=True)
+class Grading:
+    """How elements shrink towards marks.
+
+    Attributes
+    ----------
+    order : int
+        Largest order, reached away from the marks.
+    ratio : float
+        Ratio in (0, 1) of neighbouring elements.
+    """
+
+    order: int
+    ratio: float
+
+
+@dataclass(frozen=True)
+class Marks:
+    """Marked points of one side.
+
+    Attributes
+    ----------
+    position : (k,) array
+        Arc length along the side, increasing from 0 to its length [length].
+    size : (k,) array
+        Length of the smallest elements at each point, infinite where the mesh is not graded towards it [length].
+    """
+
+    position: Array
+    size: Array
+
+
+def graded_mesh(
+    outline: Outline, marks: list[Marks], grading: Grading, largest: list[float]
+) -> tuple[BoundaryMesh, Index]:
+    """A mesh graded towards marks, and the number of the side of each element.
+
+    Parameters
+    ----------
+    outline : Outline
+    marks : list of Marks, one a side
+    grading : Grading
+    largest : list of float, one a side
+        Length that no element of the side exceeds [length]; elements of arcs turn by 30 degrees at most, too.
+    """
+    pieces = [graded_side(points, grading) for points in marks]
+    breaks = [p[0] / side.length for p, side in zip(pieces, outline.sides, strict=True)]
+    for fractions in breaks:
+        fractions[-1] = 1.0
+    orders = [p[1] for p in pieces]
+    limits = _distance_limits(outline, breaks)
+    for k, side in enumerate(outline.sides):
+        limit = np.minimum(NEAR * limits[k], min(largest[k], side.length * largest_turn(side)))
+        count = np.ceil(np.diff(breaks[k]) * side.length / limit - 1e-9)
+        breaks[k], orders[k] = _split(breaks[k], orders[k], np.maximum(1, count).astype(np.int64))
+    side_of_element = np.repeat(np.arange(len(orders)), [len(order) for order in orders])
+    return build_mesh(outline, breaks, orders), side_of_element
+
+
+def graded_side(marks: Marks, grading: Grading) -> tuple[Array, Index]:
+    """Breaks (n + 1,) [length] and orders (n,) of one side."""
+    pieces, orders = [np.zeros(1)], []
+    position, size = marks.position, marks.size
+    for k in range(len(position) - 1):
+        a, b = float(position[k]), float(position[k + 1])
+        graded = np.isfinite(size[k : k + 2])
+        reach = 0.5 * (b - a) if graded.all() else b - a
+        left = _steps(reach, float(size[k]), grading.ratio) if graded[0] else np.zeros(1)
+        right = _steps(reach, float(size[k + 1]), grading.ratio) if graded[1] else np.zeros(1)
+        if graded.any():
+            # where both are graded they meet in the middle, which is one point; where one is, the other is an end
+            points = np.concatenate([a + left, (b - right)[-2::-1]])
+            orders += [_orders(len(left) - 1, grading), _orders(len(right) - 1, grading)[::-1]]
+        else:
+            points = np.array([a, b])
+            orders.append(np.array([grading.order]))
+        points[0], points[-1] = a, b
+        pieces.append(points[1:])
+    return np.concatenate(pieces), np.concatenate(orders)
+
+
+def balanced(marks: Marks, grading: Grading) -> Marks:
+    """The marks with elements no larger than fits the shorter interval on either side of each."""
+    interval = np.diff(marks.position)
+    shorter = np.minimum(np.append(interval, np.inf), np.insert(interval, 0, np.inf))
+    fitting = np.minimum(marks.size, 0.5 * grading.ratio * shorter)
+    return Marks(marks.position, np.where(np.isfinite(marks.size), fitting, np.inf))
+
+
+def _steps(half: float, smallest: float, ratio: float) -> Array:
+    """Distances from a mark to the ends of the elements on the half next to it."""
+    levels = max(0, math.ceil(math.log(smallest / half) / math.log(ratio) - 1e-9))
+    return np.concatenate([[0.0], half * ratio ** np.arange(levels, -1.0, -1.0)])
+
+
+def _orders(count: int, grading: Grading) -> Index:
+    away: Index = np.floor(1.0 + SLOPE * np.arange(count)).astype(np.int64)
+    return np.minimum(away, grading.order)
+
+
+def _split(breaks: Array, orders: Index, count: Index) -> tuple[Array, Index]:
+    """Each element cut into `count` equal ones."""
+    if not np.any(count > 1):
+        return breaks, orders
+    cut = [a + (b - a) * np.arange(n) / n for a, b, n in zip(breaks[:-1], breaks[1:], count, strict=True)]
+    return np.append(np.concatenate(cut), breaks[-1]), np.repeat(orders, count)
+
+
+def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
+    """Distances (n,) of the middles of elements from the sides that theirs has no corner with [length]."""
+    sides = outline.sides
+    middles = [side.point(0.5 * (b[1:] + b[:-1])) for side, b in zip(sides, breaks, strict=True)]
+    ends = [side.point(b) for side, b in zip(sides, breaks, strict=True)]
+    neighbours = _neighbours(outline)
+    result = []
+    for k, points in enumerate(middles):
+        others = [np.vstack([middles[j], ends[j]]) for j in range(len(sides)) if j not in neighbours[k]]
+        if not others:
+            result.append(np.full(len(points), np.inf))
+            continue
+        away = points[:, None, :] - np.vstack(others)[None, :, :]
+        result.append(np.sqrt(np.min(np.einsum("ijk,ijk->ij", away, away), axis=1)))
+    return result
+
+
+def _neighbours(outline: Outline) -> list[set[int]]:
+    """For each side itself and the two that it has a corner with."""
+    result, first = [], 0
+    for loop in outline.loops:
+        n = len(loop)
+        result += [{first + (k - 1) % n, first + k, first + (k + 1) % n} for k in range(n)]
+        first += n
+    return result

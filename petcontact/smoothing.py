@@ -1,0 +1,114 @@
+"""Boundary data of constant elements made smooth, so that they can be evaluated close to the boundary.
+
+A displacement that is constant on each element jumps at their ends like a row of dislocations, whose stress decays only
+at the distance of an element or two. The nodal values are accurate at the middle of the elements: a continuous
+interpolation of them, of order 2 on each element, is what the fields inside are evaluated from.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mesh import BoundaryMesh
+from .quadrature import lagrange
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+SMOOTH = np.cos(np.radians(10.0))
+
+
+def smoothed(mesh: BoundaryMesh, u: Array, traction: Array) -> tuple[BoundaryMesh, Array, Array]:
+    """The mesh with its constant elements made quadratic, and the boundary data on it; other elements keep theirs.
+
+    Parameters
+    ----------
+    mesh : BoundaryMesh
+        n nodes.
+    u, traction : (n, 2) arrays
+        Displacement [length] and traction [stress] at the nodes.
+
+    Returns
+    -------
+    mesh : BoundaryMesh
+        k nodes.
+    u, traction : (k, 2) arrays
+        The displacement is continuous, also round corners; the traction is so inside parts, where the outline is smooth.
+    """
+    constant = mesh.order == 0
+    if not constant.any():
+        return mesh, u, traction
+    finer = replace(mesh, order=np.where(constant, 2, mesh.order))
+    joined_before, joined_after, before, after = _neighbours(mesh)
+    u_ends = _end_values(mesh, u, joined_before, joined_after, before, after)
+    t_ends = _end_values(mesh, traction, joined_before, joined_after, before, after)
+    u_ends = _continuous(u_ends, before, after)
+    numbers = np.flatnonzero(constant)
+    nodes = finer.first_node[numbers][:, None] + np.arange(3)
+    new_u, new_t = np.empty((finer.n_nodes, 2)), np.empty((finer.n_nodes, 2))
+    kept_new, kept_old = ~constant[finer.element], ~constant[mesh.element]
+    new_u[kept_new], new_t[kept_new] = u[kept_old], traction[kept_old]
+    s = finer.xi[nodes[0]]
+    # the quadratic through both ends and the middle
+    basis = np.stack([0.5 * s * (s - 1.0), 1.0 - s * s, 0.5 * s * (s + 1.0)])
+    for values, ends, out in ((u, u_ends, new_u), (traction, t_ends, new_t)):
+        middle = values[mesh.first_node[numbers]]
+        three = np.stack([ends[0][numbers], middle, ends[1][numbers]])
+        out[nodes] = np.einsum("ks,kec->esc", basis, three)
+    return finer, new_u, new_t
+
+
+def _neighbours(mesh: BoundaryMesh) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Index, Index]:
+    """Elements before and after each one round its loop, and whether the data run on smoothly to them."""
+    place = {(float(x), float(y)): k for k, (x, y) in enumerate(mesh.start)}
+    after = np.array([place[(float(x), float(y))] for x, y in mesh.end], dtype=np.int64)
+    before = np.empty_like(after)
+    before[after] = np.arange(len(after))
+    chord = mesh.end - mesh.start
+    size = np.hypot(*chord.T)
+    angle = np.arcsin(np.clip(0.5 * mesh.curvature * size, -1.0, 1.0))
+    # tangents at start and end: the chord turned by half of the arc's angle
+    direction = (chord[:, 0] + 1j * chord[:, 1]) / size
+    first, last = direction * np.exp(-1j * angle), direction * np.exp(1j * angle)
+    runs_on = (mesh.part == mesh.part[after]) & ((last * first[after].conj()).real > SMOOTH)
+    return runs_on[before], runs_on, before, after
+
+
+def _end_values(
+    mesh: BoundaryMesh, values: Array, joined_before: NDArray[np.bool_], joined_after: NDArray[np.bool_],
+    before: Index, after: Index,
+) -> tuple[Array, Array]:  # fmt: skip
+    """Values at the start and end of each element: interpolated between neighbours that run on, else extrapolated."""
+    middle = np.stack([
+        np.einsum("k,kc->c", lagrange(int(p), np.zeros(1))[:, 0], values[a : a + p + 1])
+        for a, p in zip(mesh.first_node[:-1], mesh.order, strict=True)
+    ])
+    half = 0.5 * mesh.length
+    slope_after = (middle[after] - middle) / (half + half[after])[:, None]
+    slope_before = slope_after[before]
+    both = joined_before & joined_after
+    # derivative at the middle, by the parabola through three neighbours or the line through two
+    share = ((half + half[before]) / (half[after] + 2.0 * half + half[before]))[:, None]
+    central = share * slope_after + (1.0 - share) * slope_before
+    curve = np.where(both[:, None], (slope_after - slope_before) / (half[after] + 2.0 * half + half[before])[:, None], 0.0)
+    slope = np.where(
+        both[:, None], central,
+        np.where(joined_after[:, None], slope_after, np.where(joined_before[:, None], slope_before, 0.0)),
+    )  # fmt: skip
+    # an end element borrows the curvature of its only neighbour, so that extrapolation is of second order
+    for joined, other, sign in ((joined_after, after, -1.0), (joined_before, before, 1.0)):
+        only = joined & ~both & both[other]
+        curve[only] = curve[other][only]
+        slope[only] += (sign * (half + half[other])[:, None] * curve)[only]
+    h = half[:, None]
+    start, end = middle - h * slope + h * h * curve, middle + h * slope + h * h * curve
+    # where both neighbours offer a value at their joint, take the mean
+    start_mean, end_mean = 0.5 * (start + end[before]), 0.5 * (end + start[after])
+    return np.where(joined_before[:, None], start_mean, start), np.where(joined_after[:, None], end_mean, end)
+
+
+def _continuous(ends: tuple[Array, Array], before: Index, after: Index) -> tuple[Array, Array]:
+    start, end = ends
+    return 0.5 * (start + end[before]), 0.5 * (end + start[after])

@@ -1,0 +1,169 @@
+"""The outcome of a solve: fields on the boundary, the contact zone, history, and the verdict."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .boundary import BoundaryData
+from .config import Case
+from .friction import balanced_rho, contact_norm, contact_state, projection_residual
+from .history import ContactState, History
+from .mesh import BoundaryMesh
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Zone:
+    """A stretch of one contact part, in arc length along it [length]; sign 0 sticks, ±1 slips along ±tangent."""
+
+    part: str
+    start: float
+    end: float
+    sign: int
+
+    @property
+    def name(self) -> str:
+        """stick or slip."""
+        return "slip" if self.sign else "stick"
+
+
+@dataclass(frozen=True)
+class Contact:
+    """Nodal fields on Γ_C.
+
+    Attributes
+    ----------
+    nodes : (m,) array
+        Numbers of the contact nodes.
+    x, tangent : (m, 2) arrays
+        Nodes [length], and the outward normal turned by +90° (+x on a bottom side).
+    weight, arc_length : (m,) arrays
+        Quadrature weights, and arc length along the part [length].
+    u_t, sigma_t : (m, 1) arrays
+        Tangential displacement [length] and traction [stress].
+    sigma_n, friction_bound : (m,) arrays
+        Normal traction, negative in compression, and g [stress].
+    state : (m,) array
+        0 stick, 1 slip.
+    part : (m,) array of str
+    """
+
+    nodes: NDArray[np.int64]
+    x: Array
+    tangent: Array
+    weight: Array
+    arc_length: Array
+    u_t: Array
+    sigma_t: Array
+    sigma_n: Array
+    friction_bound: Array
+    state: NDArray[np.int8]
+    part: NDArray[np.str_]
+
+
+@dataclass(frozen=True)
+class Solution:
+    """What a solve returns and a result file holds.
+
+    Attributes
+    ----------
+    case : Case
+    mesh : BoundaryMesh
+    u, traction : (n, 2) arrays
+        On the whole boundary [length], [stress].
+    contact : Contact
+    zones : list of Zone
+    history : History
+    status : {"converged", "not converged", "failed"}
+    reason : str
+    rho : float
+        Robin parameter of the last step [stress/length].
+    residual : float
+        ‖R_ρ‖ in L2(Γ_C) with that ρ [stress · length^½].
+    elastic_residual : float
+        Largest defect of (4.10) at random nodes over the largest displacement [-].
+    timings : dict of str to float
+        Wall seconds by stage.
+    info : dict
+        argv, PETSc options, versions, formulation, KSP.
+    """
+
+    case: Case
+    mesh: BoundaryMesh
+    u: Array
+    traction: Array
+    contact: Contact
+    zones: list[Zone]
+    history: History
+    status: str
+    reason: str
+    rho: float
+    residual: float
+    elastic_residual: float
+    timings: dict[str, float]
+    info: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the method."""
+        return len(self.history)
+
+    @property
+    def converged(self) -> bool:
+        """Whether the stopping criterion, the friction residual and the elastic residual were all met."""
+        return self.status == "converged"
+
+    @property
+    def relative_residual(self) -> float:
+        """‖R_ρ‖/‖σ_t‖ with the balanced ρ: does not depend on the method's ρ nor on units."""
+        c = self.contact
+        balanced = balanced_rho(c.u_t, c.sigma_t, c.weight, self.rho)
+        size = contact_norm(c.sigma_t, c.weight)
+        value = contact_norm(projection_residual(c.u_t, c.sigma_t, c.friction_bound, balanced), c.weight)
+        return value / size if size > 0.0 else value
+
+    def verdict(self) -> str:
+        """A few lines that say how the solve ended."""
+        from .verdict import verdict
+
+        return verdict(self)
+
+
+def contact_fields(
+    mesh: BoundaryMesh, data: BoundaryData, traction: Array, state: ContactState
+) -> tuple[Contact, list[Zone]]:
+    """Nodal fields and zones on Γ_C from the last iterate of a method."""
+    nodes = data.contact_nodes
+    weight = mesh.weight[nodes]
+    rho = balanced_rho(state.u_t, state.sigma_t, weight, state.rho)
+    normal_traction = np.einsum("ij,ij->i", traction[nodes], mesh.normal[nodes])
+    slips = contact_state(state.u_t, state.sigma_t, data.friction_bound, rho)
+    names = np.array(mesh.part_names)[mesh.node_part[nodes]]
+    contact = Contact(
+        nodes, mesh.x[nodes], data.tangent, weight, mesh.arc_length[nodes], state.u_t, state.sigma_t,
+        normal_traction, data.friction_bound, slips, names,
+    )  # fmt: skip
+    return contact, _zones(mesh, contact)
+
+
+def _zones(mesh: BoundaryMesh, contact: Contact) -> list[Zone]:
+    """Runs of nodes of one state; they end where two elements meet, or half-way between nodes of one element."""
+    zones = []
+    sign = (contact.state * np.sign(contact.u_t[:, 0] - contact.sigma_t[:, 0] * 1e-300)).astype(int)
+    for part in dict.fromkeys(contact.part.tolist()):
+        chosen = np.flatnonzero(contact.part == part)
+        element = mesh.element[contact.nodes[chosen]]
+        s, signs = contact.arc_length[chosen], sign[chosen]
+        cuts = np.flatnonzero(np.diff(signs) != 0)
+        inside = element[cuts] == element[cuts + 1]
+        borders = np.where(inside, 0.5 * (s[cuts] + s[cuts + 1]), mesh.side_start[element[cuts + 1]])
+        total = mesh.side_start[element[-1]] + mesh.length[element[-1]]
+        ends = np.concatenate([[0.0], borders, [total]])
+        for k, first in enumerate([0, *(cuts + 1)]):
+            zones.append(Zone(part, float(ends[k]), float(ends[k + 1]), int(signs[first])))
+    return zones

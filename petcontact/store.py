@@ -1,0 +1,214 @@
+"""Result files: HDF5 that h5py alone can read, written whole or not at all."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import tempfile
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from .config import Case
+from .errors import PetcontactError, ResultError
+from .history import COLUMNS, History
+from .mesh import BoundaryMesh
+from .model import parse
+from .signals import deferred
+from .solution import Contact, Solution, Zone
+
+FORMAT = "petcontact result"
+FORMAT_VERSION = 1
+MESH_ARRAYS = ("curvature", "order", "part", "line", "side_start")
+
+
+def write_solution(path: str | Path, solution: Solution) -> None:
+    """Write a result file: to a temporary name, flushed to the disk, then renamed.
+
+    Raises
+    ------
+    ResultError
+        If the file cannot be written (folder missing or read-only, disk full); nothing is left behind.
+    """
+    write_atomically(path, lambda file: write_group(file, solution))
+
+
+def write_failure(path: str | Path, case: Case, reason: str) -> None:
+    """Write a file that says why a case has no iterate to keep: attributes only.
+
+    Raises
+    ------
+    ResultError
+        If the file cannot be written.
+    """
+    facts = {"format": FORMAT, "format_version": FORMAT_VERSION, "config": case.toml(), "status": "failed", "reason": reason}
+    write_atomically(path, lambda file: file.attrs.update({**facts, "iterations": 0}))
+
+
+def write_atomically(path: str | Path, fill: Callable[[h5py.File], None]) -> None:
+    """Let `fill` write an HDF5 file that appears under its name only when it is whole and on the disk."""
+
+    with temporary_name(path) as temporary:
+        # built in memory: HDF5 crashes the process when the disk fills up under a file of its own
+        with h5py.File("result", "w", driver="core", backing_store=False, track_order=True) as file:
+            fill(file)
+            file.flush()
+            image = file.id.get_file_image()
+        temporary.write_bytes(image)
+
+
+@contextlib.contextmanager
+def temporary_name(path: str | Path) -> Iterator[Path]:
+    """A name beside `path`, renamed to it when the block ends well and removed when it does not.
+
+    Signals wait until the rename is done. For any kind of file.
+
+    Raises
+    ------
+    ResultError
+        If the file cannot be written.
+    """
+    path = Path(path)
+    temporary: Path | None = None
+    try:
+        with deferred():
+            descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".tmp", dir=path.parent)
+            os.close(descriptor)
+            temporary = Path(name)
+            yield temporary
+            _sync(temporary)
+            os.chmod(temporary, 0o666 & ~_umask())
+            os.replace(temporary, path)
+            temporary = None
+            _sync(path.parent)
+    except (OSError, RuntimeError) as error:
+        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
+        raise ResultError(f"{path}: cannot be written ({reason})") from error
+    finally:
+        if temporary is not None:
+            with contextlib.suppress(OSError):
+                temporary.unlink()
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask
+
+
+def _sync(path: Path) -> None:
+    descriptor = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+def write_group(group: Any, solution: Solution) -> None:
+    """One case into an HDF5 file or group (section 6 of the design)."""
+    mesh, contact, history = solution.mesh, solution.contact, solution.history
+    names = np.array(mesh.part_names, dtype=object)
+    text = h5py.string_dtype()
+    boundary = group.create_group("boundary")
+    for key, value in (("x", mesh.x), ("normal", mesh.normal), ("weight", mesh.weight), ("u", solution.u),
+                       ("traction", solution.traction)):  # fmt: skip
+        boundary[key] = value
+    boundary.create_dataset("part", data=names[mesh.node_part], dtype=text)
+    elements = group.create_group("mesh")
+    vertices, numbers = np.unique(np.vstack([mesh.start, mesh.end]), axis=0, return_inverse=True)
+    elements["vertices"] = vertices
+    elements["elements"] = numbers.reshape(2, -1).T
+    for key in MESH_ARRAYS:
+        elements[key] = getattr(mesh, key)
+    elements.create_dataset("part_names", data=names, dtype=text)
+    contacts = group.create_group("contact")
+    for key in ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state"):
+        contacts[key] = getattr(contact, key)
+    contacts.create_dataset("part", data=contact.part.astype(object), dtype=text)
+    rows = group.create_group("history")
+    for key in COLUMNS:
+        rows[key] = np.array(getattr(history, key), dtype=int if key == "ksp_iterations" else float)
+    group.attrs.update({
+        "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.case.toml(), "status": solution.status,
+        "reason": solution.reason, "iterations": solution.iterations, "rho": solution.rho,
+        "residual": solution.residual, "elastic_residual": solution.elastic_residual,
+        "timings": json.dumps(solution.timings), "info": json.dumps(solution.info),
+        "zones": np.array([[z.start, z.end, z.sign] for z in solution.zones]).reshape(-1, 3),
+        "zone_parts": json.dumps([z.part for z in solution.zones]),
+    })  # fmt: skip
+
+
+def read_solution(path: str | Path, group: str = "/") -> Solution:
+    """A solution from a result file.
+
+    Raises
+    ------
+    ResultError
+        If the file is missing, truncated, not HDF5, not ours, or of another format version.
+    """
+    with opened(path) as file:
+        if group not in file:
+            raise ResultError(f"{path}: no case {group!r}; there are {', '.join(file)}")
+        return read_group(file[group], f"{path}")
+
+
+@contextlib.contextmanager
+def opened(path: str | Path) -> Iterator[h5py.File]:
+    """An HDF5 file of ours, opened for reading; whatever is wrong with it is a `ResultError` of one line."""
+    try:
+        if not Path(path).is_file():
+            raise ResultError(f"{path}: no such file")
+        with h5py.File(path, "r") as file:
+            yield file
+    except PetcontactError:
+        raise
+    except (OSError, RuntimeError, KeyError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise ResultError(f"{path}: not a whole HDF5 file ({reason})") from None
+
+
+def read_group(group: Any, source: str) -> Solution:
+    """A solution from an HDF5 group."""
+    attributes = dict(group.attrs)
+    if attributes.get("format") != FORMAT:
+        raise ResultError(f"{source}: not a result of petcontact")
+    if attributes.get("format_version") != FORMAT_VERSION:
+        raise ResultError(f"{source}: format version {attributes.get('format_version')}, this is {FORMAT_VERSION}")
+    if "boundary" not in group:
+        raise ResultError(f"{source}: holds no fields, the case failed ({attributes.get('reason')})")
+    try:
+        return _read(group, attributes, source)
+    except ResultError:
+        raise
+    except Exception as error:  # whatever damaged bytes make of h5py and numpy
+        raise ResultError(f"{source}: damaged ({type(error).__name__}: {' '.join(str(error).split())})") from error
+
+
+def _read(group: Any, attributes: dict[str, Any], source: str) -> Solution:
+    import tomllib
+
+    elements = group["mesh"]
+    vertices, numbers = elements["vertices"][()], elements["elements"][()]
+    mesh = BoundaryMesh(
+        start=vertices[numbers[:, 0]], end=vertices[numbers[:, 1]],
+        part_names=tuple(name.decode() for name in elements["part_names"][()]),
+        **{key: elements[key][()] for key in MESH_ARRAYS},
+    )  # fmt: skip
+    stored = group["contact"]
+    contact = Contact(**{
+        key: np.array([name.decode() for name in stored[key][()]]) if key == "part" else stored[key][()]
+        for key in Contact.__dataclass_fields__
+    })  # fmt: skip
+    history = History(**{key: group["history"][key][()].tolist() for key in COLUMNS})
+    parts = json.loads(attributes["zone_parts"])
+    zones = [Zone(part, float(a), float(b), int(s)) for part, (a, b, s) in zip(parts, attributes["zones"], strict=True)]
+    case: Case = parse(Case, tomllib.loads(attributes["config"]), source)
+    return Solution(
+        case, mesh, group["boundary/u"][()], group["boundary/traction"][()], contact, zones, history,
+        str(attributes["status"]), str(attributes["reason"]), float(attributes["rho"]), float(attributes["residual"]),
+        float(attributes["elastic_residual"]), json.loads(attributes["timings"]), json.loads(attributes["info"]),
+    )  # fmt: skip

@@ -1,0 +1,172 @@
+"""PETSc TAO's bound-constrained solvers on the dual problem, and what must follow them.
+
+With S symmetric in the inner product of the node weights, σ_t would minimise ½σᵀWSσ + σᵀWu_0 over |σ| <= g. Collocation
+makes S symmetric only up to its own error: the minimum belongs to the symmetric part of WS, and lies some percent off in
+σ_t (2 % in Example 1). So TAO's answer only gives the first active set; semismooth Newton steps on S itself follow, and
+the state that is returned solves the same problem as that of every other method.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ._petsc import petsc
+from .errors import InputError, SolverError
+from .friction import balanced_rho, contact_norm, projection_residual
+from .history import ContactState, History
+from .newton import semismooth_newton
+from .projection import Criterion
+from .system import ContactSystem
+
+Array = NDArray[np.float64]
+
+DEFAULT_TYPE = "gpcg"
+LARGEST = 8000
+"""Contact nodes above which the dense S that the symmetric part needs is refused."""
+
+
+def tao(
+    system: ContactSystem,
+    *,
+    criterion: Criterion,
+    max_iterations: int,
+    start: tuple[Array, Array] | None = None,
+    monitor: Callable[[ContactState], None] | None = None,
+) -> ContactState:
+    """The dual problem by TAO (`-tao_type gpcg | bnls | tron | blmvm ...`), then Newton steps on the unsymmetrised S.
+
+    Parameters
+    ----------
+    system : ContactSystem
+    criterion : Criterion
+    max_iterations : int
+        Of the Newton steps; TAO's own are `-tao_max_it`.
+    start : pair of (m, 1) arrays, optional
+        Initial u_t (unused) and σ_t [stress].
+    monitor : callable, optional
+        Called with the state so far after each Newton step.
+
+    Notes
+    -----
+    Products with the symmetrised matrix inside TAO are not counted among the system's applications.
+
+    Raises
+    ------
+    InputError
+        If there are more than LARGEST contact nodes: the symmetric part of S needs S as a dense matrix.
+    SolverError
+        If TAO breaks down.
+    """
+    data = system.operators.data
+    weight, bound = system.operators.mesh.weight[data.contact_nodes], data.friction_bound
+    if len(bound) > LARGEST:
+        raise InputError(f"method.name: tao needs S as a dense matrix, too large for {len(bound)} contact nodes")
+    sigma = np.zeros_like(bound) if start is None else np.clip(start[1][:, 0], -bound, bound)
+    iterates = minimise(system.compliance(), system.u_0[:, 0], bound, weight, sigma)
+    sigma = iterates[-1]
+    slips = np.abs(sigma) >= bound * (1.0 - 1e-8)
+    # any displacement against σ says that a node slips: Newton takes only the set from it
+    u = np.where(slips, -np.sign(sigma), 0.0) * np.abs(system.u_0).max()
+    state = semismooth_newton(
+        system, criterion=criterion, max_iterations=max_iterations, start=(u[:, None], sigma[:, None]),
+        predict=False, monitor=monitor,
+    )  # fmt: skip
+    newton, state.history = state.history, _rows(system, iterates, criterion)
+    for row in zip(newton.rho, newton.w, newton.change, newton.residual, newton.ksp_iterations, strict=True):
+        state.history.add(*row)
+    state.reason += f", after {len(iterates) - 1} TAO iterations"
+    return state
+
+
+def _rows(system: ContactSystem, iterates: list[Array], criterion: Criterion) -> History:
+    """A row of history for each of TAO's iterations."""
+    data = system.operators.data
+    weight, bound = system.operators.mesh.weight[data.contact_nodes], data.friction_bound
+    history, old = History(), None
+    for sigma in iterates:
+        new = system.u_0 + system.apply(sigma[:, None]), sigma[:, None]
+        if old is not None:
+            rho = balanced_rho(*old, weight, 1.0)
+            residual = contact_norm(projection_residual(*old, bound, rho), weight)
+            change = criterion.change(*new, new[0] - old[0], new[1] - old[1], weight)
+            history.add(rho, np.nan, change, residual, 0)
+        old = new
+    return history
+
+
+def minimise(compliance: Array, base: Array, bound: Array, weight: Array, sigma: Array) -> list[Array]:
+    """The minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g with the symmetric part of WS: TAO's iterates (m,), the last the best.
+
+    Parameters
+    ----------
+    compliance : (m, m) array
+        S [length/stress].
+    base : (m,) array
+        u_0 [length].
+    bound, weight : (m,) arrays
+        g [stress] and node weights [length].
+    sigma : (m,) array
+        First iterate [stress].
+    """
+    hessian = compliance * weight[:, None]
+    hessian = 0.5 * (hessian + hessian.T)
+    # σ = unit · x with x of order one and a unit diagonal: TAO's tolerances are absolute, and graded meshes need it
+    diagonal = np.sqrt(np.diag(hessian))
+    unit = (float(bound.max()) or 1.0) * float(np.sqrt(np.mean(diagonal**2))) / diagonal
+    hessian /= diagonal[:, None] * diagonal
+    mean = float(np.mean(unit * diagonal))
+    solver = _BoundSolver(hessian, weight * base / diagonal / mean, bound / unit)
+    try:
+        return [x * unit for x in solver.run(sigma / unit)]
+    finally:
+        solver.close()
+
+
+class _BoundSolver:
+    """min ½xᵀHx + bᵀx over |x| <= c by TAO, on COMM_SELF: every rank solves the same small problem."""
+
+    def __init__(self, hessian: Array, linear: Array, bound: Array) -> None:
+        module = petsc()
+        m = len(linear)
+        self.linear, self._iterates = linear, list[Array]()
+        self._hessian = module.Mat().createDense((m, m), array=np.asfortranarray(hessian), comm=module.COMM_SELF)
+        self._hessian.assemble()
+        self._x, self._b = self._hessian.createVecs()
+        self._lower, self._upper, self._gradient = (self._x.duplicate() for _ in range(3))
+        self._lower.setArray(-bound)
+        self._upper.setArray(bound)
+        self._tao = module.TAO().create(module.COMM_SELF)
+        self._tao.setType(DEFAULT_TYPE)
+        self._tao.setObjectiveGradient(self._evaluate, self._gradient)
+        self._tao.setHessian(lambda solver, x, matrix, preconditioner: None, self._hessian)
+        self._tao.setVariableBounds(self._lower, self._upper)
+        self._tao.setMaximumIterations(10_000)
+        self._tao.setMonitor(lambda solver: self._iterates.append(np.array(self._x.getArray(readonly=True))))
+
+    def run(self, x: Array) -> list[Array]:
+        """The iterates from x to the minimum."""
+        self._b.setArray(self.linear)
+        self._x.setArray(x)
+        size = float(np.linalg.norm(self.linear))
+        self._tao.setTolerances(gatol=1e-12 * size, grtol=0.0, gttol=0.0)
+        self._tao.setFromOptions()
+        try:
+            self._tao.solve(self._x)
+        except petsc().Error as error:
+            raise SolverError("iterate", f"TAO: PETSc error {error.ierr}", "try -tao_type bnls or another method") from error
+        return [x, *self._iterates[1:], np.array(self._x.getArray(readonly=True))]
+
+    def close(self) -> None:
+        """Free every PETSc object."""
+        for item in (self._tao, self._hessian, self._x, self._b, self._lower, self._upper, self._gradient):
+            item.destroy()
+
+    def _evaluate(self, solver: Any, x: Any, gradient: Any) -> float:
+        self._hessian.mult(x, gradient)
+        value = 0.5 * float(x.dot(gradient)) + float(self._b.dot(x))
+        gradient.axpy(1.0, self._b)
+        return value

@@ -1,0 +1,120 @@
+"""The ranks that solve a case together: most often one, with `--ranks-per-case K` K of them."""
+
+from __future__ import annotations
+
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+from ._petsc import petsc
+from .errors import InputError, PetcontactError
+
+T = TypeVar("T")
+PATIENCE = 5.0
+"""Seconds that a rank with an error waits for the other ranks to meet the same error."""
+POLL = 5e-4
+
+
+class TeamError(PetcontactError):
+    """An error on some ranks of a team while the others wait for them: only the end of the job helps."""
+
+
+class Team:
+    """Ranks `number * size ... ` of the world, with a communicator of their own.
+
+    Parameters
+    ----------
+    world : mpi4py communicator
+    size : int
+        Ranks a team.
+
+    Raises
+    ------
+    InputError
+        If the world cannot be split evenly.
+    """
+
+    def __init__(self, world: Any, size: int) -> None:
+        ranks = world.Get_size()
+        if ranks % size:
+            raise InputError(f"--ranks-per-case {size}: {ranks} ranks cannot be split into teams of {size}")
+        self.size, self.count, self.number = size, ranks // size, world.Get_rank() // size
+        self._mpi = world.Split(self.number) if size > 1 else None
+        self.comm = petsc().COMM_SELF if self._mpi is None else petsc().Comm(self._mpi)
+        self.leads = self._mpi is None or self._mpi.Get_rank() == 0
+
+    def close(self) -> None:
+        """Free the communicator."""
+        if self._mpi is not None:
+            self._mpi.Free()
+
+    def decide(self, choose: Callable[[], T]) -> T:
+        """What the leader chooses, on every rank of the team."""
+        if self._mpi is None:
+            return choose()
+        return self._mpi.bcast(choose() if self.leads else None)  # type: ignore[no-any-return]
+
+    def attempt(self, work: Callable[[], T]) -> tuple[T | None, str]:
+        """The result of collective work, or the reason why it failed on all ranks of the team.
+
+        Raises
+        ------
+        TeamError
+            If some ranks failed and others did not, so that they wait for each other.
+        """
+        result, reason = None, ""
+        try:
+            result = work()
+        except Exception as error:
+            reason = describe_error(error)
+        if self._mpi is None:
+            return result, reason
+        if not all_meet(self._mpi, PATIENCE if reason else None):
+            raise TeamError(f"one rank of a team failed alone: {reason}")
+        reasons = [text for text in self._mpi.allgather(reason) if text]
+        if 0 < len(reasons) < self.size:
+            raise TeamError(f"one rank of a team failed alone: {reasons[0]}")
+        return result, reasons[0] if reasons else ""
+
+
+def describe_error(error: Exception) -> str:
+    """One line; an error that is not one of petcontact's own comes with its traceback on standard error."""
+    if isinstance(error, PetcontactError):
+        return str(error)
+    traceback.print_exception(error, file=sys.stderr)
+    return f"{type(error).__name__}: {error}".splitlines()[0]
+
+
+def shared(world: Any, produce: Callable[[], T]) -> T:
+    """What rank 0 produces, on every rank; its error is raised on every rank."""
+    outcome: Any = None
+    if world.Get_rank() == 0:
+        try:
+            outcome = (produce(), None)
+        except PetcontactError as error:
+            outcome = (None, error)
+    result, refusal = world.bcast(outcome)
+    if refusal is not None:
+        raise refusal
+    return result  # type: ignore[no-any-return]
+
+
+def all_meet(world: Any, patience: float | None = None, meanwhile: Callable[[], None] | None = None) -> bool:
+    """A barrier that sleeps, so that a rank that waits takes no core from those that work.
+
+    Returns
+    -------
+    bool
+        Whether all ranks came within `patience` seconds (no limit by default). After False the communicator is not
+        fit for another use.
+    """
+    request, since = world.Ibarrier(), time.monotonic()
+    while not request.Test():
+        if patience is not None and time.monotonic() - since > patience:
+            return False
+        if meanwhile is not None:
+            meanwhile()
+        time.sleep(POLL)
+    return True

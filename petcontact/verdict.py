@@ -1,0 +1,69 @@
+"""The closing lines of a solve, within 80 columns."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .solution import Solution, Zone
+
+
+def verdict(solution: Solution) -> str:
+    """How a solve ended: status, size, method, KSP, zones, residuals, time by stage."""
+    case, mesh, contact = solution.case, solution.mesh, solution.contact
+    orders = sorted(set(mesh.order.tolist()))
+    order = str(orders[0]) if len(orders) == 1 else f"{orders[0]}-{orders[-1]}"
+    lines = [case.title] if case.title else []
+    lines.append(f"  {solution.status}: {solution.reason}")
+    lines.append(
+        f"  {mesh.n_elements} elements of order {order}, {2 * mesh.n_nodes} unknowns, {len(contact.nodes)} contact nodes"
+    )
+    lines.append(f"  {_method(solution)}")
+    lines.append("  " + ": ".join(filter(None, (solution.info.get("solver", ""), solution.info.get("ksp_reason", "")))))
+    for part in dict.fromkeys(zone.part for zone in solution.zones):
+        lines += _wrapped(f"  {part}: ", [_zone(zone) for zone in solution.zones if zone.part == part])
+    if "accuracy" in solution.info:
+        lines.append(_accuracy(solution))
+    peak = np.abs(contact.u_t).max()
+    lines.append(
+        f"  max |u_t| {peak:.6g}, |R_rho| {solution.residual:.2e}, elastic residual {solution.elastic_residual:.1e}"
+    )
+    stages = [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()]
+    lines += _wrapped("  time [s]: ", stages)
+    return "\n".join(lines)
+
+
+def _accuracy(solution: Solution) -> str:
+    """What an adaptive solve estimates, and what was wanted; relative, L2 on the contact parts."""
+    info = solution.info
+    meshes = ", ".join(str(count) for count in info["levels"])
+    return (
+        f"  error of u_t: {info['estimated_error']:.1e} estimated, {info['accuracy']:.1e} wanted; "
+        f"elements {meshes}"
+    )
+
+
+def _method(solution: Solution) -> str:
+    method, history = solution.case.method, solution.history
+    name = solution.info.get("method", method.resolved_name)
+    iterations = f"{solution.iterations} iteration{'s' if solution.iterations != 1 else ''}"
+    if name != "projection" or not history.rho:
+        return f"{name}: {iterations}"
+    rule = solution.info.get("rule", method.rule or "modified")
+    return f"{name}, rule {rule}: {iterations}, rho {history.rho[0]:.6g} -> {solution.rho:.6g}"
+
+
+def _zone(zone: Zone) -> str:
+    sign = {0: "", 1: " +", -1: " -"}[zone.sign]
+    return f"{zone.name}{sign} {zone.start:.7g} .. {zone.end:.7g}"
+
+
+def _wrapped(head: str, items: list[str], width: int = 80) -> list[str]:
+    """Items joined by commas, broken into lines that are indented under the first."""
+    lines, line = [], head
+    for k, item in enumerate(items):
+        text = item + ("," if k < len(items) - 1 else "")
+        if len(line) + len(text) + 1 > width and line.strip() and line != head:
+            lines.append(line.rstrip())
+            line = " " * len(head)
+        line += text + " "
+    return [*lines, line.rstrip()]

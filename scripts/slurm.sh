@@ -1,0 +1,46 @@
+#!/usr/bin/env bash
+#SBATCH --job-name=petcontact
+#SBATCH --ntasks=16
+#SBATCH --cpus-per-task=1
+#SBATCH --mem-per-cpu=2G
+#SBATCH --time=04:00:00
+#SBATCH --signal=B:TERM@120
+#SBATCH --requeue
+#SBATCH --open-mode=append
+set -euo pipefail
+
+usage() {
+    cat <<'END'
+usage: sbatch [SBATCH OPTIONS] scripts/slurm.sh [--pypi] ARGUMENTS OF petcontact sweep
+
+A Slurm job that runs `petcontact sweep` over all of its tasks. Submit it from the project's folder, for example
+
+    sbatch --ntasks=64 scripts/slurm.sh configs/tables.toml -o out/
+
+after scripts/setup has run there once. With --pypi everything but OpenBLAS lies in the project's folder, which suits
+nodes without Debian's PETSc and MPI. Two minutes before its time is over the job is told to stop and to save what it
+has; submitted again with the same arguments it goes on from there.
+END
+}
+
+case ${1-} in
+    -h | --help) usage; exit 0 ;;
+esac
+if [[ -z ${SLURM_JOB_ID-} ]]; then
+    echo "slurm.sh: not in a Slurm job; submit it with sbatch (see scripts/slurm.sh --help)" >&2
+    exit 2
+fi
+# Slurm runs a copy of this script from its spool, so the project is where the job was submitted.
+if [[ ! -x $SLURM_SUBMIT_DIR/scripts/run ]]; then
+    echo "slurm.sh: submit it from the project's folder; there is no scripts/run in $SLURM_SUBMIT_DIR" >&2
+    exit 2
+fi
+
+options=(-n "$SLURM_NTASKS")
+if [[ ${1-} == --pypi ]]; then
+    options+=(--pypi)
+    shift
+fi
+export OPENBLAS_NUM_THREADS=${SLURM_CPUS_PER_TASK:-1} OMP_NUM_THREADS=${SLURM_CPUS_PER_TASK:-1}
+cd "$SLURM_SUBMIT_DIR"
+exec scripts/run "${options[@]}" sweep "$@"

@@ -1,0 +1,50 @@
+"""Shared pieces of the tests: the paper's examples, and PETSc started once."""
+
+from __future__ import annotations
+
+import signal
+
+import pytest
+from hypothesis import settings
+
+import petcontact._threads  # noqa: F401  (first: caps BLAS threads before numpy is imported)
+from petcontact import Case, Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
+from petcontact._petsc import petsc
+
+settings.register_profile("untimed", deadline=None)  # a loaded machine is no counterexample
+settings.load_profile("untimed")
+
+
+@pytest.fixture(autouse=True)
+def handlers():
+    """The command line, run inside a test, takes SIGINT and SIGTERM over: they are given back."""
+    before = {number: signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)}
+    yield
+    for number, handler in before.items():
+        signal.signal(number, handler)
+
+
+@pytest.fixture(scope="session")
+def comm():
+    """PETSc.COMM_SELF: the serial tests must not meet on a communicator of many."""
+    return petsc().COMM_SELF
+
+
+def example(number: int, *, mesh: MeshOptions | None = None, **method) -> Case:
+    """Example 1 or 2 of the paper as printed, on h = 0.1 unless a mesh is given."""
+    modulus, ratio, corner, bound, left, right = {
+        1: (10_000.0, 0.3, (8.0, 4.0), 150.0, 400.0, 0.0),
+        2: (2_500.0, 0.2, (10.0, 2.0), 450.0, 1700.0, -1100.0),
+    }[number]
+    return Case(
+        material=Material(young_modulus=modulus, poisson_ratio=ratio),
+        geometry=Rectangle(lower_left=(0.0, 0.0), upper_right=corner),
+        mesh=mesh or MeshOptions(element_size=0.1),
+        boundary=(
+            Contact(part="bottom", friction_bound=bound),
+            Displacement(part="top", value=(0.0, 0.0)),
+            Traction(part="left", value=(left, 0.0)),
+            Traction(part="right", value=(right, 0.0)),
+        ),
+        method=Method(**{"name": "projection", "rule": "modified", **method}),
+    )

@@ -1,0 +1,229 @@
+"""Slow and obviously right: Kelvin's kernels as printed, composite Gauss quadrature graded towards the target and the ends.
+
+Everything in extended precision (80 bit where the platform has it), with distances taken from the nearer end.
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from petcontact.kernels import Elements, Targets
+
+Real, Complex = np.longdouble, np.clongdouble
+PI = 4 * np.arctan(Real(1))
+
+
+@functools.cache
+def gauss(points):
+    """Gauss-Legendre in extended precision: Newton's method from numpy's points."""
+    x = np.polynomial.legendre.leggauss(points)[0].astype(Real)
+    for _ in range(3):
+        below, value = np.ones_like(x), x.copy()
+        for k in range(2, points + 1):
+            below, value = value, ((2 * k - 1) * x * value - (k - 1) * below) / Real(k)
+        slope = points * (x * value - below) / (x * x - 1)
+        x = x - value / slope
+    return x, 2 / ((1 - x * x) * slope * slope)
+
+
+def basis(order, s):
+    """Lagrange polynomials through the Gauss points as products, (p+1, k)."""
+    x, _ = gauss(order + 1)
+    factors = [[(s - x[j]) / (x[b] - x[j]) for j in range(order + 1) if j != b] for b in range(order + 1)]
+    return np.array([functools.reduce(np.multiply, f, np.ones_like(s)) for f in factors])
+
+
+@dataclass(eq=False)
+class Element:
+    """One element by its end points and curvature."""
+
+    start: np.ndarray
+    end: np.ndarray
+    curvature: float
+    order: int
+
+    def __post_init__(self):
+        self.first, self.last = (Complex(p[0]) + 1j * Real(p[1]) for p in (self.start, self.end))
+        self.kappa = Real(self.curvature)
+        chord = self.last - self.first
+        self.angle = np.arcsin(self.kappa * np.abs(chord) / 2)
+        self.half = self.angle / self.kappa if self.curvature else np.abs(chord) / 2
+        turn = np.exp(1j * self.angle)
+        self.tangent_first, self.tangent_last = chord / np.abs(chord) / turn, chord / np.abs(chord) * turn
+
+    def _along(self, tangent, offset):
+        """Vector from a point with this tangent to the point `offset` further in s."""
+        if not self.curvature:
+            return tangent * self.half * offset
+        return tangent * np.exp(0.5j * self.angle * offset) * np.sin(self.angle * offset / 2) * 2 / self.kappa
+
+    def vector(self, point, from_first, from_last):
+        """x - y and the unit tangent at x, from the distances s+1 and s-1 in the parameter."""
+        near_first = from_first < -from_last
+        r = np.where(
+            near_first,
+            self.first - point + self._along(self.tangent_first, from_first),
+            self.last - point + self._along(self.tangent_last, from_last),
+        )
+        tangent = np.where(
+            near_first,
+            self.tangent_first * np.exp(1j * self.angle * from_first),
+            self.tangent_last * np.exp(1j * self.angle * from_last),
+        )
+        return r, tangent
+
+    def at(self, s):
+        """The point at parameter s as a pair of floats."""
+        z = self.first + self._along(self.tangent_first, Real(s) + 1)
+        return np.array([float(z.real), float(z.imag)])
+
+    def elements(self, line=-1):
+        """As the kernels want it."""
+        return Elements(
+            np.array([self.start]), np.array([self.end]), np.array([self.curvature]), self.order,
+            np.array([line]), np.array([0]),
+        )  # fmt: skip
+
+
+def free(points):
+    """Targets that belong to no element."""
+    none = np.full(len(points), -1)
+    return Targets(np.asarray(points, dtype=float), none, none, np.zeros(len(points)))
+
+
+def kelvin(r, tangent, poisson_ratio, length):
+    """2µ U and T, (2, 2, k) each."""
+    nu = Real(poisson_ratio)
+    r, n = np.array([r.real, r.imag]), np.array([tangent.imag, -tangent.real])
+    square, normal = (r * r).sum(axis=0), (r * n).sum(axis=0)
+    unit = np.eye(2)[:, :, None]
+    rr, outer = r[:, None] * r[None, :], n[:, None] * r[None, :]
+    u = (-(3 - 4 * nu) * np.log(square / Real(length) ** 2) / 2 * unit + rr / square) / (4 * PI * (1 - nu))
+    bracket = normal / square * ((1 - 2 * nu) * unit + 2 * rr / square)
+    bracket = bracket + (1 - 2 * nu) / square * (outer - outer.transpose(1, 0, 2))
+    return u, -bracket / (4 * PI * (1 - nu))
+
+
+def stress_of_kelvin(r, tangent, poisson_ratio):
+    """Textbook kernels of the stress at y, D (2, 2, 2, k) and S/2µ: stress components ij first, then k of t or u.
+
+    Brebbia, Telles and Wrobel (1984), equations for plane strain; r points from y to x.
+    """
+    nu = Real(poisson_ratio)
+    distance = np.abs(r)
+    e, n = np.array([r.real, r.imag]) / distance, np.array([tangent.imag, -tangent.real])
+    slope = (e * n).sum(axis=0)
+    d, s = np.zeros((2, 2, 2, len(distance)), Real), np.zeros((2, 2, 2, len(distance)), Real)
+    delta = np.eye(2)
+    for i in range(2):
+        for j in range(2):
+            for k in range(2):
+                d[i, j, k] = (1 - 2 * nu) * (delta[k, i] * e[j] + delta[k, j] * e[i] - delta[i, j] * e[k])
+                d[i, j, k] += 2 * e[i] * e[j] * e[k]
+                s[i, j, k] = 2 * slope * (
+                    (1 - 2 * nu) * delta[i, j] * e[k] + nu * (delta[i, k] * e[j] + delta[j, k] * e[i])
+                    - 4 * e[i] * e[j] * e[k]
+                )  # fmt: skip
+                s[i, j, k] += 2 * nu * (n[i] * e[j] * e[k] + n[j] * e[i] * e[k])
+                s[i, j, k] += (1 - 2 * nu) * (2 * n[k] * e[i] * e[j] + n[j] * delta[i, k] + n[i] * delta[j, k])
+                s[i, j, k] -= (1 - 4 * nu) * n[k] * delta[i, j]
+    return d / (4 * PI * (1 - nu) * distance), -s / (4 * PI * (1 - nu) * distance**2)
+
+
+def nearest(element, point):
+    """Parameter of the point of the element next to a target, and its distance."""
+    return _nearest(element, tuple(point))
+
+
+@functools.lru_cache(maxsize=64)
+def _nearest(element, point):
+    """Golden section from samples."""
+    y = Complex(point[0]) + 1j * Real(point[1])
+
+    def distance(s):
+        return np.abs(element.vector(y, s + 1, s - 1)[0])
+
+    samples = np.linspace(-1, 1, 201).astype(Real)
+    place = int(np.argmin(distance(samples)))
+    low, high = samples[max(place - 1, 0)], samples[min(place + 1, 200)]
+    for _ in range(75):
+        inner = np.array([low + (high - low) * Real(0.382), low + (high - low) * Real(0.618)])
+        at = distance(inner)
+        low, high = (low, inner[1]) if at[0] < at[1] else (inner[0], high)
+    candidates = np.array([Real(-1), (low + high) / 2, Real(1)])
+    best = int(np.argmin(distance(candidates)))
+    return candidates[best], float(distance(candidates)[best])
+
+
+def _panels(element, point):
+    """s+1, s-1 and weights of a rule on panels that halve towards the nearest point, down to its distance."""
+    centre, distance = nearest(element, point)
+    levels = 2 + max(0, int(np.ceil(np.log2(float(element.half) / distance))))
+    steps = Real(2) ** (1 - np.arange(levels + 1))
+    edges = np.concatenate([centre - steps, centre + steps])
+    edges = np.unique(np.concatenate([edges[np.abs(edges) < 1], [Real(-1), centre, Real(1)]]))
+    x, weight = gauss(24)
+    half = (edges[1:] - edges[:-1])[:, None] / 2
+    from_first = (edges[:-1] + 1)[:, None] + half * (1 + x)
+    from_last = (edges[1:] - 1)[:, None] - half * (1 - x)
+    return from_first.ravel(), from_last.ravel(), (half * weight).ravel()
+
+
+def reference(element, point, poisson_ratio, length):
+    """G and H, (2, 2, p+1), at a point off the element."""
+    y = Complex(point[0]) + 1j * Real(point[1])
+    from_first, from_last, weight = _panels(element, point)
+    u, t = kelvin(*element.vector(y, from_first, from_last), poisson_ratio, length)
+    against = basis(element.order, np.where(from_first < 1, from_first - 1, from_last + 1)) * weight * element.half
+    return u @ against.T, t @ against.T
+
+
+def reference_stress(element, point, poisson_ratio):
+    """D and S as of `stress_integrals`, (3, 2, p+1), at a point off the element."""
+    y = Complex(point[0]) + 1j * Real(point[1])
+    from_first, from_last, weight = _panels(element, point)
+    d, s = stress_of_kelvin(*element.vector(y, from_first, from_last), poisson_ratio)
+    against = basis(element.order, np.where(from_first < 1, from_first - 1, from_last + 1)) * weight * element.half
+    pick = [(0, 0), (1, 1), (0, 1)]
+    return np.array([d[ij] @ against.T for ij in pick]), np.array([s[ij] @ against.T for ij in pick])
+
+
+def reference_self(element, xi, poisson_ratio, length):
+    """G and the principal value of H at a node: both sides of it taken together, where the singular parts cancel."""
+    xi = Real(xi)
+    near, far = 1 - abs(xi), 1 + abs(xi)
+    x, weight = gauss(20)
+    pieces = [(Real(0.0) if k == 60 else near * Real(2) ** -(k + 1), near * Real(2) ** -k) for k in range(61)]
+    g, h = np.zeros((2, 2, element.order + 1), Real), np.zeros((2, 2, element.order + 1), Real)
+
+    def add(offset, weights, traction):
+        # The node itself is the origin: the tangent there, and x - y along the element from it.
+        tangent = element.tangent_first * np.exp(1j * element.angle * (xi + 1))
+        r, direction = element._along(tangent, offset), tangent * np.exp(1j * element.angle * offset)
+        u, t = kelvin(r, direction, poisson_ratio, length)
+        against = basis(element.order, xi + offset) * weights * element.half
+        return u @ against.T, t @ against.T if traction else 0
+
+    for low, high in pieces:
+        offset, w = (low + high) / 2 + (high - low) / 2 * x, (high - low) / 2 * weight
+        for sign in (-1, 1):
+            g += add(sign * offset, w, False)[0]
+    # One panel is enough where the sum of both sides is smooth; away from the node each side is smooth by itself.
+    offset, w = near / 2 * (1 + x), near / 2 * weight
+    h += add(offset, w, True)[1] + add(-offset, w, True)[1]
+    if far > near:
+        edges = near * (far / near) ** (np.arange(9) / Real(8))
+        for low, high in itertools.pairwise(edges):
+            offset, w = (low + high) / 2 + (high - low) / 2 * x, (high - low) / 2 * weight
+            parts = add(-np.sign(xi) * offset, w, True)
+            g, h = g + parts[0], h + parts[1]
+    return g, h
+
+
+def block_error(values, expected):
+    """Largest error over the largest entry."""
+    return float(np.max(np.abs(values - expected)) / np.max(np.abs(expected)))

@@ -1,0 +1,114 @@
+"""Faults of one rank end the whole job within seconds, in one line that names them; nothing hangs."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import signal
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import launch
+
+pytestmark = pytest.mark.mpi
+
+CONFIG = str(Path(__file__).parents[2] / "configs" / "example1.toml")
+SOON = 40.0  # seconds: start-up of a loaded machine, and the patience of the guard
+
+# one rank fails in the middle of the iteration, while the others wait for it in a reduction
+ONE_RANK = """
+import os, signal, sys
+from petcontact import cli
+from petcontact._petsc import petsc
+from petcontact.commands import solve
+def fail(self, state):
+    if len(state.history) == 4 and petsc().COMM_WORLD.getRank() == {rank}:
+        {fault}
+solve.Progress.__call__ = fail
+sys.argv[0] = "petcontact"
+cli.entry()
+"""
+
+
+def solve(folder, *words, program=("-m", "petcontact"), ranks=2):
+    began = time.monotonic()
+    done = launch.run(ranks, *program, "solve", CONFIG, "--set", "mesh.element_size=0.5", "--no-figures", "-o",
+                      str(folder / "r.h5"), *words, timeout=SOON, cwd=folder)  # fmt: skip
+    assert time.monotonic() - began < SOON
+    assert "Traceback" not in done.stderr, done.stderr
+    return done, [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
+
+
+@pytest.mark.parametrize(
+    ("fault", "message"),
+    [
+        ("raise ValueError('broken here')", "ValueError: broken here"),
+        ("raise MemoryError", "out of memory"),
+    ],
+    ids=["exception", "memory"],
+)
+def test_a_rank_that_fails_alone_ends_the_job(tmp_path, fault, message):
+    done, lines = solve(tmp_path, program=("-c", ONE_RANK.format(rank=1, fault=fault)))
+    assert done.returncode != 0
+    assert any(line.startswith(f"petcontact: rank 1: {message}") for line in lines), done.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_rank_that_is_killed_ends_the_job(tmp_path):
+    done, _ = solve(tmp_path, program=("-c", ONE_RANK.format(rank=1, fault="os.kill(os.getpid(), 9)")))
+    assert done.returncode != 0 and os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [(["--set", "method.rho=-1"], "method.rho: must be greater than 0"),
+     (["-ksp_type", "gmress"], "Unable to find requested KSP type gmress"),
+     (["-ksp_type", "richardson", "-pc_type", "none", "-ksp_max_it", "2"], "KSP richardson ended with DIVERGED_")],
+)  # fmt: skip
+def test_a_mistake_that_all_ranks_see_is_told_once(tmp_path, words, message):
+    done, lines = solve(tmp_path, *words)
+    assert done.returncode in (1, 2)
+    assert len(lines) == 1 and message in lines[0], done.stderr
+
+
+def test_a_result_that_cannot_be_written_ends_the_job(tmp_path):
+    """Only rank 0 writes, and only rank 0 fails."""
+    (tmp_path / "out").mkdir()
+    program = ONE_RANK.format(rank=0, fault="os.rmdir('out')")
+    done, lines = solve(tmp_path, "-o", "out/r.h5", program=("-c", program))
+    assert done.returncode != 0 and any("out/r.h5: cannot be written" in line for line in lines), done.stderr
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_a_signal_to_mpiexec_keeps_the_last_iterate(tmp_path, number):
+    job = launch.start(2, "-m", "petcontact", "solve", CONFIG, "--set", "mesh.element_size=0.5", "--no-figures",
+                       "--set", "method.rule=fixed", "--set", "method.rho=1e-6", "--set", "method.max_iterations=1000000000",
+                       "--set", "method.tolerance=1e-15", "-ksp_monitor", "-o", "r.h5", cwd=tmp_path)  # fmt: skip
+    try:
+        norms = (line for line in job.stdout if "KSP Residual norm" in line)
+        assert len(list(itertools.islice(norms, 24))) == 24, job.stderr.read()
+        job.send_signal(number)
+        _, err = job.communicate(timeout=SOON)
+    finally:
+        if job.poll() is None:
+            os.killpg(job.pid, signal.SIGKILL)
+    assert job.returncode != 0
+    # Open MPI's mpiexec may stop forwarding output once it is told to end: what counts is the file
+    assert not err.strip() or "the last iterate is saved in r.h5" in err or "mpiexec" in err, err
+    with h5py.File(tmp_path / "r.h5") as file:
+        assert file.attrs["status"] == "failed" and "interrupted by SIG" in file.attrs["reason"]
+        assert len(file["history/rho"]) == file.attrs["iterations"] > 0
+
+
+def test_a_signal_to_one_rank_ends_all_of_them(tmp_path):
+    done, lines = solve(tmp_path, program=("-c", ONE_RANK.format(rank=1, fault="os.kill(os.getpid(), signal.SIGTERM)")))
+    assert done.returncode != 0
+    assert any("interrupted by SIGTERM; the last iterate is saved" in line for line in lines), done.stderr
+    with h5py.File(tmp_path / "r.h5") as file:
+        assert file.attrs["reason"] == "interrupted by SIGTERM" and file.attrs["iterations"] in (4, 5)

@@ -1,0 +1,65 @@
+"""Compressed operators over several ranks do what they do on one."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import launch
+
+pytestmark = pytest.mark.mpi
+
+PROGRAM = """
+import json, sys
+import numpy as np
+from mpi4py import MPI
+from hodlr_kernels import Mixed, Partial, case, dense
+from petcontact.hodlr import compress, factor
+
+comm, threads = MPI.COMM_WORLD, int(sys.argv[1])
+rng = np.random.default_rng(3)
+nodes = case("star", rng)
+chosen = np.arange(len(nodes)) // 50 % 3 == 1
+errors = {}
+
+def gathered(local):
+    return np.concatenate(comm.allgather(local))
+
+for name, operator in (("square", Mixed(nodes)), ("rectangular", Partial(nodes, chosen))):
+    matrix = compress(operator, nodes.points, operator.row_offsets, operator.col_offsets, 1e-9, 20,
+                      breaks=nodes.breaks, threads=threads, comm=comm)
+    exact = dense(operator)
+    first, last = matrix.first_node, matrix.last_node
+    assert gathered(np.arange(first, last)).tolist() == list(range(len(nodes)))
+    rows = slice(*operator.row_offsets[[first, last]])
+    columns = slice(*operator.col_offsets[[first, last]])
+    x, y = rng.standard_normal((exact.shape[1], 3)), rng.standard_normal(exact.shape[0])
+    scale = np.linalg.norm(exact, 2)
+    errors[name, "product"] = np.linalg.norm(gathered(matrix @ x[columns]) - exact @ x) / scale / np.linalg.norm(x)
+    transposed = gathered(matrix.mult_transpose(y[rows]))
+    errors[name, "transpose"] = np.linalg.norm(transposed - exact.T @ y) / scale / np.linalg.norm(y)
+    estimate = matrix.error_estimate(operator, np.random.default_rng(comm.Get_rank()))
+    errors[name, "estimate"] = max(estimate.product, estimate.entry)
+    errors[name, "agree"] = float(len(set(comm.allgather((estimate, matrix.nbytes, tuple(matrix.ranks()))))) - 1)
+    if name == "square":
+        solver = factor(matrix)
+        b = y[rows]
+        errors[name, "solve"] = np.linalg.norm(gathered(matrix @ solver.solve(b) - b)) / np.linalg.norm(y)
+        back = matrix.mult_transpose(solver.solve_transpose(b)) - b
+        errors[name, "solve transposed"] = np.linalg.norm(gathered(back)) / np.linalg.norm(y)
+if comm.Get_rank() == 0:
+    print("RESULT", json.dumps({" ".join(key): value for key, value in errors.items()}))
+"""
+
+
+@pytest.mark.parametrize(("ranks", "threads"), [(1, 1), (2, 1), (3, 1), (2, 2), (5, 1)])
+def test_ranks_agree_with_the_dense_operator(ranks, threads):
+    done = launch.run(ranks, "-c", PROGRAM, str(threads))
+    assert done.returncode == 0, done.stderr
+    errors = json.loads(next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[1])
+    assert len(errors) == 10
+    assert {name: error for name, error in errors.items() if not error <= 5e-9} == {}

@@ -1,0 +1,62 @@
+"""One problem over several ranks gives what one rank gives."""
+
+from __future__ import annotations
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import launch
+
+pytestmark = pytest.mark.mpi
+
+PROGRAM = """
+import json, sys
+from petcontact._petsc import initialise, petsc
+initialise(sys.argv[1:])
+import numpy as np
+from conftest import example
+from petcontact import MeshOptions, solve
+result = []
+for formulation in ("condensed", "full"):
+    # 45 nodes a contact side: neither the nodes nor the unknowns divide evenly over 2 or 3 ranks
+    solution = solve(example(1, mesh=MeshOptions(element_size=8 / 45), formulation=formulation, tolerance=1e-11))
+    assert solution.converged, solution.reason
+    result.append(solution.contact.u_t[:, 0].tolist() + solution.u.ravel().tolist())
+if petsc().COMM_WORLD.getRank() == 0:
+    print("RESULT", json.dumps(result))
+"""
+GMRES = ("-ksp_type", "gmres", "-pc_type", "jacobi", "-ksp_rtol", "1e-12", "-ksp_gmres_restart", "200")
+
+
+def solutions(ranks, *options):
+    done = launch.run(ranks, "-c", PROGRAM, *options)
+    assert done.returncode == 0, done.stderr
+    return json.loads(next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[1])
+
+
+@pytest.fixture(scope="module")
+def one_rank():
+    return solutions(1)[0]
+
+
+@pytest.mark.parametrize(
+    ("ranks", "options"), [(2, ()), (3, ()), (2, GMRES), (2, ("-elastic_ksp_type", "gmres", "-elastic_pc_type", "none"))]
+)
+def test_ranks_agree(ranks, options, one_rank):
+    scale = max(abs(value) for value in one_rank)
+    for values in solutions(ranks, *options):
+        assert max(abs(a - b) for a, b in zip(values, one_rank, strict=True)) <= 1e-9 * scale
+
+
+def test_solve_command_under_mpiexec(tmp_path):
+    config = Path(__file__).parents[2] / "configs" / "example1.toml"
+    output = tmp_path / "result.h5"
+    done = launch.run(2, "-m", "petcontact", "solve", str(config), "-o", str(output), "--set", "mesh.element_size=0.2",
+                      "--no-figures")  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("converged:") == 1
+    assert output.exists()

@@ -1,0 +1,205 @@
+"""The adaptive solve against the reference solutions: true errors, honest estimates, transition points."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import example
+
+from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, solve
+from petcontact.adaptive import estimated_error
+from petcontact.estimate import ContactLine, displacement, slip_at_end, transition, without_specks
+from petcontact.marking import LADDER, Body, marks_for
+from petcontact.mesh import BoundaryMesh
+from petcontact.refine import Grading, Marks, balanced, graded_mesh, graded_side
+
+# u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better
+TRANSITIONS = {1: (3.377767813205719, 7.999854958057404), 2: (2.4115453362464914, 8.435704696178437)}
+NORM = {1: 0.053203416272211854, 2: 0.6837781009339343}
+
+
+def line_of(solution) -> ContactLine:
+    """u_t along the bottom side."""
+    mesh: BoundaryMesh = solution.mesh
+    contact = solution.contact
+    element = mesh.element[contact.nodes]
+    mine = np.unique(element)
+    breaks = np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]])
+    sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
+    return ContactLine(
+        contact.arc_length, contact.weight, element, breaks, contact.u_t[:, 0], contact.sigma_t[:, 0],
+        contact.friction_bound, sign,
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def best(comm):
+    """Both examples, two rungs beyond what the tests ask for: within 2e-8 of the reference."""
+    return {number: adapt(example(number), 2e-8, comm=comm) for number in (1, 2)}
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_norm_and_transition_points_meet_the_reference(number, best):
+    solution = best[number]
+    contact = solution.contact
+    norm = np.sqrt(contact.weight @ contact.u_t[:, 0] ** 2)
+    assert norm == pytest.approx(NORM[number], rel=3e-8)
+    ends = [zone.end for zone in solution.zones[:-1]]
+    assert ends == pytest.approx(TRANSITIONS[number], abs=5e-6)
+    assert [zone.sign for zone in solution.zones] == [1, 0, 1 if number == 1 else -1]
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-5, 1e-6])
+def test_estimate_is_honest(number, accuracy, best, comm):
+    solution = adapt(example(number), accuracy, comm=comm)
+    contact = solution.contact
+    exact = displacement(line_of(best[number]), contact.arc_length)
+    error = np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) / NORM[number]
+    assert solution.converged
+    assert error <= accuracy
+    assert solution.info["estimated_error"] <= accuracy
+    assert 1.0 / 3.0 < solution.info["estimated_error"] / error < 3.0
+    # the transition points too, the one that is 0.00015 from the end among them, without being told
+    found = [zone.end for zone in solution.zones[:-1]]
+    assert found == pytest.approx(TRANSITIONS[number], abs=1e-5 if accuracy <= 1e-6 else 5e-3)
+
+
+def test_displacement_between_nodes_is_as_good_as_at_them(best, comm):
+    solution = adapt(example(1), 1e-4, comm=comm)
+    line = line_of(solution)
+    s = np.linspace(0.001, 7.999, 997)
+    error = np.linalg.norm(displacement(line, s) - displacement(line_of(best[1]), s))
+    assert error < 2e-4 * np.linalg.norm(displacement(line_of(best[1]), s))
+
+
+def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
+    monkeypatch.setattr("petcontact.adaptive.LADDER", LADDER[:2])
+    solution = adapt(example(1), 1e-5, comm=comm)
+    assert solution.status == "not converged"
+    assert "1e-05" in solution.reason
+    assert "wanted" in solution.verdict()
+
+
+def test_accuracy_must_make_sense(comm):
+    with pytest.raises(ValueError, match="between 0 and 1"):
+        adapt(example(1), 0.0, comm=comm)
+
+
+def test_variable_friction_on_a_sloping_body(comm):
+    """No reference: two rungs more are one."""
+    case = example(1).model_copy(update={
+        "geometry": Polygon(vertices=((0, 0), (6, 0), (5, 3), (0.6, 3)), parts=("bottom", "right", "top", "left")),
+        "boundary": (
+            Contact(part="bottom", friction_bound="60 + 20*x"),
+            Displacement(part="top", value=(0.0, 0.0)),
+            Traction(part="left", value=(400.0, -100.0)),
+            Traction(part="right", value=(-150.0, 0.0)),
+        ),
+    })  # fmt: skip
+    coarse, fine = adapt(case, 1e-4, comm=comm), adapt(case, 1e-7, comm=comm)
+    exact = displacement(line_of(fine), coarse.contact.arc_length)
+    weight = coarse.contact.weight
+    error = np.sqrt(weight @ (coarse.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2))
+    assert 1.0 / 3.0 < coarse.info["estimated_error"] / error < 3.0
+    assert len(coarse.zones) == len(fine.zones)
+
+
+def test_estimate_slows_down_with_the_ladder():
+    errors = [rung.error for rung in LADDER]
+    as_expected = estimated_error([errors[0], errors[1]], [0, 1, 2])
+    assert as_expected == pytest.approx(errors[2])
+    assert estimated_error([errors[0], 0.5 * errors[0]], [0, 1, 2]) > 0.1 * errors[0]
+
+
+# -- pieces -------------------------------------------------------------------------------------------------------------
+
+
+def tip_line(at: float, state_at: float, n: int = 24) -> ContactLine:
+    """u_t = (at - s)^(3/2) before `at`, on a line whose states change at `state_at`."""
+    breaks = np.unique(np.concatenate([[0.0], state_at * (1.0 - 0.4 ** np.arange(0, 9)), [state_at, 2.0 * state_at]]))
+    xi = np.array([-0.7746, 0.0, 0.7746])
+    half, middle = 0.5 * np.diff(breaks), 0.5 * (breaks[1:] + breaks[:-1])
+    s = (middle[:, None] + half[:, None] * xi).ravel()
+    element = np.repeat(np.arange(len(half)), 3)
+    slips = s < state_at
+    u = np.where(slips, np.maximum(at - s, 0.0) ** 1.5 * (1.0 + 0.3 * (at - s)), 0.0)
+    return ContactLine(s, np.repeat(half, 3) * 2 / 3, element, breaks, u, -np.where(slips, 1.0, 0.5), np.ones(len(s)),
+                       slips.astype(np.int64))  # fmt: skip
+
+
+@pytest.mark.parametrize("shift", [0.0, 1e-3, -1e-3])
+def test_transition_point_is_found_from_a_wrong_border(shift):
+    line = tip_line(1.0, 1.0 + shift)
+    assert transition(line, int(line.cuts[0])) == pytest.approx(1.0, abs=0.02 * abs(shift) + 1e-4)
+
+
+def test_specks_are_removed_and_zones_kept():
+    element = np.repeat(np.arange(4), 3)
+    sign = np.array([1, 1, 1, 0, 0, 0, 0, 1, 0, 1, 1, 1])
+    assert without_specks(sign, element).tolist() == [1, 1, 1, 0, 0, 0, 0, 0, 0, 1, 1, 1]
+
+
+def test_slip_at_end_follows_the_power_law():
+    s = np.array([0.2, 0.8, 1.0 + 0.2e-1, 1.0 + 0.8e-1])
+    distance = 1.1 - s
+    line = ContactLine(s, np.ones(4), np.array([0, 0, 1, 1]), np.array([0.0, 1.0, 1.1]), np.zeros(4),
+                       -(0.003 / distance) ** 0.3, np.ones(4), np.zeros(4, dtype=np.int64))  # fmt: skip
+    assert slip_at_end(line, True) == pytest.approx(0.003, rel=1e-6)
+    assert slip_at_end(line, False) == np.inf
+
+
+@pytest.mark.parametrize("ends", [(1e-3, 1e-2), (np.inf, 1e-3), (1e-3, np.inf), (np.inf, np.inf)])
+def test_graded_side_covers_it_with_growing_elements(ends):
+    breaks, orders = graded_side(Marks(np.array([0.0, 4.0]), np.array(ends)), Grading(4, 0.3))
+    sizes = np.diff(breaks)
+    assert breaks[0] == 0.0
+    assert breaks[-1] == 4.0
+    assert len(orders) == len(sizes)
+    assert np.all(sizes > 1e-4)
+    if np.isfinite(ends[0]):
+        assert sizes[0] <= ends[0] * (1.0 + 1e-12)
+        assert orders[0] == 1
+    if np.isfinite(ends[1]):
+        assert sizes[-1] <= ends[1] * (1.0 + 1e-12)
+        assert orders[-1] == 1
+    assert orders.max() <= 4
+
+
+def test_marks_that_are_close_have_small_elements():
+    marks = balanced(Marks(np.array([0.0, 1e-4, 1.0]), np.full(3, 0.1)), Grading(3, 0.3))
+    assert np.all(marks.size[:2] < 1e-4)
+
+
+def test_elements_of_thin_bodies_are_no_longer_than_their_thickness():
+    case = example(1).model_copy(update={
+        "geometry": Polygon(vertices=((0, 0), (40, 0), (40, 1), (0, 1)), parts=("bottom", "right", "top", "left"))
+    })  # fmt: skip
+    body = Body.of(case, case.geometry.outline())
+    mesh, side = graded_mesh(body.outline, marks_for(body, Grading(3, 0.3), 1e-4, None), Grading(3, 0.3), [np.inf] * 4)
+    assert mesh.length.max() <= 1.21
+    assert mesh.length.sum() == pytest.approx(82.0)
+    assert np.array_equal(np.unique(side), np.arange(4))
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("accuracy", [1e-4, 1e-5, 1e-6])
+def test_default_mesh_has_its_accuracy_when_the_points_are_given(number, accuracy, best, comm):
+    points = tuple((x, 0.0) for x in TRANSITIONS[number])
+    mesh = MeshOptions(accuracy=accuracy, graded_points=points)
+    contact = solve(example(number, mesh=mesh, name="semismooth-newton", rule=None), comm=comm).contact
+    exact = displacement(line_of(best[number]), contact.arc_length)
+    assert np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) < accuracy * NORM[number]
+
+
+@pytest.mark.parametrize("number", [1, 2])
+def test_default_mesh_knows_nothing_of_transition_points(number, best, comm):
+    contact = solve(example(number, mesh=MeshOptions(), name="semismooth-newton", rule=None), comm=comm).contact
+    exact = displacement(line_of(best[number]), contact.arc_length)
+    assert np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) < 1e-3 * NORM[number]
+
+
+def test_points_of_the_config_are_graded(comm):
+    case = example(1, mesh=MeshOptions(graded_points=((2.0, 0.0),)))
+    body = Body.of(case, case.geometry.outline())
+    assert 2.0 in marks_for(body, Grading(3, 0.3), 1e-4, None)[0].position

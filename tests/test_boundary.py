@@ -1,0 +1,194 @@
+"""Boundary data at nodes: frames, rollers, pressure, several contact parts, and every ill-posed input refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from petcontact import (
+    Contact,
+    Displacement,
+    InputError,
+    Material,
+    MeshOptions,
+    Polygon,
+    Problem,
+    Rectangle,
+    SideBySide,
+    Traction,
+)
+from petcontact.boundary import evaluate_boundary
+from petcontact.meshing import mesh_outline
+from petcontact.pipeline import discretise
+
+BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 1.0))
+STEEL = Material(young_modulus=1.0, poisson_ratio=0.3)
+DOVETAIL = Polygon(vertices=((0, 0), (4, 0), (3, 2), (1, 2)), parts=("bottom", "right", "top", "left"))
+
+
+def contact(part, g=1.0):
+    return Contact(part=part, friction_bound=g)
+
+
+def free(*parts):
+    return tuple(Traction(part=part, value=(0.0, 0.0)) for part in parts)
+
+
+def clamped(part):
+    return Displacement(part=part, value=(0.0, 0.0))
+
+
+def data(*boundary, body=BOX, **mesh):
+    problem = Problem(material=STEEL, geometry=body, mesh=MeshOptions(**(mesh or {"element_size": 0.25})), boundary=boundary)
+    m = mesh_outline(problem.geometry.outline(), problem.mesh)
+    return m, evaluate_boundary(problem, m)
+
+
+def test_expressions_are_evaluated_at_the_nodes_of_their_part():
+    m, d = data(
+        contact("bottom", "1 + s"),
+        Displacement(part="top", value=("x*y", "sin(x)")),
+        Traction(part="right", value=("10*y", "nx + 2*ny")),
+        *free("left"),
+        order=2,
+        element_size=0.5,
+    )
+    top, right, bottom = (m.nodes_of(part) for part in ("top", "right", "bottom"))
+    assert np.allclose(d.value[top], np.column_stack([m.x[top, 0] * 1.0, np.sin(m.x[top, 0])]))
+    assert np.allclose(d.value[right], np.column_stack([10.0 * m.x[right, 1], np.ones(len(right))]))
+    assert np.allclose(d.friction_bound, 1.0 + m.x[bottom, 0]) and np.array_equal(d.contact_nodes, bottom)
+    assert not d.traction_known[top].any() and d.traction_known[right].all()
+
+
+def test_pressure_acts_against_the_normal():
+    body = SideBySide(
+        loops=(
+            ({"part": "arc", "to": (0, 1), "radius": 1.0}, {"part": "left", "to": (0, 0)}, {"part": "bottom", "to": (1, 0)}),
+        )
+    )
+    m, d = data(Traction(part="arc", pressure="2 + x"), contact("left", 0.0), contact("bottom", 0.0), body=body)
+    arc = m.nodes_of("arc")
+    assert np.allclose(d.value[arc], -(2.0 + m.x[arc, :1]) * m.normal[arc])
+    assert np.allclose(m.normal[arc], m.x[arc], atol=1e-14)
+
+
+def test_roller_knows_one_displacement_and_no_traction_along_the_other():
+    m, d = data(contact("bottom"), Displacement(part="left", value=(0.5, "free")), *free("top", "right"))
+    left = m.nodes_of("left")
+    assert np.array_equal(d.traction_known[left], [[False, True]] * len(left))
+    assert np.array_equal(d.value[left], [[0.5, 0.0]] * len(left))
+
+
+def test_tangent_is_the_normal_turned_by_90_degrees_and_frames_are_orthonormal():
+    m, d = data(contact("bottom"), contact("left", 2.0), contact("right", "3"), *free("top"), body=DOVETAIL)
+    nodes = d.contact_nodes
+    normal = m.normal[nodes]
+    assert np.allclose(d.tangent, np.column_stack([-normal[:, 1], normal[:, 0]]))
+    assert np.allclose(np.einsum("nci,ndi->ncd", d.frame, d.frame), np.eye(2), atol=1e-14)
+    bottom = m.node_part[nodes] == 0
+    assert np.allclose(d.tangent[bottom], [1.0, 0.0])
+    assert {float(g) for g in d.friction_bound} == {1.0, 2.0, 3.0}
+    # the direction nearer to the x axis comes first, so that equations belong to their unknowns
+    assert np.all(np.abs(d.frame[:, 0, 0]) >= math.sqrt(0.5) - 1e-12)
+    assert np.array_equal(d.frame[nodes, d.contact_direction], d.tangent)
+    assert d.traction_known[nodes, d.contact_direction].all() and not d.traction_known[nodes, 1 - d.contact_direction].any()
+    assert np.array_equal(d.contact_unknowns, 2 * nodes + d.contact_direction)
+
+
+@pytest.mark.parametrize(
+    ("boundary", "message"),
+    [
+        ((contact("bottom"), *free("left", "right", "top")), r"the body can translate along \(1, 0\) freely \(friction"),
+        ((*free("bottom", "left", "right", "top"),), "freely"),
+        ((Displacement(part="left", value=(0.0, "free")), *free("bottom", "right", "top")), r"translate along \(0, 1\)"),
+        ((clamped("top"), *free("left", "right")), "part 'bottom' has no condition; each of bottom, right, top, left"),
+        (
+            (clamped("top"), contact("bottm"), *free("left", "right")),
+            r"boundary\[1\]\.part: no part 'bottm'; parts are bottom",
+        ),
+        ((clamped("top"), contact("top")), r"boundary\[1\]\.part: 'top' has a condition already"),
+        (
+            (clamped("top"), contact("bottom", -1.0), *free("left", "right")),
+            r"boundary\[1\] \(bottom\)\.friction_bound: must be >= 0, is -1",
+        ),
+        (
+            (clamped("top"), contact("bottom", "1 - x"), *free("left", "right")),
+            r"must be >= 0, is -0.875 at x = 1.875, y = 0",
+        ),
+        (
+            (clamped("top"), contact("bottom", "1/(x-x)"), *free("left", "right")),
+            r"friction_bound: expression .* is not finite",
+        ),
+        (
+            (Displacement(part="top", value=("q", 0.0)), contact("bottom"), *free("left", "right")),
+            r"boundary\[0\] \(top\)\.value\[0\]: unknown name 'q'",
+        ),
+        (
+            (clamped("top"), Traction(part="left", pressure="log(-1)"), contact("bottom"), *free("right")),
+            r"boundary\[1\] \(left\)\.pressure",
+        ),
+    ],
+)
+def test_ill_posed_problems_are_refused_in_one_line(boundary, message):
+    with pytest.raises(InputError, match=message) as caught:
+        data(*boundary)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_disc_held_by_contact_can_rotate():
+    disc = SideBySide(
+        loops=(({"part": "bed", "to": (1, 0), "through": (0, -1)}, {"part": "rim", "to": (-1, 0), "through": (0, 1)}),)
+    )
+    with pytest.raises(InputError, match="the body can rotate freely"):
+        data(contact("bed"), *free("rim"), body=disc)
+    data(contact("bed"), Displacement(part="rim", value=("free", 0.0)), body=disc)
+
+
+def test_bodies_of_any_size_are_judged_alike():
+    """Whether a body is held depends on its shape only: 1e-6 of a unit, 1e6 units, far off the origin."""
+    for size, offset in ((1e-6, 0.0), (1e6, 0.0), (1.0, 1e5)):
+        body = Rectangle(lower_left=(offset, offset), upper_right=(offset + 2.0 * size, offset + size))
+        held = (contact("bottom"), Displacement(part="left", value=(0.0, "free")), *free("top", "right"))
+        data(*held, body=body, element_size=0.25 * size)
+        with pytest.raises(InputError, match="freely"):
+            data(contact("bottom"), *free("left", "top", "right"), body=body, element_size=0.25 * size)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Material(young_modulus=1.0, poisson_ratio=0.5), r"must lie in \(-1, 1/2\) in plane strain, got 0.5"),
+        (lambda: Material(young_modulus=1.0, poisson_ratio=-1.0), r"must lie in \(-1, 1/2\)"),
+        (lambda: Material(young_modulus=1.0, poisson_ratio=0.51, plane="stress"), r"\(-1, 1/2\] in plane stress"),
+        (lambda: Material(young_modulus=0.0, poisson_ratio=0.3), "young_modulus"),
+        (lambda: Material(young_modulus=math.nan, poisson_ratio=0.3), "young_modulus"),
+        (lambda: Material(young_modulus=1.0, poisson_ratio=math.nan), "poisson_ratio"),
+        (lambda: contact("bottom", math.inf), "friction_bound"),
+        (lambda: Displacement(part="top", value=(math.nan, 0.0)), "value"),
+        (lambda: Displacement(part="top", value=(0.0,)), "value"),
+        (lambda: Traction(part="top"), "needs either value"),
+        (lambda: Traction(part="top", value=(0.0, 0.0), pressure=1.0), "needs either value"),
+        (lambda: Traction(part="top", value=("free", True)), "value"),
+    ],
+)
+def test_data_out_of_range_are_refused_in_one_line(make, message):
+    with pytest.raises(InputError, match=message) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def test_half_is_a_poisson_ratio_in_plane_stress():
+    assert Material(young_modulus=1.0, poisson_ratio=0.5, plane="stress").plane_strain_ratio == pytest.approx(1.0 / 3.0)
+
+
+def test_a_problem_without_contact_is_refused():
+    problem = Problem(
+        material=STEEL,
+        geometry=BOX,
+        mesh=MeshOptions(element_size=0.5),
+        boundary=(clamped("top"), *free("bottom", "left", "right")),
+    )
+    with pytest.raises(InputError, match="no part is in contact"):
+        discretise(problem)

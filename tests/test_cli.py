@@ -1,0 +1,242 @@
+"""The command line: words, exit statuses, PETSc's manners; each program in a process of its own."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import pytest
+
+from petcontact.cli import COMMANDS, main, split_arguments
+
+ROOT = Path(__file__).parents[1]
+EXAMPLE = (ROOT / "configs" / "example1.toml").read_text()
+COARSE = ("--set", "mesh.element_size=0.5")
+
+
+@pytest.fixture
+def folder(tmp_path):
+    (tmp_path / "case.toml").write_text(EXAMPLE)
+    return tmp_path
+
+
+def petcontact(folder, *words, program=("-m", "petcontact"), **environment):
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    done = subprocess.run(
+        [sys.executable, *program, *words], capture_output=True, text=True, timeout=60, cwd=folder,
+        env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"} | environment,
+    )  # fmt: skip
+    assert "Traceback" not in done.stderr, done.stderr
+    return done
+
+
+def solve(folder, *words, **environment):
+    return petcontact(folder, "solve", "case.toml", "--no-figures", *COARSE, *words, **environment)
+
+
+WITHOUT_PETSC = """
+import sys
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.split(".")[0] in ("petsc4py", "mpi4py"):
+            raise ImportError(name + " is blocked")
+sys.meta_path.insert(0, Blocked())
+from petcontact.cli import entry, main
+"""
+
+
+def test_help_needs_no_petsc(folder):
+    lines = [["--help"], ["-h"], ["--version"], *([name, "--help"] for name in COMMANDS)]
+    program = f"""
+for words in {lines}:
+    try:
+        main(words)
+    except SystemExit as end:
+        print("STATUS", end.code, *words)
+"""
+    done = petcontact(folder, program=("-c", WITHOUT_PETSC + program))
+    assert done.returncode == 0 and done.stderr == ""
+    assert [line for line in done.stdout.splitlines() if "STATUS" in line] == [f"STATUS 0 {' '.join(w)}" for w in lines]
+    assert all(f"usage: petcontact {name}" in done.stdout for name in COMMANDS)
+
+
+def test_a_missing_petsc_is_one_line(folder):
+    done = petcontact(folder, "solve", "case.toml", program=("-c", WITHOUT_PETSC + "entry()"))
+    assert done.returncode == 1
+    assert re.fullmatch(r"petcontact: petsc4py cannot be loaded \(.*\); install python3-petsc4py, or .*\n", done.stderr)
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["solv", "case.toml"], "unknown command 'solv', did you mean 'solve'?"),
+        (["solve", "case.toml", "--figure", "x"], "unknown option --figure, did you mean --figures?"),
+        (["solve", "case.toml", "--forse"], "unknown option --forse, did you mean --force?"),
+        (["solve", "case.toml", "--qqq"], "unknown option --qqq"),
+        (["solve", "case.toml", "two.toml"], "unknown argument two.toml"),
+        (["--hlep"], "unknown option --hlep, did you mean --help?"),
+        (["solve"], "CONFIG.toml"),
+        (["solve", "missing.toml"], "missing.toml: cannot be read (No such file or directory)"),
+        (["solve", "case.toml", "--set", "method.rho"], "--set method.rho: expected KEY=VALUE"),
+        (["solve", "case.toml", "--set", "method.rhho=3"], "method.rhho: unknown key, did you mean 'rho'?"),
+        (["solve", "case.toml", "--set", "method.rho=fast"], "method.rho: must be a number, got 'fast'"),
+        (["solve", "case.toml", "-o", "no/such/folder/r.h5"], "the folder no/such/folder does not exist"),
+        (["plot", "case.toml"], "case.toml: not a whole HDF5 file"),
+        (["doctor", "-ksp_type", "lu"], "doctor takes no PETSc options"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, list) else "",
+)  # fmt: skip
+def test_bad_input_is_one_line_and_status_2(folder, words, message, monkeypatch, capsys):
+    monkeypatch.chdir(folder)
+    try:
+        status = main(words)
+    except SystemExit as end:
+        status = end.code
+    text = capsys.readouterr().err
+    assert status == 2 and message in text and text.count("\n") == 1
+    assert sorted(os.listdir(folder)) == ["case.toml"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        ("-options_file none.txt", "-options_file none.txt: no such file"),
+        ("-ksp_type gmress", "Unable to find requested KSP type gmress"),
+        ("-elastic_pc_type luu", "Unable to find requested PC type luu"),
+        ("-ksp_type gmres -ksp_rtol abc", "abc has no numeric value"),
+    ],
+)
+def test_bad_petsc_options_are_one_line_and_status_2(folder, words, message):
+    done = solve(folder, *words.split())
+    assert done.returncode == 2 and message in done.stderr and done.stderr.count("\n") == 1
+    assert sorted(os.listdir(folder)) == ["case.toml"]
+
+
+def test_status_0_and_what_is_written(folder):
+    done = solve(folder)
+    assert done.returncode == 0 and done.stderr == ""
+    assert sorted(os.listdir(folder)) == ["case.h5", "case.toml"]
+
+
+def test_status_3_keeps_the_last_iterate(folder):
+    done = solve(folder, "--set", "method.max_iterations=4")
+    assert done.returncode == 3 and "not converged: max_iterations = 4 reached" in done.stdout
+    with h5py.File(folder / "case.h5") as file:
+        assert file.attrs["status"] == "not converged" and len(file["history/rho"]) == 4
+
+
+def test_status_1_for_a_solve_that_fails(folder):
+    done = solve(folder, "-ksp_type", "richardson", "-pc_type", "none", "-ksp_max_it", "2")
+    assert done.returncode == 1
+    assert "iterate: KSP richardson ended with DIVERGED_" in done.stderr and "try -ksp_type preonly" in done.stderr
+    assert done.stderr.count("\n") == 1
+
+
+def test_a_wrong_elastic_solve_fails_with_its_last_iterate(folder):
+    done = solve(folder, "-elastic_pc_type", "none")
+    assert done.returncode == 1 and "  failed: " in done.stdout
+    with h5py.File(folder / "case.h5") as file:
+        assert file.attrs["status"] == "failed" and len(file["history/rho"]) > 0
+
+
+def test_an_existing_result_is_refused_and_forced(folder):
+    (folder / "case.h5").write_text("precious")
+    done = solve(folder)
+    assert done.returncode == 2 and "--force replaces it" in done.stderr
+    assert (folder / "case.h5").read_text() == "precious"
+    assert solve(folder, "--force").returncode == 0
+    assert h5py.is_hdf5(folder / "case.h5")
+
+
+def test_set_reads_toml_values_and_text(folder):
+    done = solve(folder, "--set", "method.rule=fixed", "--set", "method.rho=2e4", "--set", "title='a b'",
+                 "--set", "boundary.0.friction_bound=140 + x")  # fmt: skip
+    assert done.returncode == 0 and "rule fixed" in done.stdout and done.stdout.startswith("a b\n")
+    with h5py.File(folder / "case.h5") as file:
+        assert file["contact/friction_bound"][0] == pytest.approx(140.25)
+
+
+# --- PETSc's manners -----------------------------------------------------------------------------------------------
+def test_view_monitor_log_and_help(folder):
+    done = solve(folder, "-ksp_view", "-ksp_monitor", "-log_view", "-help")
+    assert done.returncode == 0 and done.stderr == ""
+    assert "type: preonly" in done.stdout and "type: lu" in done.stdout and "KSP Residual norm" in done.stdout
+    stages = re.findall(r"^ *\d+: +(\w+):", done.stdout, re.MULTILINE)
+    assert [name for name in stages if name in ("assemble", "factor", "iterate")] == ["assemble", "factor", "iterate"]
+    # the options of the objects that are really built, both prefixes
+    assert all(f"-{name}" in done.stdout for name in ("ksp_type", "pc_type", "elastic_ksp_type", "elastic_pc_type"))
+
+
+def test_options_left_is_petscs_own(folder):
+    done = solve(folder, "-options_left", "-no_such_option", "7")
+    assert done.returncode == 0 and re.search(r"Option left: name:-no_such_option value: 7", done.stdout + done.stderr)
+
+
+@pytest.mark.parametrize("place", ["line", "table", "file"])
+def test_unused_options_are_named_wherever_they_come_from(folder, place):
+    (folder / "options").write_text("-no_such_option 7\n" if place == "file" else "# nothing\n")
+    words = {"line": ["-no_such_option", "7"], "table": ["--set", "petsc.no_such_option=7"],
+             "file": ["-options_file", "options"]}[place]  # fmt: skip
+    done = solve(folder, *words)
+    assert done.returncode == 0
+    assert done.stderr.startswith("petcontact: PETSc option -no_such_option was not used") and done.stderr.count("\n") == 1
+
+
+def test_options_that_are_used_are_not_named(folder):
+    done = solve(folder, "-ksp_type", "gmres", "-pc_type", "jacobi", "--set", "petsc.ksp_gmres_restart=7")
+    assert done.returncode == 0 and done.stderr == ""
+
+
+@pytest.mark.parametrize(
+    ("levels", "wanted"),
+    [
+        ((), "KSP preonly"),
+        (("table",), "KSP gmres"),
+        (("file", "table"), "KSP bcgs"),
+        (("line", "file", "table"), "KSP fgmres"),
+        (("table", "file", "line"), "KSP fgmres"),
+    ],
+)
+def test_precedence(folder, levels, wanted):
+    """Built-in default < [petsc] table < -options_file < command line, in any order of the words."""
+    table = ["--set", "petsc.ksp_type=gmres"]
+    (folder / "options").write_text("-ksp_type bcgs\n")
+    given = {"file": ["-options_file", "options"], "line": ["-ksp_type", "fgmres"], "table": table}
+    done = solve(folder, *[word for level in levels for word in given[level]])
+    assert done.returncode == 0 and wanted in done.stdout, done.stdout + done.stderr
+
+
+def test_words_are_ours_or_petscs():
+    words = "solve a.toml -ksp_monitor b.toml -ksp_type gmres --force -x -1.5 -ksp_rtol -1e-3 -o c.h5 -- -d"
+    ours, theirs = split_arguments(words.split(" "))
+    assert ours == ["solve", "a.toml", "b.toml", "--force", "-x", "-1.5", "-o", "c.h5", "-d"]
+    assert theirs == ["-ksp_monitor", "-ksp_type", "gmres", "-ksp_rtol", "-1e-3"]
+
+
+def test_main_returns_the_status(capsys):
+    assert main([]) == 2
+    assert "COMMAND" in capsys.readouterr().out
+    assert main(["solve", "/missing.toml"]) == 2
+    assert capsys.readouterr().err == "petcontact: /missing.toml: cannot be read (No such file or directory)\n"
+
+
+def test_a_reader_that_leaves_ends_quietly(folder):
+    solve(folder)
+    command = f"{sys.executable} -m petcontact solve case.toml --force --no-figures {' '.join(COARSE)} -ksp_view | head -1"
+    done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, timeout=60, cwd=folder,
+                          env=os.environ | {"PYTHONPATH": str(ROOT)})  # fmt: skip
+    assert "Traceback" not in done.stderr and "KSP Object" in done.stdout
+
+
+def test_an_unexpected_exception_is_one_line(folder, monkeypatch, capsys):
+    monkeypatch.setattr("petcontact.config.load", lambda *words: 1 / 0)
+    assert main(["solve", str(folder / "case.toml")]) == 1
+    text = capsys.readouterr().err
+    assert text.count("\n") == 1 and "ZeroDivisionError: division by zero (test_cli.py:" in text
+    monkeypatch.setenv("PETCONTACT_TRACEBACK", "1")
+    assert main(["solve", str(folder / "case.toml")]) == 1
+    assert "Traceback" in capsys.readouterr().err

@@ -1,0 +1,95 @@
+"""The comparison of methods: its rows, tables, figures, and the command."""
+
+from __future__ import annotations
+
+import csv
+import math
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from conftest import example
+
+from petcontact import InputError, MeshOptions
+from petcontact.commands.compare import _numbers
+from petcontact.compare import CONTENDERS, compare
+from petcontact.compare_report import COLUMNS, csv_text, markdown, write_figures
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def rows(comm):
+    cases = [(f"h = {size}", example(1, mesh=MeshOptions(element_size=size))) for size in (0.4, 0.2)]
+    return compare(cases, rhos=(1.0, 1e3, 1e7), comm=comm)
+
+
+def test_every_contender_runs_and_agrees(rows):
+    rules = [name for name, keys in CONTENDERS.items() if "rule" in keys]
+    assert len(rows) == 2 * (3 * len(rules) + len(CONTENDERS) - len(rules))
+    for row in rows:
+        assert row.iterations >= 1 and row.applications >= 1 and row.seconds > 0.0
+        if row.contender == "fixed rho":
+            continue
+        assert row.converged and row.residual < 1e-5 and row.error_u < 1e-4, row
+        if row.rho is None:
+            assert row.iterations <= 20 and row.error_u < 1e-6 and row.error_sigma < 1e-6
+    stuck = [row for row in rows if row.contender == "fixed rho" and not row.converged]
+    assert stuck and all(row.rho in (1.0, 1e7) for row in stuck)
+
+
+def test_followed_runs_count_their_own_work(rows):
+    for row in rows:
+        assert bool(row.path) == (row.rho in (None, 1e3) and row.contender != "tao")
+        if row.path:
+            assert [a for a, _ in row.path] == sorted(a for a, _ in row.path)
+            assert row.path[-1][0] == row.applications
+            assert row.path[-1][1] == pytest.approx(row.residual, rel=1e-3, abs=1e-15)
+
+
+def test_reference_from_a_file(tmp_path, comm):
+    from petcontact import solve, write_solution
+
+    write_solution(tmp_path / "fine.h5", solve(example(1, mesh=MeshOptions(element_size=0.05)), comm=comm))
+    (row,) = compare([("a", example(1))], contenders=["semismooth-newton"], reference=str(tmp_path / "fine.h5"), comm=comm)
+    assert 1e-4 < row.error_u < 1e-2  # the discretisation error of h = 0.1
+
+
+def test_tables_and_figures(rows, tmp_path):
+    text = markdown(rows)
+    assert text.count("## h = ") == 2 and "not converged" in text and "> 1000" in text
+    lines = list(csv.DictReader(csv_text(rows).splitlines()))
+    assert len(lines) == len(rows) and tuple(lines[0]) == COLUMNS
+    assert {line["rho"] for line in lines} == {"1.0", "1000.0", "10000000.0", ""}
+    assert math.isclose(float(lines[0]["error_u"]), rows[0].error_u)
+    paths = write_figures(rows, tmp_path / "figures")
+    assert [p.name for p in paths] == ["compare-residual.png", "compare-iterations.png"]
+    assert all(p.read_bytes().startswith(b"\x89PNG") for p in paths)
+    assert len(write_figures([row for row in rows if row.rho is None], tmp_path)) == 1
+
+
+def test_command(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "petcontact", "compare", str(ROOT / "configs/example1.toml"), "-o", "out", "--rho", "1,1e4",
+         "--element-size", "0.4", "--methods", "rule (4.3),operator-robin"],
+        cwd=tmp_path, capture_output=True, text=True, timeout=60, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "operator-robin" in done.stdout and "semismooth" not in done.stdout
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
+        "compare-iterations.png", "compare-residual.png", "compare.csv", "compare.md",
+    ]  # fmt: skip
+    wrong = subprocess.run(
+        [sys.executable, "-m", "petcontact", "compare", "x.toml", "--methods", "magic"],
+        cwd=tmp_path, capture_output=True, text=True, timeout=60, env={**os.environ, "PYTHONPATH": str(ROOT)},
+    )  # fmt: skip
+    assert wrong.returncode == 2 and "magic" in wrong.stderr and "operator-robin" in wrong.stderr
+
+
+def test_numbers():
+    assert _numbers("1,1e3", "--rho") == [1.0, 1e3] and _numbers(None, "--rho") == []
+    for text in ("a", "1,,2", "-1", "inf", "nan"):
+        with pytest.raises(InputError, match="--rho"):
+            _numbers(text, "--rho")

@@ -1,0 +1,103 @@
+"""The contact system on compressed operators against the dense one."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import example
+
+from petcontact import InputError, MeshOptions, Method, SolverError, solve
+from petcontact._petsc import options
+from petcontact.compressed import CompressedSystem
+from petcontact.formulations import CondensedSystem
+from petcontact.method import Bem
+from petcontact.pipeline import discretise, resolved_bem
+
+CONFIGS = Path(__file__).parents[1] / "configs"
+MESHES = [MeshOptions(element_size=0.05), MeshOptions(element_size=0.4, order=3),
+          MeshOptions(order=2, grading=0.4, levels=9)]  # fmt: skip
+
+
+def compressed(case, **bem):
+    return case.model_copy(update={"bem": Bem(mat_type="hodlr", **bem)})
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("mesh", MESHES, ids=["uniform", "order 3", "graded"])
+def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
+    operators = discretise(example(number, mesh=mesh))
+    dense = CondensedSystem(operators, comm)
+    for tolerance in (1e-6, 1e-10):
+        system = CompressedSystem(operators, comm, Bem(mat_type="hodlr", hodlr_tol=tolerance, hodlr_leaf=16))
+        compliance, exact = system.compliance(), dense.compliance()
+        # cond(A_0) is some 1e3 to 1e5 here
+        assert np.abs(compliance - exact).max() < 1e5 * tolerance * np.abs(exact).max()
+        assert np.abs(system.u_0 - dense.u_0).max() < 1e5 * tolerance * np.abs(dense.u_0).max()
+        sigma = np.cos(operators.mesh.x[operators.data.contact_nodes, :1])
+        assert np.allclose(system.apply(sigma)[:, 0], compliance @ sigma[:, 0], atol=1e-12 * np.abs(exact).sum())
+        for a, b in zip(system.boundary(sigma), dense.boundary(sigma), strict=True):
+            assert np.abs(a - b).max() < 1e5 * tolerance * np.abs(b).max()
+        system.close()
+    dense.close()
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("rule", ["self-adaptive", "modified"])
+def test_iteration_counts_are_the_dense_ones(number, rule):
+    case = example(number, mesh=MeshOptions(element_size=0.1), rule=rule, rho=100.0)
+    dense, small = solve(case), solve(compressed(case))
+    assert dense.iterations == small.iterations
+    assert np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-8 * np.abs(dense.contact.u_t).max()
+
+
+@pytest.mark.parametrize("name", ["semismooth-newton", "operator-robin"])
+def test_other_methods_need_the_operator_only_by_products(name):
+    case = example(2, mesh=MeshOptions(element_size=0.1)).model_copy(update={"method": Method(name=name, tolerance=1e-9)})
+    dense, small = solve(case), solve(compressed(case))
+    assert dense.converged and small.converged
+    assert np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-7 * np.abs(dense.contact.u_t).max()
+
+
+def test_a_compression_that_misses_its_tolerance_is_an_error(comm, monkeypatch):
+    """Entries that change between the compression and the probe stand for any compression that went wrong."""
+    operators = discretise(example(1, mesh=MeshOptions(element_size=0.1)))
+    exact = type(operators).system_entries
+    calls = []
+
+    def drifting(self, rows, columns):
+        calls.append(1)
+        return exact(self, rows, columns) * (1.0 + 1e-6 * len(calls))
+
+    monkeypatch.setattr(type(operators), "system_entries", drifting)
+    with pytest.raises(SolverError, match="compressed operator is off by"):
+        CompressedSystem(operators, comm, Bem(mat_type="hodlr", hodlr_tol=1e-10))
+
+
+def test_options_have_precedence_over_the_table():
+    with options({"bem_mat_type": "hodlr", "bem_hodlr_tol": "1e-8", "bem_hodlr_leaf": 32}):
+        bem = resolved_bem(Bem(mat_type="dense", hodlr_leaf=100))
+        assert (bem.mat_type, bem.hodlr_tol, bem.hodlr_leaf) == ("hodlr", 1e-8, 32)
+    with options({"bem_hodlr_tol": "tight"}), pytest.raises(InputError, match="bem_hodlr_tol"):
+        resolved_bem(Bem())
+    with options({"bem_mat_type": "sparse"}), pytest.raises(InputError, match="mat_type"):
+        resolved_bem(Bem())
+
+
+def test_full_formulation_is_dense():
+    case = compressed(example(1, mesh=MeshOptions(element_size=0.4), formulation="full"))
+    with pytest.raises(InputError, match=r"full.*dense"):
+        solve(case)
+
+
+def test_ksp_view_names_the_compression(tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "petcontact", "solve", str(CONFIGS / "example1.toml"), "-o", str(tmp_path / "r.h5"),
+         "--no-figures", "-bem_mat_type", "hodlr", "-bem_hodlr_tol", "1e-9", "-ksp_view", "--set", "mesh.element_size=0.2"],
+        capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "I + rho S, S by hodlr, tolerance 1e-09, leaf 64" in done.stdout

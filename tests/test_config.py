@@ -1,0 +1,175 @@
+"""TOML to a Case: what is read, and every mistake in one line that names file, key, what was given, what is allowed."""
+
+from __future__ import annotations
+
+import copy
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from petcontact import Case, InputError, Material, Polygon, load
+from petcontact.config import parse_case, read_toml
+
+EXAMPLE = Path(__file__).parents[1] / "configs" / "example1.toml"
+
+
+def data(key=None, value=None):
+    """Example 1 as plain data, one dotted key set (or removed, if the value is ...)."""
+    result = copy.deepcopy(tomllib.loads(EXAMPLE.read_text()))
+    if key is not None:
+        *tables, last = [int(step) if step.isdigit() else step for step in key.split(".")]
+        here = result
+        for step in tables:
+            here = here[step]
+        if value is ...:
+            del here[last]
+        else:
+            here[last] = value
+    return result
+
+
+def message(content) -> str:
+    with pytest.raises(InputError) as caught:
+        parse_case(content, "c.toml", {}, Path())
+    text = str(caught.value)
+    assert text.startswith("c.toml: ") and "\n" not in text and len(text) < 400
+    return text.removeprefix("c.toml: ")
+
+
+def test_example_1_is_read():
+    case = load(EXAMPLE)
+    assert case.material == Material(young_modulus=10_000.0, poisson_ratio=0.3)
+    assert [condition.condition for condition in case.boundary] == ["contact", "displacement", "traction", "traction"]
+    assert case.boundary[0].friction_bound == 150.0 and case.method.rule == "modified"
+
+
+def test_a_case_survives_its_own_toml():
+    case = load(EXAMPLE, {"petsc.ksp_type": "gmres", "mesh.order": 2, "title": 'quotes " and \\ and ρ'})
+    again = parse_case(tomllib.loads(case.toml()), "again", {}, Path())
+    assert again == case
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "wanted"),
+    [
+        ("boundary.0.friction_bound", [1], "boundary[0].friction_bound: must be a finite number or an expression"),
+        ("boundary.0.friction_bound", float("nan"), "boundary[0].friction_bound: must be a finite number"),
+        ("boundary.0.friction_bound", True, "got True"),
+        ("boundary.0.friction_bound", 10**400, "boundary[0].friction_bound: must be a finite number"),
+        ("boundary.0.friction_bound", ..., "boundary[0].friction_bound: this key is required"),
+        ("boundary.0.friction_bund", 1, "boundary[0].friction_bund: unknown key, did you mean 'friction_bound'?"),
+        ("boundary.0.condition", "contakt", "boundary[0].condition: must be one of 'contact', 'displacement', 'traction',"
+         " got 'contakt', did you mean 'contact'?"),
+        ("boundary.0.condition", ..., "boundary[0].condition: this key is required, must be one of 'contact'"),
+        ("boundary.1.value", [0.0], "boundary[1].value: has 1 entries, too few"),
+        ("boundary.1.value", [0.0, 0.0, 0.0], "boundary[1].value: array must have at most 2 items"),
+        ("boundary.1.value", [0.0, float("inf")], "boundary[1].value[1]: must be a finite number or an expression"),
+        ("boundary.1.value", "free", "boundary[1].value: must be an array, got 'free'"),
+        ("boundary.2.pressure", 3.0, "boundary[2]: a traction needs either value"),
+        ("boundary", {}, "boundary: must be an array"),
+        ("boundary", [1], "boundary[0]: must be a table, got 1"),
+        ("geometry.shape", "rectangel", "geometry.shape: must be one of "),
+        ("geometry.lower_left", ["a", 0.0], "geometry.lower_left[0]: must be a number, got 'a'"),
+        ("geometry.uper_right", [1.0, 1.0], "geometry.uper_right: unknown key, did you mean 'upper_right'?"),
+        ("geometry", {"shape": "polygon", "vertices": [[0, 0], [1, 0], [1, 1]], "parts": ["a", "b"]},
+         "geometry: 3 vertices need as many part names in parts, got 2"),
+        ("material.young_modulus", "10e3", "material.young_modulus: must be a number, got '10e3'"),
+        ("material.young_modulus", -1.0, "material.young_modulus: must be greater than 0, got -1.0"),
+        ("material.poisson_ratio", 0.5, "poisson_ratio must lie in (-1, 1/2) in plane strain, got 0.5"),
+        ("material.nu", 0.3, "material.nu: unknown key; valid keys: plane, poisson_ratio, young_modulus"),
+        ("material", 5, "material: must be a table, got 5"),
+        ("materiel", {}, "materiel: unknown key, did you mean 'material'?"),
+        ("method.rule", "modifed", "got 'modifed', did you mean 'modified'?"),
+        ("method.omega", 2.0, "method.omega: must be less than 2, got 2.0"),
+        ("method.omega", True, "method.omega: must be a number, got True"),
+        ("method.rho", 0.0, "method.rho: must be greater than 0"),
+        ("method.max_iterations", 1.5, "method.max_iterations: must be an integer, got 1.5"),
+        ("method.max_iterations", 10**30, "method.max_iterations: must be less than"),
+        ("mesh.element_size", float("inf"), "mesh.element_size: must be a finite number, got inf"),
+        ("mesh.order", 6, "mesh.order: must be less than or equal to 5, got 6"),
+        ("mesh.graded_points", [[1.0]], "mesh.graded_points[0]: has 1 entries, too few"),
+        ("petsc", {"ksp_type": ["lu"]}, "petsc.ksp_type: must be text, a number or true/false, got ['lu']"),
+        ("petsc", {"-ksp_type": "lu"}, "must be the name of a PETSc option without its dash"),
+        ("petsc", {"a b": 1}, "must be the name of a PETSc option without its dash"),
+        ("title", 5, "title: must be a string, got 5"),
+        ("méthode\n", 5, r"'méthode\n': unknown key, did you mean 'method'?"),
+    ],
+)  # fmt: skip
+def test_each_mistake_names_its_key(key, value, wanted):
+    assert wanted in message(data(key, value))
+
+
+def test_several_mistakes_are_counted():
+    wrong = data("method.omega", 5.0)
+    wrong["method"]["tau"] = -1.0
+    assert message(wrong).endswith("(and 1 more mistake)")
+
+
+def test_a_long_value_is_cut():
+    assert "..." in message(data("title", list(range(100))))
+
+
+@pytest.mark.parametrize(
+    ("build", "wanted"),
+    [
+        (lambda: Material(young_modulus=-1.0, poisson_ratio=0.3), "young_modulus: must be greater than 0, got -1.0"),
+        (lambda: Material(young_modulus=1.0), "poisson_ratio: this key is required"),
+        (lambda: Material(young_modulus=1.0, poisson_ratio=0.3, nu=1), "nu: unknown key"),
+        (lambda: Polygon(vertices=[(0, 0), (1, 0)], parts=["a", "b"]), "vertices: array must have at least 3 items"),
+        (lambda: Case(material=3), "material: must be a table, got 3"),
+    ],
+)
+def test_the_same_lines_from_python(build, wanted):
+    with pytest.raises(InputError) as caught:
+        build()
+    assert str(caught.value).startswith(wanted) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("content", "wanted"),
+    [
+        (b"", "material: this key is required"),
+        (b"\x00\x01\x89HDF\xff", "not a text file"),
+        (b"\x00", "not valid TOML"),
+        (b"title = ", "not valid TOML"),
+        (b"a = 1\na = 2", "not valid TOML"),
+        (b"x = " + b"[" * 5000, "not valid TOML"),
+        (b"x = " + b"9" * 10_000, "not valid TOML"),
+        (b"#" * 4_000_001, "larger than"),
+        (b"\xef\xbb\xbftitle = 'BOM'", "not valid TOML"),
+    ],
+    ids=range(9),
+)
+def test_files_that_are_no_config(content, wanted, tmp_path):
+    path = tmp_path / "c.toml"
+    path.write_bytes(content)
+    with pytest.raises(InputError, match=wanted) as caught:
+        load(path)
+    assert str(path) in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["missing.toml", ".", "/dev/zero", "/dev/null", "\0", "x" * 5000, "/dev/null/c.toml"])
+def test_names_that_are_no_config(name):
+    with pytest.raises(InputError) as caught:
+        load(name)
+    assert "\n" not in str(caught.value)
+
+
+def test_dotted_keys_make_tables_and_reach_into_arrays():
+    case = load(EXAMPLE, {"method.omega": 1.0, "bem.mat_type": "dense", "boundary.0.friction_bound": "100 + x"})
+    assert (case.method.omega, case.bem.mat_type, case.boundary[0].friction_bound) == (1.0, "dense", "100 + x")
+
+
+@pytest.mark.parametrize(
+    ("key", "wanted"),
+    [("title.x", "'title' is not a table"), ("boundary.9.part", "'9' is no entry, entries are 0 to 3"),
+     ("boundary.part", "'part' is no entry"), ("", "unknown key"), ("..", "unknown key"), ("methd.rho", "unknown key")],
+)  # fmt: skip
+def test_dotted_keys_that_lead_nowhere(key, wanted):
+    with pytest.raises(InputError, match=wanted):
+        load(EXAMPLE, {key: 1})
+
+
+def test_read_toml_gives_plain_data():
+    assert read_toml(EXAMPLE)["mesh"] == {"element_size": 0.05, "order": 0}

@@ -1,0 +1,35 @@
+"""Every config of the project runs through the command line and ends converged."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import h5py
+import pytest
+
+CONFIGS = sorted((Path(__file__).parents[1] / "configs").glob("*.toml"))
+SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_text())]
+
+
+@pytest.mark.parametrize("path", SINGLE, ids=lambda path: path.stem)
+def test_config_runs(path, tmp_path):
+    done = subprocess.run(
+        [sys.executable, "-m", "petcontact", "solve", str(path), "-o", str(tmp_path / "result.h5")],
+        capture_output=True, text=True, timeout=120, cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr + done.stdout
+    assert "converged:" in done.stdout and done.stderr == ""
+    assert max(len(line) for line in done.stdout.splitlines()) <= 80 + len(str(tmp_path))
+    assert len(list(tmp_path.glob("result-*.png"))) >= 4
+    with h5py.File(tmp_path / "result.h5") as file:
+        assert file.attrs["status"] == "converged"
+        assert file["contact/u_t"].shape == (len(file["contact/x"]), 1)
+        assert file["boundary/u"].shape == file["boundary/x"].shape
+        assert len(file["history/rho"]) == file.attrs["iterations"]
+
+
+def test_there_are_configs():
+    assert {"example1", "example2"} <= {path.stem for path in SINGLE}

@@ -1,0 +1,85 @@
+"""The doctor finds what bites users, in installations that are invented here, and runs on this one."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from petcontact.doctor import gather, judge
+
+HEALTHY = {
+    "python": "3.11.2", "missing": [], "versions": {"numpy": "1.24.2"}, "cores": 4, "ranks": 1, "errors": {},
+    "environment": {"PETSC_DIR": "", "MPLBACKEND": "", "DISPLAY": "", "WAYLAND_DISPLAY": ""},
+    "launcher": "/usr/bin/mpiexec", "folder": (True, 5e9), "petsc": "3.18.5", "petsc4py": "3.18.5",
+    "petsc_dir": "/usr/lib/petsc", "scalar": "float64", "integer": "int32", "packages": ["scalapack"],
+    "mpi": "Open MPI v4.1.4", "mpi_libraries": ["/usr/lib/libmpi.so.40"], "launched_size": 2, "launched_error": "",
+    "blas": [["openblas", "0.3.21", 4]], "h5py": "3.7.0", "hdf5": "1.10.8", "hdf5_mpi": False,
+    "hdf5_libraries": ["/usr/lib/libhdf5.so.103", "/usr/lib/libhdf5_hl.so.100"], "matplotlib": "3.6.3",
+    "font": "/usr/share/DejaVuSans.ttf", "config_dir": "/root/.config/matplotlib",
+}  # fmt: skip
+
+
+def test_a_healthy_installation_has_nothing_to_report():
+    assert {finding.level for finding in judge(HEALTHY)} == {"ok"}
+
+
+@pytest.mark.parametrize(
+    ("changes", "level", "message"),
+    [
+        ({"petsc4py": "3.20.1"}, "error", "releases differ"),
+        ({"scalar": "complex128"}, "error", "not a real double-precision build"),
+        ({"scalar": "float32"}, "error", "not a real double-precision build"),
+        ({"environment": HEALTHY["environment"] | {"PETSC_DIR": "/old"}}, "warning", "PETSC_DIR is /old"),
+        ({"packages": []}, "warning", "no ScaLAPACK"),
+        ({"launched_size": 1}, "error", "does not start 2 ranks"),
+        ({"launched_size": 0, "launched_error": "no such host"}, "error", "no such host"),
+        ({"launcher": ""}, "warning", "no mpiexec"),
+        ({"mpi_libraries": ["/a/libmpi.so.40", "/b/libmpi.so.12"]}, "error", "two MPI libraries"),
+        ({"ranks": 4}, "warning", "on 4 cores for 4 ranks"),
+        ({"hdf5_libraries": ["/a/libhdf5.so.103", "/b/libhdf5.so.310"]}, "warning", "several HDF5 libraries"),
+        ({"font": ""}, "warning", "DejaVu Sans is missing"),
+        ({"environment": HEALTHY["environment"] | {"MPLBACKEND": "TkAgg"}}, "warning", "without a display"),
+        ({"folder": (False, 0)}, "error", "cannot be written"),
+        ({"folder": (True, 1e6)}, "warning", "1 MB left"),
+        ({"missing": ["shapely"]}, "error", "shapely is missing"),
+        ({"errors": {"petsc": "ImportError: libpetsc.so.3.17"}}, "error", "libpetsc.so.3.17"),
+    ],
+)
+def test_each_defect_is_found(changes, level, message):
+    findings = [finding for finding in judge(HEALTHY | changes) if finding.level != "ok"]
+    assert [finding.level for finding in findings] == [level]
+    assert message in findings[0].text and findings[0].advice
+
+
+def test_64_bit_integers_are_named():
+    assert any("int64" in finding.text for finding in judge(HEALTHY | {"integer": "int64"}))
+
+
+def test_an_installation_without_petsc_is_still_examined(tmp_path, monkeypatch):
+    (tmp_path / "petsc4py.py").write_text("raise ImportError('libpetsc.so: cannot open shared object file')")
+    monkeypatch.setattr("petcontact.doctor._environment", lambda: {**os.environ, "PYTHONPATH": _paths(tmp_path)})
+    findings = list(judge(gather()))
+    assert [f for f in findings if f.subject == "petsc" and f.level == "error" and "cannot open" in f.text]
+    assert [f for f in findings if f.subject == "hdf5" and f.level == "ok"]
+
+
+def test_a_library_that_crashes_does_not_take_the_doctor_with_it(tmp_path, monkeypatch):
+    (tmp_path / "petsc4py.py").write_text("import os; os.abort()")
+    monkeypatch.setattr("petcontact.doctor._environment", lambda: {**os.environ, "PYTHONPATH": _paths(tmp_path)})
+    assert "status -6" in gather()["errors"]["petsc"]
+
+
+def _paths(first):
+    return os.pathsep.join([str(first), str(Path(__file__).parents[1])])
+
+
+def test_the_command_on_this_installation():
+    allow = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
+    done = subprocess.run([sys.executable, "-m", "petcontact", "doctor"], capture_output=True, text=True, timeout=60,
+                          env=os.environ | allow)  # fmt: skip
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "starts 2 ranks" in done.stdout and "PETSc" in done.stdout

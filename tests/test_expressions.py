@@ -1,0 +1,106 @@
+"""Expressions in x, y, nx, ny, s: what they give, and what they refuse."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from petcontact import InputError
+from petcontact.expressions import evaluate
+
+X = np.array([0.0, 1.0, 2.0])
+VARIABLES = {"x": X, "y": X + 1.0, "nx": X * 0.0, "ny": X * 0.0 - 1.0, "s": X / 2.0}
+
+
+def value(text):
+    return evaluate(text, VARIABLES, 3, "boundary[0].value[1]")
+
+
+@pytest.mark.parametrize(
+    ("text", "wanted"),
+    [
+        (3, [3.0, 3.0, 3.0]),
+        ("7", [7.0, 7.0, 7.0]),
+        ("x + 2*y - s/2", X + 2.0 * (X + 1.0) - X / 4.0),
+        ("-x**2", -(X**2)),
+        ("2**-y", 0.5 ** (X + 1.0)),
+        ("1/3", [1.0 / 3.0] * 3),
+        ("x % 2", X % 2.0),
+        ("sin(pi*x) + cos(x)*exp(-y) + sqrt(y)", np.sin(np.pi * X) + np.cos(X) * np.exp(-X - 1.0) + np.sqrt(X + 1.0)),
+        ("where(x > 0.5, 10, -10)", [-10.0, 10.0, 10.0]),
+        ("where(x >= 1, y, 0) + min(x, 1) + max(s, ny)", [0.0, 3.5, 5.0]),
+        ("100 * (x < 1)", [100.0, 0.0, 0.0]),
+        ("atan2(y, x) + hypot(x, y) + abs(ny)", np.arctan2(X + 1, X) + np.hypot(X, X + 1) + 1.0),
+        ("9999 if nx == 0 and ny < 0 else 1", None),
+        ("log(e)", [1.0] * 3),
+    ],
+)
+def test_values(text, wanted):
+    if wanted is None:  # Python's `if` and `and` ask for one truth value: refused, `where` is for nodes
+        with pytest.raises(InputError, match="cannot evaluate"):
+            value(text)
+    else:
+        assert np.allclose(value(text), wanted, rtol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("x +", "cannot evaluate expression 'x \\+'"),
+        ("z + 1", "unknown name 'z' in expression"),
+        ("sinn(x)", "unknown name 'sinn'"),
+        ("1/x", "not finite at x = 0, y = 1"),
+        ("log(x - 5)", "not finite"),
+        ("9**9**9**9", "not finite"),
+        ("nan", "unknown name 'nan'"),
+        ("x.__class__", "cannot evaluate"),
+        ("().__class__.__bases__", "cannot evaluate"),
+        ("__import__('os').system('true')", "cannot evaluate|unknown name"),
+        ("(lambda: 1)()", "cannot evaluate"),
+        ("[x for x in (1, 2)]", "cannot evaluate"),
+        ("'a' * 3", "only numbers, names"),
+        ("x.tofile('stolen')", "only numbers, names"),
+        ("x; y", "cannot evaluate"),
+        ("x := 3", "cannot evaluate"),
+        ("[1, 2]", "cannot evaluate"),
+        ("where(x > 1, 1, 2, 3)", "where takes 3 values"),
+        ("sin(x, y)", "sin takes 1 value"),
+        ("1e400", "not finite"),
+        ("sin(x, out=y)", "only numbers, names"),
+        ("1j * x", "cannot evaluate"),
+        ("True @ x", "cannot evaluate"),
+    ],
+)
+def test_refused_in_one_line_that_names_the_key(text, message):
+    before = [v.copy() for v in VARIABLES.values()]
+    with pytest.raises(InputError, match=message) as caught:
+        value(text)
+    assert str(caught.value).startswith("boundary[0].value[1]: ") and "\n" not in str(caught.value)
+    assert all(np.array_equal(a, b) for a, b in zip(before, VARIABLES.values(), strict=False))
+
+
+@pytest.mark.parametrize(
+    "text", ["(" * 400 + "x" + ")" * 400, "-" * 480 + "x", "+".join(["x"] * 240), "10**10**10", "2**" * 100 + "2"]
+)
+def test_long_and_deep_texts_end_soon(text):
+    began = time.process_time()
+    try:
+        assert value(text).shape == (3,)
+    except InputError as error:
+        assert "\n" not in str(error)
+    assert time.process_time() - began < 5.0
+
+
+@given(st.text(alphabet="xyns0123456789.+-*/%()<>=,'\"[]{}_ abcelosinw\n", max_size=40))
+def test_any_text_gives_finite_values_or_one_line(text):
+    try:
+        result = value(text)
+    except InputError as error:
+        assert str(error).startswith("boundary[0].value[1]: ")
+        assert "\n" not in str(error)
+    else:
+        assert result.shape == (3,) and np.all(np.isfinite(result))

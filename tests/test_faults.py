@@ -1,0 +1,237 @@
+"""Signals, kills, lack of memory and failing mathematics: nothing hangs, nothing finished is lost, nothing is misjudged."""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import example
+
+from petcontact import MeshOptions, SolverError, formulations, pipeline, read_solution, signals, solve, write_solution
+from petcontact.pipeline import prepare, run
+from petcontact.signals import Interrupted, deferred, install
+
+ROOT = Path(__file__).parents[1]
+COARSE = MeshOptions(element_size=0.5)
+# ρ far too small and fixed: hundreds of thousands of iterations
+ENDLESS = ["--set", "mesh.element_size=0.5", "--set", "method.rule=fixed", "--set", "method.rho=1e-6", "--set",
+           "method.max_iterations=1000000000", "--set", "method.tolerance=1e-15", "--no-figures"]  # fmt: skip
+
+
+def start(folder, *words, **keywords):
+    (folder / "case.toml").write_text((ROOT / "configs" / "example1.toml").read_text())
+    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
+    return subprocess.Popen(
+        [sys.executable, "-m", "petcontact", "solve", "case.toml", *words], cwd=folder, text=True,
+        stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
+        **keywords,
+    )  # fmt: skip
+
+
+def wait_for_iterations(job):
+    """Until a dozen Robin solves have been seen (`-ksp_monitor` prints two lines for each)."""
+    norms = (line for line in job.stdout if "KSP Residual norm" in line)
+    assert len(list(itertools.islice(norms, 24))) == 24, job.stderr.read()
+
+
+# --- signals -------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
+    job = start(tmp_path, *ENDLESS, "-ksp_monitor")
+    wait_for_iterations(job)
+    job.send_signal(number)
+    out, err = job.communicate(timeout=30)
+    assert job.returncode == status, err
+    assert f"interrupted by {number.name}; the last iterate is saved in case.h5" in err and err.count("\n") == 1
+    assert f"failed: interrupted by {number.name}" in out
+    solution = read_solution(tmp_path / "case.h5")
+    assert solution.status == "failed" and solution.iterations > 0 and np.all(np.isfinite(solution.u))
+    assert sorted(os.listdir(tmp_path)) == ["case.h5", "case.toml"]
+
+
+def test_a_result_of_an_interrupted_solve_is_a_start(tmp_path, comm):
+    case = example(1, mesh=COARSE, max_iterations=3)
+    first = solve(case, comm=comm)
+    write_solution(tmp_path / "first.h5", first)
+    whole = solve(example(1, mesh=COARSE), comm=comm)
+    rest = solve(example(1, mesh=COARSE, start=str(tmp_path / "first.h5"), rho=first.rho), comm=comm)
+    assert rest.converged and rest.iterations < whole.iterations
+
+
+def test_a_signal_during_a_write_waits_for_it(tmp_path, comm):
+    solution = solve(example(1, mesh=COARSE), comm=comm)
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    install()
+    try:
+        with pytest.raises(Interrupted, match="SIGTERM") as caught, deferred():
+            os.kill(os.getpid(), signal.SIGTERM)
+            write_solution(tmp_path / "r.h5", solution)
+    finally:
+        for number, handler in zip((signal.SIGINT, signal.SIGTERM), before, strict=True):
+            signal.signal(number, handler)
+    assert caught.value.exit_status == 143
+    assert read_solution(tmp_path / "r.h5").converged
+
+
+def test_an_interrupt_goes_through_unless_it_is_to_be_kept(comm):
+    """A sweep must not take an interrupted case for a finished one."""
+
+    def interrupt(state):
+        if len(state.history) == 3:
+            raise Interrupted(signal.SIGTERM)
+
+    prepared = prepare(example(1, mesh=COARSE), comm)
+    try:
+        with pytest.raises(Interrupted):
+            run(prepared, example(1, mesh=COARSE), monitor=interrupt)
+        solution = run(prepared, example(1, mesh=COARSE), monitor=interrupt, keep_interrupted=True)
+    finally:
+        prepared.close()
+    assert (solution.status, solution.iterations, solution.info["interrupted"]) == ("failed", 3, signal.SIGTERM)
+
+
+def test_a_signal_after_the_iteration_keeps_the_solution(comm, monkeypatch):
+    original = pipeline.elastic_residual
+
+    def residual(*words):
+        os.kill(os.getpid(), signal.SIGTERM)
+        return original(*words)
+
+    monkeypatch.setattr(pipeline, "elastic_residual", residual)
+    handler = signal.getsignal(signal.SIGTERM)
+    prepared = prepare(example(1, mesh=COARSE), comm)
+    signal.signal(signal.SIGTERM, signals._handle)
+    try:
+        solution = run(prepared, example(1, mesh=COARSE), keep_interrupted=True)
+        with pytest.raises(Interrupted):
+            run(prepared, example(1, mesh=COARSE))
+    finally:
+        signal.signal(signal.SIGTERM, handler)
+        prepared.close()
+    assert solution.converged and solution.info["interrupted"] == signal.SIGTERM
+
+
+# --- kill -9 -------------------------------------------------------------------------------------------------------
+def test_kill_9_at_random_moments_of_writing(tmp_path, comm):
+    """30 kills of a process that does nothing but replace one result by the next: what is there is always whole."""
+    solution = solve(example(1, mesh=COARSE), comm=comm)
+    path = tmp_path / "r.h5"
+    write_solution(path, solution)
+    random = np.random.default_rng(6)
+    seen = set()
+    for _ in range(30):
+        pid = os.fork()
+        if pid == 0:
+            k = 0
+            while True:
+                k += 1
+                write_solution(path, dataclasses.replace(solution, rho=float(k)))
+        time.sleep(random.uniform(0.001, 0.25))
+        os.kill(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+        again = read_solution(path)
+        assert np.array_equal(again.u, solution.u) and again.converged
+        seen.add(again.rho)
+    assert len(seen) > 3  # the kills did fall between writes that were done
+
+
+def test_kill_9_of_a_solve_leaves_the_old_result(tmp_path, comm):
+    write_solution(tmp_path / "case.h5", solve(example(2, mesh=COARSE), comm=comm))
+    before = (tmp_path / "case.h5").read_bytes()
+    job = start(tmp_path, *ENDLESS, "--force", "-ksp_monitor")
+    wait_for_iterations(job)
+    job.kill()
+    job.communicate(timeout=30)
+    assert (tmp_path / "case.h5").read_bytes() == before and sorted(os.listdir(tmp_path)) == ["case.h5", "case.toml"]
+
+
+# --- memory --------------------------------------------------------------------------------------------------------
+def test_too_little_memory_is_one_line(tmp_path):
+    def limit():
+        resource.setrlimit(resource.RLIMIT_AS, (2_000_000_000, 2_000_000_000))
+
+    job = start(tmp_path, "--set", "mesh.element_size=0.001", "--set", "bem.mat_type=dense", preexec_fn=limit)
+    _, err = job.communicate(timeout=60)
+    assert job.returncode == 1 and "out of memory" in err and "-bem_mat_type hodlr" in err and err.count("\n") == 1
+    assert sorted(os.listdir(tmp_path)) == ["case.toml"]
+
+
+# --- failing mathematics -------------------------------------------------------------------------------------------
+def spoilt(monkeypatch, spoil):
+    """Both systems get an elastic matrix that `spoil` has changed."""
+    original = formulations.assemble_dense
+
+    def assemble(operators, comm):
+        blocks = original(operators, comm)
+        spoil(blocks.system.getDenseArray())
+        blocks.system.assemble()
+        return blocks
+
+    monkeypatch.setattr(formulations, "assemble_dense", assemble)
+
+
+def nan(matrix):
+    matrix[3, 5] = np.nan
+
+
+def singular(matrix):
+    matrix[:, 4] = 0.0
+
+
+@pytest.mark.parametrize("formulation", ["condensed", "full"])
+@pytest.mark.parametrize("spoil", [nan, singular])
+def test_a_spoilt_operator_is_named_and_never_converged(monkeypatch, comm, formulation, spoil):
+    spoilt(monkeypatch, spoil)
+    with pytest.raises(SolverError, match=r"^(factor|iterate): .*(not finite|zero pivot|DIVERGED|singular)") as caught:
+        solve(example(1, mesh=COARSE, formulation=formulation), comm=comm)
+    assert caught.value.advice and "\n" not in str(caught.value)
+
+
+def test_a_slightly_wrong_operator_is_found_by_the_elastic_residual(monkeypatch, comm):
+    def off(matrix):
+        matrix[7, 7] *= 1.0 + 1e-4
+
+    spoilt(monkeypatch, off)
+    solution = solve(example(1, mesh=COARSE), comm=comm)
+    assert solution.status == "failed" and solution.reason.startswith("check: elastic residual")
+    assert solution.elastic_residual > 1e-7
+
+
+def test_a_ksp_that_fails_half_way_keeps_what_there_is(comm, tmp_path):
+    options = {"ksp_type": "gmres", "pc_type": "none", "ksp_max_it": 6}
+    solution = solve(example(1, mesh=MeshOptions(element_size=0.2), rho=1e-3), comm=comm, petsc_options=options)
+    assert solution.status == "failed" and "KSP gmres ended with DIVERGED_" in solution.reason
+    assert "try -ksp_type preonly" in solution.reason and solution.iterations > 5
+    write_solution(tmp_path / "r.h5", solution)
+    again = read_solution(tmp_path / "r.h5")
+    assert again.reason == solution.reason and len(again.history.rho) == solution.iterations
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, 0.0, -1.0])
+def test_a_rule_that_gives_no_positive_number(comm, value):
+    class Broken:
+        def update(self, rho, balance):
+            return value if balance < 1e4 else rho
+
+    solution = solve(example(1, mesh=COARSE), rule=Broken(), comm=comm)
+    assert solution.status == "failed" and "the rule gave" in solution.reason and solution.iterations > 0
+
+
+def test_max_iterations_is_not_converged(comm):
+    solution = solve(example(1, mesh=COARSE, max_iterations=5), comm=comm)
+    assert solution.status == "not converged" and solution.iterations == 5 and not solution.converged
+
+
+def test_a_small_change_far_from_the_solution_is_not_convergence(comm):
+    """With ρ = 1e-12 nothing moves: the change is tiny from the start, the friction condition is not met."""
+    solution = solve(example(1, mesh=COARSE, rule="fixed", rho=1e-12, max_iterations=50), comm=comm)
+    assert not solution.converged and solution.relative_residual > 1e-3

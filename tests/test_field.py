@@ -1,0 +1,266 @@
+"""Displacement and stress inside, on points and grids, and the files and figures made of them."""
+
+from __future__ import annotations
+
+import meshio
+import numpy as np
+import pytest
+import shapely
+from conftest import example
+
+from petcontact import (
+    Circle,
+    InputError,
+    Material,
+    MeshOptions,
+    Rectangle,
+    ResultError,
+    SideBySide,
+    read_solution,
+    solve,
+    write_solution,
+)
+from petcontact.field import Field, field_at, field_on_grid, principal_stresses, von_mises
+from petcontact.grid import body_polygon, loops, triangulate
+from petcontact.meshing import mesh_outline
+from petcontact.plot_field import deformed_figure
+from petcontact.smoothing import smoothed
+from petcontact.vtu import write_boundary_vtu, write_vtu
+
+STEEL = Material(young_modulus=200.0, poisson_ratio=0.3)
+TOE = (
+    {"part": "toe", "to": (1, 0), "radius": 1.0},
+    {"part": "bottom", "to": (4, 0)},
+    {"part": "right", "to": (4, 2)},
+    {"part": "top", "to": (0, 2)},
+    {"part": "left", "to": (0, 1)},
+)
+BODY = SideBySide(loops=(TOE, Circle(part="hole", center=(2, 1), radius=0.4)))
+
+
+def exact(x, material=STEEL):
+    """A field from Kolosov's formulas with φ = z³ + (1+2i)z², ψ = 2z²: displacement and σ_xx, σ_yy, σ_xy."""
+    nu, mu = material.plane_strain_ratio, material.shear_modulus
+    z = x[:, 0] + 1j * x[:, 1]
+    phi, slope, bend = z**3 + (1 + 2j) * z**2, 3 * z**2 + 2 * (1 + 2j) * z, 6 * z + 2 * (1 + 2j)
+    u = ((3 - 4 * nu) * phi - z * slope.conj() - 2 * z.conj() ** 2) / (2 * mu)
+    total, difference = 4 * slope.real, 2 * (z.conj() * bend + 4 * z)
+    stress = [0.5 * (total - difference.real), 0.5 * (total + difference.real), 0.5 * difference.imag]
+    return np.column_stack([u.real, u.imag]), np.column_stack(stress)
+
+
+def boundary_data(mesh, material=STEEL):
+    u, s = exact(mesh.x, material)
+    n = mesh.normal
+    return u, np.column_stack([s[:, 0] * n[:, 0] + s[:, 2] * n[:, 1], s[:, 2] * n[:, 0] + s[:, 1] * n[:, 1]])
+
+
+def meshed(body=BODY, **options):
+    return mesh_outline(body.outline(), MeshOptions(**options))
+
+
+POINTS = np.array([[2.5, 0.5], [1.0, 0.3], [3.9, 1.99], [0.31, 0.31], [2.0, 0.55], [0.001, 1.5], [3.3, 1e-4], [1.58, 1.0]])
+
+
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+@pytest.mark.parametrize(
+    ("options", "errors"),
+    [
+        ({"element_size": 0.1}, (3e-6, 2e-4)),
+        ({"element_size": 0.05}, (1e-7, 2e-5)),
+        ({"element_size": 0.2, "order": 2}, (5e-6, 5e-4)),
+        ({"element_size": 0.1, "order": 4}, (1e-9, 1e-6)),
+    ],
+)
+def test_field_of_exact_boundary_data_up_to_the_boundary(options, errors, plane):
+    """Points in the middle, and at 1e-4 to a few hundredths from straight sides and arcs."""
+    material = Material(young_modulus=200.0, poisson_ratio=0.3, plane=plane)
+    mesh = meshed(**options)
+    u, stress = field_at(mesh, *boundary_data(mesh, material), material, POINTS)
+    wanted_u, wanted_stress = exact(POINTS, material)
+    assert np.abs(u - wanted_u).max() < errors[0] * np.abs(wanted_u).max()
+    assert np.abs(stress - wanted_stress).max() < errors[1] * np.abs(wanted_stress).max()
+
+
+def test_stress_is_the_derivative_of_the_displacement():
+    """Hooke's law on central differences of (4.9), for boundary data that solve nothing."""
+    mesh = meshed(element_size=0.3, order=2)
+    rng = np.random.default_rng(3)
+    u, traction = rng.normal(size=(2, mesh.n_nodes, 2))
+    points, step = np.array([[1.0, 1.0], [3.2, 0.4], [2.6, 1.2]]), 1e-4
+    _, stress = field_at(mesh, u, traction, STEEL, points)
+    gradient = np.stack([
+        (field_at(mesh, u, traction, STEEL, points + step * e)[0] - field_at(mesh, u, traction, STEEL, points - step * e)[0])
+        / (2.0 * step)
+        for e in np.eye(2)
+    ], axis=-1)  # fmt: skip
+    mu, nu = STEEL.shear_modulus, 0.3
+    trace = 2.0 * mu * nu / (1.0 - 2.0 * nu) * (gradient[:, 0, 0] + gradient[:, 1, 1])
+    hooke = [
+        2 * mu * gradient[:, 0, 0] + trace,
+        2 * mu * gradient[:, 1, 1] + trace,
+        mu * (gradient[:, 0, 1] + gradient[:, 1, 0]),
+    ]
+    assert np.allclose(stress, np.column_stack(hooke), rtol=1e-6, atol=1e-6 * np.abs(stress).max())
+
+
+@pytest.fixture(scope="module")
+def solved():
+    return {
+        "uniform": solve(example(1, mesh=MeshOptions(element_size=0.1))),
+        "graded": solve(example(1, mesh=MeshOptions(order=3, levels=6, grading=0.3, graded_points=((3.378, 0.0),)))),
+    }
+
+
+@pytest.mark.parametrize("kind", ["uniform", "graded"])
+@pytest.mark.parametrize(("centre", "radius"), [((2.0, 2.0), 1.0), ((4.0, 1.0), 0.95), ((6.5, 2.0), 1.4)])
+def test_sub_bodies_are_in_equilibrium(solved, kind, centre, radius):
+    """Force and moment of the tractions over a circle inside: zero, whatever the error of the boundary data.
+
+    The trapezoidal rule is exact to round-off for circles that keep off the boundary.
+    """
+    solution = solved[kind]
+    angle = np.arange(400) * 2.0 * np.pi / 400
+    normal = np.column_stack([np.cos(angle), np.sin(angle)])
+    points = np.array(centre) + radius * normal
+    _, (x, y, xy) = (lambda u, s: (u, s.T))(
+        *field_at(solution.mesh, solution.u, solution.traction, solution.case.material, points)
+    )
+    traction = np.column_stack([x * normal[:, 0] + xy * normal[:, 1], xy * normal[:, 0] + y * normal[:, 1]])
+    ds = radius * 2.0 * np.pi / 400
+    size = np.hypot(*traction.T).sum() * ds
+    moment = np.sum(points[:, 0] * traction[:, 1] - points[:, 1] * traction[:, 0]) * ds
+    assert np.abs(traction.sum(axis=0) * ds).max() < 1e-6 * size
+    assert abs(moment) < 1e-6 * size * np.hypot(*(np.abs(centre) + radius))
+
+
+@pytest.mark.parametrize(("kind", "small"), [("uniform", 2e-2), ("graded", 1e-3)])
+def test_field_is_continuous_towards_the_boundary(solved, kind, small):
+    """u and the tractions a millionth inside the sides are the boundary data there."""
+    solution = solved[kind]
+    mesh = solution.mesh
+    # away from corners and the transition point, at nodes in the middle of elements
+    chosen = np.flatnonzero((np.abs(mesh.xi) < 0.5) & (mesh.length[mesh.element] > 0.05))
+    from_corner = np.min([np.hypot(*(mesh.x[chosen] - c).T) for c in ((0, 0), (8, 0), (8, 4), (0, 4), (3.378, 0))], axis=0)
+    chosen = chosen[from_corner > 0.3]
+    n = mesh.normal[chosen]
+    u, s = field_at(mesh, solution.u, solution.traction, solution.case.material, mesh.x[chosen] - 1e-6 * n)
+    traction = np.column_stack([s[:, 0] * n[:, 0] + s[:, 2] * n[:, 1], s[:, 2] * n[:, 0] + s[:, 1] * n[:, 1]])
+    assert len(chosen) > 15
+    assert np.abs(u - solution.u[chosen]).max() < small * 0.5 * np.abs(solution.u).max()
+    assert np.abs(traction - solution.traction[chosen]).max() < small * 400.0
+
+
+@pytest.mark.parametrize(
+    ("point", "message"),
+    [((2.0, 1.0), r"\(2, 1\) does not lie inside"), ((5.0, 1.0), "does not lie inside"), ((0.2, 0.2), "does not lie inside"),
+     ((np.nan, 1.0), "finite"), ((1.0, 1.0, 0.0), "finite coordinates")],
+)  # fmt: skip
+def test_points_outside_the_body_are_refused(point, message):
+    """In the hole, beside the body, and cut off by the toe (which a chord would not cut off)."""
+    mesh = meshed(element_size=0.4)
+    with pytest.raises(InputError, match=message):
+        field_at(mesh, *boundary_data(mesh), STEEL, np.array([point]))
+
+
+def test_many_points_in_pieces_are_the_same_as_one_by_one(monkeypatch):
+    mesh = meshed(element_size=0.4, order=1)
+    data = boundary_data(mesh)
+    whole = field_at(mesh, *data, STEEL, POINTS)
+    monkeypatch.setattr("petcontact.field.ENTRIES", 3 * mesh.n_nodes)
+    assert all(np.allclose(a, b, rtol=1e-12) for a, b in zip(whole, field_at(mesh, *data, STEEL, POINTS), strict=True))
+
+
+def test_smoothing_is_exact_for_linear_data_and_of_second_order_for_the_rest():
+    jumps = []
+    for size in (0.2, 0.1):
+        mesh = meshed(Rectangle(lower_left=(0, 0), upper_right=(4, 2)), element_size=size)
+        linear = np.column_stack([1.0 + mesh.x @ [2.0, -1.0], mesh.x @ [0.5, 3.0]])
+        finer, u, traction = smoothed(mesh, linear, linear)
+        wanted = np.column_stack([1.0 + finer.x @ [2.0, -1.0], finer.x @ [0.5, 3.0]])
+        assert finer.n_nodes == 3 * mesh.n_nodes
+        assert np.allclose(u, wanted, rtol=1e-13) and np.allclose(traction, wanted, rtol=1e-13)
+        finer, u, _ = smoothed(mesh, np.sin(mesh.x), np.cos(mesh.x))
+        jumps.append(np.abs(u - np.sin(finer.x)).max())
+    assert np.log2(jumps[0] / jumps[1]) > 2.5
+    kept = smoothed(finer, u, u)
+    assert kept[0] is finer and kept[1] is u
+
+
+def test_grid_fills_the_body_and_keeps_inside():
+    mesh = meshed(element_size=0.1)
+    points, cells = triangulate(mesh, (60, 30))
+    body = BODY.outline().polygon(400)
+    assert body_polygon(mesh).area == pytest.approx(body.area, rel=1e-4) and len(loops(mesh)) == 2
+    assert np.all(shapely.contains_xy(body, *points.T))
+    a, b, c = (points[cells[:, k]] for k in range(3))
+    area = 0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))
+    assert np.all(area > 0.0) and area.sum() == pytest.approx(body.area, rel=5e-3)
+    assert set(np.unique(cells)) == set(range(len(points)))
+    with pytest.raises(InputError, match="at least 2 x 2 cells"):
+        triangulate(mesh, (1, 30))
+
+
+def test_von_mises_and_principal_stresses():
+    stress = np.array([[100.0, 0.0, 0.0], [0.0, 0.0, 50.0], [80.0, 80.0, 0.0], [30.0, -10.0, 25.0]])
+    zz = np.array([0.0, 0.0, 80.0, 6.0])
+    full = np.array([[[s[0], s[2], 0], [s[2], s[1], 0], [0, 0, z]] for s, z in zip(stress, zz, strict=True)])
+    deviator = full - np.einsum("nii->n", full)[:, None, None] / 3.0 * np.eye(3)
+    assert np.allclose(von_mises(stress, zz), np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2))))
+    assert np.allclose(principal_stresses(stress), np.linalg.eigvalsh(full[:, :2, :2])[:, ::-1])
+
+
+def test_field_on_a_grid_and_its_file(tmp_path):
+    mesh = meshed(element_size=0.1)
+    field = field_on_grid(mesh, *boundary_data(mesh), STEEL, (24, 12))
+    u, stress = exact(field.points)
+    assert isinstance(field, Field) and np.abs(field.u - u).max() < 1e-4 * np.abs(u).max()
+    assert np.abs(field.stress - stress).max() < 2e-2 * np.abs(stress).max()
+    assert np.allclose(field.sigma_zz, 0.3 * (field.stress[:, 0] + field.stress[:, 1]))
+    write_vtu(tmp_path / "field.vtu", field)
+    back = meshio.read(tmp_path / "field.vtu")
+    assert np.array_equal(back.points[:, :2], field.points) and np.array_equal(back.cells_dict["triangle"], field.cells)
+    assert np.array_equal(back.point_data["displacement"][:, :2], field.u)
+    assert np.array_equal(back.point_data["stress"][:, [0, 1, 3]], field.stress)
+    assert np.array_equal(back.point_data["von_mises"], field.von_mises)
+    assert [path.name for path in tmp_path.iterdir()] == ["field.vtu"]
+    with pytest.raises(ResultError, match="cannot be written"):
+        write_vtu(tmp_path / "none" / "field.vtu", field)
+
+
+def test_boundary_file(solved, tmp_path):
+    for kind, solution in solved.items():
+        write_boundary_vtu(tmp_path / f"{kind}.vtu", solution)
+        back = meshio.read(tmp_path / f"{kind}.vtu")
+        lines = back.cells_dict["line"]
+        length = np.hypot(*(back.points[lines[:, 1]] - back.points[lines[:, 0]])[:, :2].T)
+        assert length.sum() == pytest.approx(24.0)
+        part, contact = back.cell_data["part"][0], back.cell_data["contact"][0]
+        assert np.array_equal(part == 0, contact >= 0)
+        slip = length[contact == 1].sum()
+        assert slip == pytest.approx(3.378, abs=0.2)
+        assert np.allclose(back.point_data["sigma_t"][lines[contact == 1]], -150.0, atol=2.0)
+        top = lines[part == 2]
+        assert np.abs(back.point_data["displacement"][top]).max() < 1e-14
+    assert len(lines) > 5 * solution.mesh.n_elements
+
+
+def test_figure_of_the_deformed_body(solved, tmp_path):
+    from matplotlib.image import imread
+
+    path = deformed_figure(solved["graded"], tmp_path / "body.png", resolution=(24, 12))
+    picture = imread(path)
+    assert picture.shape == (630, 1050, 4) and len(np.unique(picture.reshape(-1, 4), axis=0)) > 500
+
+
+def test_field_of_a_stored_result(solved, tmp_path):
+    solution = solved["uniform"]
+    write_solution(tmp_path / "result.h5", solution)
+    back = read_solution(tmp_path / "result.h5")
+    points = np.array([[1.0, 0.02], [7.5, 3.9]])
+    for one, other in zip(
+        field_at(solution.mesh, solution.u, solution.traction, solution.case.material, points),
+        field_at(back.mesh, back.u, back.traction, back.case.material, points),
+        strict=True,
+    ):
+        assert np.array_equal(one, other)

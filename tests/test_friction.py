@@ -1,0 +1,95 @@
+"""Projection, residual and norm: Lemma 2.1 and the properties of a projection."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from petcontact.friction import balanced_rho, contact_norm, contact_state, project_ball, projection_residual
+
+# squares of numbers below 1e-60 underflow in any norm
+sizes = st.one_of(st.just(0.0), st.floats(1e-60, 1e6))
+finite = st.builds(lambda size, sign: size * sign, sizes, st.sampled_from([-1.0, 1.0]))
+
+
+@st.composite
+def vectors(draw, count=2):
+    shape = (draw(st.integers(1, 8)), draw(st.integers(1, 2)))
+    radius = draw(arrays(float, shape[0], elements=sizes))
+    return (*(draw(arrays(float, shape, elements=finite)) for _ in range(count)), radius)
+
+
+@given(vectors())
+def test_projection_is_firmly_nonexpansive_and_idempotent(data):
+    x, y, radius = data
+    px, py = project_ball(x, radius), project_ball(y, radius)
+    assert np.all(np.linalg.norm(px, axis=1) <= radius * (1 + 1e-12))
+    assert np.allclose(project_ball(px, radius), px, rtol=1e-12, atol=0)
+    inner = np.sum((px - py) * (x - y), axis=1)
+    slack = 1e-9 * (1.0 + np.sum(x * x + y * y, axis=1))
+    assert np.all(np.sum((px - py) ** 2, axis=1) <= inner + slack)
+
+
+@given(vectors(1))
+def test_projection_keeps_what_is_inside_and_the_direction_of_what_is_not(data):
+    x, radius = data
+    projected = project_ball(x, radius)
+    inside = np.linalg.norm(x, axis=1) <= radius
+    assert np.array_equal(projected[inside], x[inside])
+    cross = projected[~inside] * np.linalg.norm(x[~inside], axis=1)[:, None] - x[~inside] * radius[~inside, None]
+    assert np.allclose(cross, 0.0, atol=1e-9 * (1.0 + np.abs(x).max() * radius.max()))
+
+
+@given(vectors(1), st.floats(1e-3, 1e6))
+def test_lemma_2_1_friction_condition_gives_zero_residual(data, rho):
+    x, bound = data
+    size = np.linalg.norm(x, axis=1, keepdims=True)
+    slips = size[:, 0] > 0.0
+    # slip: σ_t = -g u/|u|; stick: u = 0 with any |σ_t| <= g
+    direction = np.divide(x, size, out=np.zeros_like(x), where=size > 0)
+    residual = projection_residual(x, -bound[:, None] * direction, bound, rho)
+    assert np.abs(residual[slips]).max(initial=0.0) <= 1e-9 * (1.0 + bound.max())
+    sigma = project_ball(x, bound)
+    assert np.abs(projection_residual(np.zeros_like(x), sigma, bound, rho)).max() <= 1e-9 * (1.0 + bound.max())
+
+
+@given(vectors(2), st.floats(1e-3, 1e3))
+def test_lemma_2_1_zero_residual_gives_the_friction_condition(data, rho):
+    u, sigma, bound = data
+    zero = np.linalg.norm(projection_residual(u, sigma, bound, rho), axis=1) == 0.0
+    moving = zero & (np.linalg.norm(u, axis=1) > 0.0)
+    assert np.all(np.linalg.norm(sigma[zero], axis=1) <= bound[zero] * (1 + 1e-9) + 1e-9)
+    for k in np.flatnonzero(moving):
+        assert sigma[k] @ u[k] <= 1e-9 * (1.0 + bound[k] * np.linalg.norm(u[k]))
+
+
+def test_zero_bound_means_no_traction():
+    residual = projection_residual(np.array([[1.0]]), np.array([[3.0]]), np.zeros(1), 2.0)
+    assert residual.tolist() == [[3.0]]
+
+
+@pytest.mark.parametrize("rho", [0.0, -1.0, np.nan])
+def test_residual_refuses_rho(rho):
+    with pytest.raises(ValueError, match="positive"):
+        projection_residual(np.zeros((2, 1)), np.zeros((2, 1)), np.ones(2), rho)
+
+
+def test_shapes_are_checked():
+    with pytest.raises(ValueError, match="shape"):
+        projection_residual(np.zeros((2, 1)), np.zeros((3, 1)), np.ones(2), 1.0)
+    with pytest.raises(ValueError, match="radii"):
+        project_ball(np.zeros(3), np.ones(3))
+    with pytest.raises(ValueError, match="negative"):
+        project_ball(np.zeros((1, 1)), -np.ones(1))
+
+
+def test_norm_balance_and_state():
+    weight = np.array([0.5, 1.5])
+    u, sigma = np.array([[2.0], [0.0]]), np.array([[-6.0], [1.0]])
+    assert contact_norm(u, weight) == pytest.approx(np.sqrt(2.0))
+    assert balanced_rho(u, sigma, weight, 7.0) == pytest.approx(np.sqrt((18.0 + 1.5) / 2.0))
+    assert balanced_rho(0 * u, sigma, weight, 7.0) == 7.0
+    assert contact_state(u, sigma, np.array([6.0, 6.0]), 3.0).tolist() == [1, 0]

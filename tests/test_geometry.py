@@ -1,0 +1,163 @@
+"""Outlines: sides and arcs, loops, orientation, holes, and what is refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from petcontact import Circle, InputError, Polygon, Problem, Rectangle, SideBySide
+from petcontact.geometry import Outline, Side, oriented
+from petcontact.model import parse
+from petcontact.outlines import arc_through
+
+angles = st.floats(-math.pi, math.pi)
+
+
+def outline(*loops, **more):
+    return SideBySide(loops=loops, **more).outline()
+
+
+def straight(part, *to):
+    return {"part": part, "to": to}
+
+
+SQUARE = (straight("bottom", 4, 0), straight("right", 4, 4), straight("top", 0, 4), straight("left", 0, 0))
+
+
+def test_points_of_an_arc_lie_on_its_circle_and_meet_its_ends():
+    side = Side(np.array([1.0, 0.0]), np.array([0.0, 1.0]), "arc", curvature=1.0)
+    t = np.linspace(0.0, 1.0, 33)
+    assert np.allclose(side.point(t), np.column_stack([np.cos(0.5 * np.pi * t), np.sin(0.5 * np.pi * t)]), atol=1e-15)
+    assert np.array_equal(side.point(t)[[0, -1]], [side.start, side.end])
+    assert side.length == pytest.approx(0.5 * np.pi, rel=1e-15)
+    back = side.reversed()
+    assert np.allclose(back.point(t), side.point(1.0 - t), atol=1e-15)
+
+
+@given(first=angles, sweep=st.floats(0.02, 6.2), share=st.floats(0.05, 0.95), sign=st.sampled_from([-1.0, 1.0]))
+def test_arc_through_three_points(first, sweep, share, sign):
+    """Any arc, also beyond half a circle, is cut into pieces of at most a quarter on the same circle."""
+    centre, radius = np.array([3.0, -2.0]), 2.5
+    on = lambda angle: centre + radius * np.array([math.cos(angle), math.sin(angle)])  # noqa: E731
+    sides = arc_through(on(first), on(first + sign * share * sweep), on(first + sign * sweep), "arc")
+    assert len(sides) == max(1, math.ceil(sweep / (0.5 * math.pi) - 1e-9))
+    assert sum(side.length for side in sides) == pytest.approx(radius * sweep, rel=1e-9)
+    for side in sides:
+        points = side.point(np.linspace(0.0, 1.0, 9))
+        assert np.allclose(np.hypot(*(points - centre).T), radius, rtol=1e-8)
+        assert np.sign(side.curvature) == sign
+
+
+def test_arc_through_points_of_a_line():
+    assert arc_through(np.zeros(2), np.array([1.0, 1.0]), np.array([3.0, 3.0]), "a")[0].curvature == 0.0
+    with pytest.raises(InputError, match="makes no arc"):
+        arc_through(np.zeros(2), np.array([4.0, 4.0]), np.array([3.0, 3.0]), "a")
+
+
+def test_radius_turns_left_where_positive_and_right_where_negative():
+    """A half disc on top of a square, and one cut out of it."""
+    base = (straight("right", 2, 0), straight("right", 2, 2))
+    bulge = outline((*base, {"part": "top", "to": (0, 2), "radius": 1.0}, straight("left", 0, 0)))
+    notch = outline((*base, {"part": "top", "to": (0, 2), "radius": -1.0}, straight("left", 0, 0)))
+    assert bulge.polygon(400).area == pytest.approx(4.0 + 0.5 * math.pi, rel=1e-5)
+    assert notch.polygon(400).area == pytest.approx(4.0 - 0.5 * math.pi, rel=1e-5)
+    assert sum(side.length for side in bulge.sides if side.part == "top") == pytest.approx(math.pi, rel=1e-12)
+
+
+def test_loops_are_turned_the_right_way_round_and_the_largest_is_the_outer_one():
+    hole = Circle(part="hole", center=(2.0, 2.0), radius=0.5)
+    clockwise = tuple(
+        {"part": s["part"], "to": to} for s, to in zip(SQUARE[::-1], [(0, 4), (4, 4), (4, 0), (0, 0)], strict=False)
+    )
+    for loops in [(SQUARE, hole), (hole, SQUARE), (hole, clockwise)]:
+        body = outline(*loops)
+        assert [loop[0].part == "hole" for loop in body.loops] == [False, True]
+        for loop, area in zip(body.loops, (16.0, -0.25 * math.pi), strict=False):
+            ring = np.vstack([side.point(np.linspace(0.0, 1.0, 200)[:-1]) for side in loop])
+            (x, y), (u, v) = ring.T, np.roll(ring, -1, axis=0).T
+            assert 0.5 * np.sum(x * v - y * u) == pytest.approx(area, rel=1e-4)
+    assert set(body.parts) == {"bottom", "right", "top", "left", "hole"}
+    bottom = next(side for side in body.sides if side.part == "bottom")
+    assert np.array_equal(np.sort([bottom.start[0], bottom.end[0]]), [0.0, 4.0])
+
+
+def test_oriented_reverses_sides_one_by_one():
+    points = [np.array(p, dtype=float) for p in ((0, 0), (0, 1), (1, 0))]
+    loop = [Side(points[k], points[(k + 1) % 3], name, 0.0) for k, name in enumerate("abc")]
+    (turned,) = oriented([loop])
+    assert [side.part for side in turned] == ["c", "b", "a"]
+    assert all(np.array_equal(a.end, b.start) for a, b in zip(turned, (*turned[1:], turned[0]), strict=False))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: Polygon(vertices=((0, 0), (2, 2), (2, 0), (0, 2)), parts=tuple("abcd")).outline(), "crosses or touches"),
+        (lambda: Polygon(vertices=((0, 0), (2, 0), (2, 0), (0, 2)), parts=tuple("abcd")).outline(), "has no length"),
+        (lambda: Polygon(vertices=((0, 0), (1, 0), (2, 0)), parts=tuple("abc")).outline(), "crosses or touches"),
+        (lambda: Polygon(vertices=((0, 0), (2, 0), (0, 2)), parts=("a", "b")), "3 vertices need as many part names"),
+        (lambda: Polygon(vertices=((0, 0), (math.nan, 0), (0, 2)), parts=tuple("abc")), "finite"),
+        (lambda: Rectangle(lower_left=(0, 0), upper_right=(0, 2)), "upper_right must lie"),
+        (lambda: outline(SQUARE, Circle(part="h", center=(4, 4), radius=1.0)), "loops cross or touch"),
+        (lambda: outline(SQUARE, Circle(part="h", center=(9, 9), radius=1.0)), "hole lies outside"),
+        (lambda: outline((straight("a", 1, 0), straight("a", 1, 0), straight("b", 0, 0))), "has no length"),
+        (lambda: outline((straight("a", 1, 0),)), "at least two sides"),
+        (lambda: outline((straight("a", 1, 0), {"part": "b", "to": (0, 0), "radius": 0.4})), "less than half the distance"),
+        (lambda: outline((straight("a", 1, 0), {"part": "b", "to": (0, 0), "radius": 0.0})), "must not be 0"),
+        (lambda: outline(({"part": "b", "to": (0, 0), "radius": 1.0, "through": (1, 1)},)), "not by both"),
+        (lambda: Circle(part="c", center=(0, 0), radius=-1.0), "greater than 0"),
+        (lambda: Outline(((Side(np.zeros(2), np.ones(2), "a"),),)), "the loop is open after side 'a'"),
+    ],
+)
+def test_what_is_no_outline_is_refused_in_one_line(make, message):
+    with pytest.raises(InputError, match=message) as caught:
+        make()
+    assert "\n" not in str(caught.value)
+
+
+def test_sides_that_cross_an_arc_are_found():
+    loop = (straight("a", 4, 0), straight("b", 4, 1), {"part": "c", "to": (0, 1), "through": (2, -0.5)}, straight("d", 0, 0))
+    with pytest.raises(InputError, match="crosses or touches itself"):
+        outline(loop)
+
+
+def test_keys_of_an_outline_in_a_config_are_named_in_errors():
+    material = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+    data = {
+        "material": material,
+        "boundary": [],
+        "geometry": {"shape": "outline", "loops": [[{"part": "a", "too": [1, 0]}]]},
+    }
+    with pytest.raises(InputError, match=r"^case\.toml: geometry.*too: unknown key, did you mean 'to'\?"):
+        parse(Problem, data, "case.toml")
+    data["geometry"] = {"shape": "octagon"}
+    with pytest.raises(InputError, match=r"^case\.toml: geometry.shape.*'gmsh', 'outline'"):
+        parse(Problem, data, "case.toml")
+
+
+@pytest.mark.parametrize(
+    ("body", "capacity"),
+    [
+        (Rectangle(lower_left=(0, 0), upper_right=(1, 1)), 0.59017),  # Γ(1/4)²/(4π^(3/2)), a square of side 1
+        (SideBySide(loops=(Circle(part="rim", center=(0, 0), radius=1.0),)), 1.0),
+        (Rectangle(lower_left=(0, 0), upper_right=(1, 1e-3)), 0.25),  # a needle: a quarter of its length
+    ],
+)
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.499])
+def test_log_length_stays_below_the_degenerate_scale(body, capacity, nu):
+    """The single layer is singular for a unit of length between c·exp(-1/(3-4ν)) and c, c being the capacity.
+
+    For a constant traction the two ends are those of a needle, along and across it, and r r/r² adds between 0 and 1 to
+    -(3-4ν) ln r.
+    """
+    lowest = capacity * math.exp(-1.0 / (3.0 - 4.0 * nu))
+    assert body.outline().log_length < 0.91 * lowest
+
+
+def test_log_length_is_proportional_to_the_body():
+    lengths = [Rectangle(lower_left=(0, 0), upper_right=(8 * s, 4 * s)).outline().log_length for s in (1.0, 1e-3, 1e6)]
+    assert lengths == pytest.approx([1.0, 1e-3, 1e6], rel=1e-14)

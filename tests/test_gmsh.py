@@ -1,0 +1,121 @@
+"""Gmsh files as outlines. The files in tests/data were written by Gmsh 4.15.2: a plate 4 x 3 with a hole of radius 0.75."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from petcontact import Gmsh, InputError, MeshOptions
+from petcontact.config import load
+from petcontact.meshing import mesh_outline
+
+DATA = Path(__file__).parent / "data"
+ALL = ["plate_v22", "plate_v41", "plate_v41_binary", "plate_lines", "plate_v22_order2", "plate_v41_order2"]
+
+
+def outline(name):
+    return Gmsh(file=str(DATA / f"{name}.msh")).outline()
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_physical_groups_are_parts_and_loops_are_closed(name):
+    body = outline(name)
+    assert sorted(body.parts) == ["9", "bottom", "sides", "top"]
+    assert len(body.loops) == 2 and {side.part for side in body.loops[1]} == {"9"}
+    length = {part: sum(side.length for side in body.sides if side.part == part) for part in body.parts}
+    assert [length[part] for part in ("bottom", "sides", "top")] == pytest.approx([4.0, 6.0, 4.0], rel=1e-14)
+    corners = np.array([side.start for side in body.loops[0]])
+    assert np.array_equal(corners.min(axis=0), [0.0, 0.0]) and np.array_equal(corners.max(axis=0), [4.0, 3.0])
+
+
+@pytest.mark.parametrize("name", ["plate_v22_order2", "plate_v41_order2"])
+def test_lines_of_second_order_become_arcs_on_the_circle(name):
+    body = outline(name)
+    assert np.allclose([side.curvature for side in body.loops[1]], -1.0 / 0.75, rtol=1e-12)
+    assert all(side.curvature == 0.0 for side in body.loops[0])
+    assert sum(side.length for side in body.loops[1]) == pytest.approx(1.5 * math.pi, rel=1e-12)
+
+
+def test_each_line_is_at_least_one_element_and_collinear_ones_share_a_line():
+    body = outline("plate_v41")
+    mesh = mesh_outline(body, MeshOptions(element_size=10.0))
+    assert mesh.n_elements == len(body.sides) == 14 + len(body.loops[1])
+    outer = mesh.line[: len(body.loops[0])]
+    assert len(np.unique(outer)) in (4, 5)  # 5 where a part begins inside a side
+    finer = mesh_outline(body, MeshOptions(element_size=0.25))
+    assert finer.n_elements > 3 * mesh.n_elements
+
+
+def test_a_config_names_the_file_relative_to_its_own_folder(tmp_path, monkeypatch):
+    (tmp_path / "body.msh").write_bytes((DATA / "plate_v41.msh").read_bytes())
+    (tmp_path / "case.toml").write_text(
+        '[material]\nyoung_modulus = 1.0\npoisson_ratio = 0.3\n[geometry]\nshape = "gmsh"\nfile = "body.msh"\n'
+        '[[boundary]]\npart = "bottom"\ncondition = "contact"\nfriction_bound = 0.0\n'
+    )
+    monkeypatch.chdir("/")
+    assert len(load(tmp_path / "case.toml").geometry.outline().loops) == 2
+
+
+def edited(tmp_path, old, new):
+    text = (DATA / "plate_v22.msh").read_text()
+    assert old in text
+    path = tmp_path / "edited.msh"
+    path.write_text(text.replace(old, new))
+    return path
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("\n2 4 0 0\n", "\n2 4 0 1\n", "does not lie in a plane"),
+        ("\n2 4 0 0\n", "\n2 nan 0 0\n", "not finite"),
+        ("\n2 4 0 0\n", "\n2 9 9 0\n", "crosses or touches"),
+        ("$Elements", "$Elephants", "no line is in a physical group"),
+        ("2.2 0 8", "9.9 0 8", "not a Gmsh mesh"),
+    ],
+)
+def test_damaged_files_are_refused_in_one_line(tmp_path, old, new, message):
+    with pytest.raises(InputError, match=message) as caught:
+        Gmsh(file=str(edited(tmp_path, old, new))).outline()
+    assert ("\n" not in str(caught.value) and "edited.msh" in str(caught.value)) or "geometry" in str(caught.value)
+
+
+def test_truncated_missing_and_foreign_files_are_refused(tmp_path):
+    text = (DATA / "plate_v41.msh").read_bytes()
+    path = tmp_path / "cut.msh"
+    for size in (0, 10, len(text) // 3, 2 * len(text) // 3):
+        path.write_bytes(text[:size])
+        with pytest.raises(InputError, match=r"cut\.msh: (not a Gmsh mesh|no line is in)"):
+            Gmsh(file=str(path)).outline()
+    with pytest.raises(InputError, match="no such file"):
+        Gmsh(file=str(tmp_path / "none.msh")).outline()
+
+
+def test_files_that_meshio_cannot_read_are_refused_with_advice():
+    """Saved with Mesh.SaveAll, so that some lines are in a group and other cells in none."""
+    with pytest.raises(InputError, match=r"save it as format 2\.2 or 4\.1 without Mesh\.SaveAll"):
+        outline("plate_all")
+
+
+def test_boundary_without_a_group_is_refused():
+    with pytest.raises(InputError, match="no line is in a physical group"):
+        outline("plate_unnamed")
+
+
+def test_a_missing_line_and_an_open_loop_are_refused(tmp_path):
+    mesh = (DATA / "plate_v22.msh").read_text().splitlines()
+    first = next(k for k, line in enumerate(mesh) if line == "$Elements")
+    lines = [k for k in range(first + 2, len(mesh)) if mesh[k].split()[1:2] == ["1"]]
+    for keep_cells, message in ((True, "is in no physical line group"), (False, "must form closed loops")):
+        kept = [
+            line
+            for k, line in enumerate(mesh[first + 2 :], first + 2)
+            if k != lines[0] and not line.startswith("$") and (keep_cells or line.split()[1] == "1")
+        ]
+        path = tmp_path / "open.msh"
+        path.write_text("\n".join([*mesh[: first + 1], str(len(kept)), *kept, "$EndElements", ""]))
+        with pytest.raises(InputError, match=message):
+            Gmsh(file=str(path)).outline()

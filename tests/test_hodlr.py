@@ -1,0 +1,205 @@
+"""The compressed operators against dense ones, and their direct solver against dense solves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hodlr_kernels import CASES, Mixed, Partial, case, circle, dense, polygon, star
+
+from petcontact.hodlr import compress, factor
+
+SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]])
+
+
+def compressed(operator, tol=1e-8, leaf=24, breaks=None, **more):
+    breaks = operator.nodes.breaks if breaks is None else breaks
+    return compress(
+        operator, operator.nodes.points, operator.row_offsets, operator.col_offsets, tol, leaf, breaks=breaks, **more
+    )
+
+
+def row_error(matrix, exact):
+    """Largest 2-norm of a wrong row, relative to the longest row."""
+    difference = matrix @ np.eye(exact.shape[1]) - exact
+    return np.linalg.norm(difference, axis=1).max() / np.linalg.norm(exact, axis=1).max()
+
+
+@pytest.fixture
+def rng():
+    return np.random.default_rng(5)
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("tol", [1e-4, 1e-8, 1e-12])
+def test_rows_to_the_tolerance(name, tol, rng):
+    operator = Mixed(case(name, rng))
+    matrix = compressed(operator, tol)
+    # many small loops close together are sampled at the limit
+    assert row_error(matrix, dense(operator)) <= (25 if name == "holes" else 5) * tol
+    assert len(matrix.ranks()) >= 2
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_random_outlines(seed):
+    rng = np.random.default_rng(seed)
+    n_corners = int(rng.integers(3, 12))
+    nodes = star(rng, n_corners, int(rng.integers(150 // n_corners, 500 // n_corners)), 10 ** rng.uniform(0, 5))
+    operator = Mixed(nodes, rng.random(len(nodes)) < 0.5 if seed % 2 else None)
+    tol = 10 ** rng.uniform(-11, -4)
+    matrix = compressed(operator, tol, leaf=int(rng.integers(8, 40)))
+    assert row_error(matrix, dense(operator)) <= 5 * tol
+
+
+def test_transpose_and_several_columns(rng):
+    operator = Mixed(case("star", rng))
+    matrix, exact = compressed(operator), dense(operator)
+    x = rng.standard_normal((len(exact), 70))
+    scale = np.linalg.norm(exact, 2) * np.linalg.norm(x, axis=0).max()
+    assert np.linalg.norm(matrix.mult_transpose(x) - exact.T @ x, axis=0).max() <= 1e-8 * scale
+    assert np.allclose(matrix.matmat(x)[:, 69], matrix.mult(x[:, 69]), rtol=0, atol=1e-14 * scale)
+    assert np.allclose(x[:, 0] @ (matrix @ x[:, 1]), x[:, 1] @ matrix.mult_transpose(x[:, 0]), rtol=1e-10)
+
+
+def test_rectangular_with_nodes_without_columns(rng):
+    nodes = polygon(SQUARE, 110)
+    chosen = np.zeros(len(nodes), dtype=bool)
+    chosen[30:150] = chosen[300:303] = True
+    operator = Partial(nodes, chosen)
+    matrix, exact = compressed(operator), dense(operator)
+    assert matrix.shape == exact.shape == (880, 123)
+    assert row_error(matrix, exact) <= 5e-8
+    y = rng.standard_normal(880)
+    assert np.linalg.norm(matrix.mult_transpose(y) - exact.T @ y) <= 1e-8 * np.linalg.norm(exact) * np.linalg.norm(y)
+    with pytest.raises(ValueError, match="as many columns as rows"):
+        factor(matrix)
+
+
+def test_no_columns_at_all(rng):
+    operator = Partial(polygon(SQUARE, 20), np.zeros(80, dtype=bool))
+    assert np.array_equal(compressed(operator) @ np.empty(0), np.zeros(160))
+
+
+def test_a_short_piece_of_another_kind_between_two_breaks(rng):
+    """Three single-layer elements in the middle of a thousand: far away a sample without breaks may miss them."""
+    nodes = polygon(SQUARE, 250)
+    single = np.zeros(1000, dtype=bool)
+    single[611:614] = True
+    operator = Mixed(nodes, single)
+    matrix = compressed(operator, 1e-9, breaks=np.append(nodes.breaks, [611, 614]))
+    assert row_error(matrix, dense(operator)) <= 5e-9
+
+
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("tol", [1e-5, 1e-10])
+def test_solver_inverts_what_is_compressed(name, tol, rng):
+    operator = Mixed(case(name, rng))
+    matrix = compressed(operator, tol)
+    inverse = factor(matrix)
+    b = rng.standard_normal((matrix.shape[0], 3))
+    backward = 1e-11 * np.linalg.norm(matrix @ np.eye(matrix.shape[0]), 2)
+    for solve, product in ((inverse.solve, matrix.mult), (inverse.solve_transpose, matrix.mult_transpose)):
+        x = solve(b)
+        assert np.all(np.linalg.norm(product(x) - b, axis=0) <= backward * np.linalg.norm(x, axis=0))
+        assert np.linalg.norm(solve(b[:, 1]) - x[:, 1]) <= 1e-8 * np.linalg.norm(x[:, 1])
+
+
+def test_solution_of_the_exact_system(rng):
+    operator = Mixed(case("star", rng))
+    exact = dense(operator)
+    x = np.cos(np.arange(len(exact)) / 50.0)
+    found = factor(compressed(operator, 1e-11)).solve(exact @ x)
+    assert np.linalg.norm(found - x) <= 1e-8 * np.linalg.norm(x)
+
+
+def test_pivots_that_wait(rng):
+    """Of every leaf the others see row 0 and column 0; what is left over is singular, the whole is not."""
+    leaf, leaves = 8, 8
+    exact = np.eye(2 * leaf * leaves)
+    first = 2 * leaf * np.arange(leaves)
+    exact[np.ix_(first, first)] = 0.3 * np.cos(np.subtract.outer(first, first))
+    exact[first, first] = exact[first + 1, first + 1] = 0.0
+    exact[first, first + 1] = exact[first + 1, first] = 1.0
+
+    def entries(rows, columns):
+        i, j = ((2 * k[:, None] + np.arange(2)).ravel() for k in (rows, columns))
+        return exact[np.ix_(i, j)]
+
+    offsets = 2 * np.arange(leaf * leaves + 1)
+    matrix = compress(entries, circle(leaf * leaves).points, offsets, offsets, 1e-10, leaf)
+    assert np.abs(matrix @ np.eye(len(exact)) - exact).max() <= 1e-12
+    inverse, b = factor(matrix), rng.standard_normal(len(exact))
+    assert np.abs(inverse.solve(b) - np.linalg.solve(exact, b)).max() <= 1e-12
+    assert np.abs(inverse.solve_transpose(b) - np.linalg.solve(exact.T, b)).max() <= 1e-12
+
+
+@pytest.mark.parametrize("n", [1, 2, 9, 24, 25])
+def test_few_nodes(n, rng):
+    operator = Mixed(circle(n), np.arange(n) % 2 == 0)
+    matrix, exact = compressed(operator), dense(operator)
+    assert row_error(matrix, exact) <= 1e-8
+    b = rng.standard_normal(2 * n)
+    assert np.allclose(matrix @ factor(matrix).solve(b), b, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize("threads", [2, 3])
+def test_threads_agree(threads, rng):
+    operator = Mixed(case("star", rng))
+    one, several = compressed(operator), compressed(operator, threads=threads)
+    x = rng.standard_normal(one.shape[1])
+    assert np.linalg.norm(several @ x - one @ x) <= 1e-8 * np.linalg.norm(one @ x)
+    assert np.linalg.norm(several.mult_transpose(x) - one.mult_transpose(x)) <= 1e-8 * np.linalg.norm(x)
+    solved = factor(several)
+    for solve, product in ((solved.solve, several.mult), (solved.solve_transpose, several.mult_transpose)):
+        assert np.linalg.norm(product(solve(x)) - x) <= 1e-10 * np.linalg.norm(x)
+
+
+def test_the_same_again_is_the_same(rng):
+    operator = Mixed(case("graded", rng))
+    x = rng.standard_normal(2 * len(operator.nodes))
+    assert np.array_equal(compressed(operator) @ x, compressed(operator) @ x)
+
+
+def test_probe_confirms_a_right_matrix_and_detects_a_wrong_one(rng):
+    operator = Mixed(case("star", rng))
+    matrix = compressed(operator, 1e-9)
+    exact = dense(operator)
+    estimate = matrix.error_estimate(operator, rng, probes=len(operator.nodes))
+    assert estimate.product <= 1e-8
+    entry = np.abs(matrix @ np.eye(len(exact)) - exact).max() / np.linalg.norm(exact, axis=1).max()
+    assert estimate.entry == pytest.approx(entry, rel=1e-3)
+
+    def wrong(rows, columns):
+        block = operator(rows, columns)
+        block[:, np.repeat(columns == 311, 2)] *= 1.001
+        return block
+
+    estimate = matrix.error_estimate(wrong, rng)
+    assert estimate.product > 1e-7
+    assert estimate.entry > 1e-7
+
+
+def test_memory_grows_almost_linearly():
+    sizes = [250, 1000]
+    matrices = [compressed(Mixed(polygon(SQUARE, n)), 1e-6, leaf=32) for n in sizes]
+    memory = [m.nbytes + factor(m).nbytes for m in matrices]
+    assert np.log(memory[1] / memory[0]) / np.log(4.0) < 1.2
+    assert memory[1] < 0.05 * 8 * matrices[1].shape[0] ** 2
+
+
+@pytest.mark.parametrize(
+    "change", [{"tol": 0.0}, {"leaf": 0}, {"threads": 0}, {"points": np.zeros((3, 2))}, {"col_offsets": [0, 1]}]
+)
+def test_bad_arguments(change):
+    operator = Mixed(circle(16))
+    given = {
+        "entries": operator, "points": operator.nodes.points, "row_offsets": operator.row_offsets,
+        "col_offsets": operator.col_offsets,
+    }  # fmt: skip
+    with pytest.raises(ValueError, match="must be"):
+        compress(**(given | change))
+
+
+def test_vector_of_the_wrong_length():
+    matrix = compressed(Mixed(circle(16)))
+    with pytest.raises(ValueError, match="31 rows given where this rank has 32"):
+        matrix.mult(np.zeros(31))

@@ -1,0 +1,95 @@
+"""Lemma 3.2 and condition (3.4) of the paper, checked in every iteration.
+
+(3.5) holds exactly in the discrete inner product, the sum over nodes with their weights: projection works node by node,
+and the Robin step keeps σ + ρu = f exactly. Only (3.6), which makes the last term of (3.5) a decrease, needs the
+symmetric part of the weighted S to be positive; that is checked by itself.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from conftest import example
+
+from petcontact import MeshOptions, Method
+from petcontact.friction import contact_norm
+from petcontact.methods import run_method
+from petcontact.pipeline import prepare
+
+RULES = ("fixed", "self-adaptive", "modified", "modified-safeguarded")
+ROUND_OFF = 1e-11
+
+
+def iterates(prepared, rule, rho, omega=1.8):
+    """(u, σ, ρ of the step that led there) of every iteration, from the zero start."""
+    zero = np.zeros_like(prepared.system.u_0)
+    result = [(zero, zero, rho)]
+    method = Method(rule=rule, rho=rho, omega=omega, tolerance=1e-8, max_iterations=300)
+    run_method(prepared.system, method, monitor=lambda s: result.append((s.u_t, s.sigma_t, s.rho)))
+    return result
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("rule", RULES)
+@pytest.mark.parametrize("rho, omega", [(1.0, 1.8), (1e3, 1.0), (1e6, 1.95)])
+@pytest.mark.parametrize("order", [0, 2])
+def test_3_5_in_every_iteration(number, rule, rho, omega, order, comm):
+    prepared = prepare(example(number, mesh=MeshOptions(element_size=0.4, order=order)), comm)
+    weight = prepared.operators.mesh.weight[prepared.operators.data.contact_nodes]
+    exact = run_method(prepared.system, Method(name="semismooth-newton"))
+    path = iterates(prepared, rule, rho, omega)
+    prepared.close()
+    assert len(path) > 10
+    for (u, sigma, _), (new_u, new_sigma, rho_k) in itertools.pairwise(path):
+        before = contact_norm(sigma - exact.sigma_t + rho_k * (u - exact.u_t), weight) ** 2
+        after = contact_norm(new_sigma - exact.sigma_t + rho_k * (new_u - exact.u_t), weight) ** 2
+        work = float(weight @ ((sigma - exact.sigma_t) * (u - exact.u_t))[:, 0])
+        size = contact_norm(exact.sigma_t, weight) ** 2 + (rho_k * contact_norm(exact.u_t, weight)) ** 2
+        assert after <= before - 2.0 * omega * rho_k * work + ROUND_OFF * size
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), MeshOptions(element_size=0.4, order=2),
+                                  MeshOptions(order=3, levels=8)], ids=["constant", "order 2", "graded"])  # fmt: skip
+def test_3_6_the_weighted_s_is_positive(number, mesh, comm):
+    prepared = prepare(example(number, mesh=mesh), comm)
+    weight = prepared.operators.mesh.weight[prepared.operators.data.contact_nodes]
+    form = weight[:, None] * prepared.system.compliance()
+    prepared.close()
+    # scaled to a unit diagonal, so that the smallest elements of a graded mesh count as much as the largest
+    scale = 1.0 / np.sqrt(np.diag(form))
+    symmetric = 0.5 * (form + form.T) * scale[:, None] * scale
+    skew = 0.5 * (form - form.T) * scale[:, None] * scale
+    assert np.linalg.eigvalsh(symmetric).min() > 1e-6
+    # S is self-adjoint only up to the collocation error
+    assert 1e-6 < np.linalg.norm(skew, 2) / np.linalg.norm(symmetric, 2) < 0.05
+
+
+@pytest.mark.parametrize("rule", RULES)
+def test_3_4_holds_or_not(rule, comm):
+    """ρ_{k+1} within [ρ_k/(1+s_k), (1+s_k)ρ_k] with s_k as the rule defines it; the printed modified rule breaks it."""
+    prepared = prepare(example(1), comm)
+    method = Method(rule=rule, rho=1.0, tolerance=1e-10, max_iterations=500)
+    spy = Spy(method.make_rule())
+    run_method(prepared.system, method, spy)
+    prepared.close()
+    broken = [max(new / rho, rho / new) > (1.0 + growth) * (1.0 + 1e-12) for rho, new, growth in spy.updates]
+    assert len(broken) > 20
+    if rule == "modified":
+        assert np.mean(broken) > 0.3
+    else:
+        assert not any(broken)
+
+
+class Spy:
+    """A rule that notes (ρ_k, ρ_{k+1}, s_k) of the rule inside."""
+
+    def __init__(self, rule):
+        self.rule, self.updates = rule, []
+
+    def update(self, rho, balance):
+        new = self.rule.update(rho, balance)
+        self.updates.append((rho, new, getattr(self.rule, "growth", 0.0)))
+        return new

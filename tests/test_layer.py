@@ -1,0 +1,197 @@
+"""The layer operator T: its integrals against adaptive quadrature, and how near T is to S on any mesh."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy.integrate
+from conftest import example
+
+import petcontact.layer_strips
+from petcontact import Contact, Displacement, MeshOptions, Polygon
+from petcontact._petsc import petsc
+from petcontact.layer import Strip, body_thickness, layer_matrix, log_moments, strips
+from petcontact.layer_operator import LayerOperator, robin_preconditioner
+from petcontact.layer_strips import FourierStrip
+from petcontact.pipeline import discretise, prepare
+from petcontact.quadrature import gauss, lagrange
+
+GRADED = MeshOptions(order=3)
+
+
+def quad(f, a, b, points):
+    inside = [p for p in points if a < p < b]
+    return scipy.integrate.quad(f, a, b, points=inside or None, epsabs=1e-13, epsrel=1e-12, limit=200)[0]
+
+
+@pytest.mark.parametrize("order", range(6))
+def test_log_moments(order):
+    for x in (-3.9, -1.0001, -0.3, 0.9, 1.5):
+        for b in range(order + 1):
+            value = quad(lambda s, x=x, b=b: lagrange(order, np.array([s]))[b, 0] * np.log(abs(s - x)), -1, 1, [x])
+            assert log_moments(order, np.array([x]))[0, b] == pytest.approx(value, abs=1e-9)
+
+
+@pytest.mark.parametrize("closed", [False, True])
+@pytest.mark.parametrize("order", [0, 2])
+def test_matrix_against_adaptive_quadrature(order, closed):
+    length = np.array([0.01, 0.1, 1.0, 1.5, 0.7])
+    start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
+    total = length.sum()
+    count = len(length) * (order + 1)
+    strip = Strip(np.arange(count), start, length, np.full(5, order), total if closed else 0.0, thickness=0.9)
+    matrix = layer_matrix(strip, 1.0)
+    nodes = np.concatenate([s + 0.5 * k * (1 + np.polynomial.legendre.leggauss(order + 1)[0])
+                            for s, k in zip(start, length, strict=True)])  # fmt: skip
+
+    def kernel(x, s):
+        d = abs(x - s)
+        images = (d,) if not closed else (min(d, total - d),)
+        if not closed:
+            images += (x + s, 2 * total - x - s)
+        return -sum(np.log(np.tanh(np.pi * r / (4 * 0.9))) for r in images)
+
+    for i in range(0, count, 2):
+        for e in range(5):
+            a, h = start[e], length[e]
+            for b in range(order + 1):
+                breaks = [nodes[i], nodes[i] + total / 2, nodes[i] - total / 2]
+                value = quad(lambda s, b=b, a=a, h=h, i=i: kernel(nodes[i], s)
+                             * lagrange(order, np.array([2 * (s - a) / h - 1]))[b, 0], a, a + h, breaks)  # fmt: skip
+                # across the kink half-way round a loop Gauss points do not see more than a few digits
+                assert matrix[i, e * (order + 1) + b] == pytest.approx(value, rel=1e-4, abs=5e-3 if closed else 1e-6)
+    part = layer_matrix(strip, 1.0, np.array([0, 3]), np.array([1, 2, count - 1]))
+    assert np.allclose(part, matrix[np.ix_([0, 3], [1, 2, count - 1])], rtol=1e-13)
+
+
+@pytest.mark.parametrize("order", [0, 3])
+def test_convolution_has_the_layer_s_own_modes(order):
+    """A layer of thickness H on a rigid base answers cos(kx) with πc tanh(kH)/k cos(kx)."""
+    count, length, height = 64, 8.0, 1.0
+    nodes, equal = np.arange(count * (order + 1)), np.full(count, 1 / 8)
+    strip = Strip(nodes, np.arange(count) / 8, equal, np.full(count, order), 0.0, height)
+    xi, weight = gauss(order)
+    x = ((np.arange(count)[:, None] + 0.5 * (1 + xi)) / 8).ravel()
+    convolution = FourierStrip(strip, 1.0, np.tile(weight, count) / 16)
+    for j in (1, 3, 7):
+        k = j * np.pi / length
+        assert np.allclose(convolution.apply(np.cos(k * x)), np.pi * np.tanh(k * height) / k * np.cos(k * x), atol=0.01)
+    assert np.allclose(convolution.apply(np.ones(len(x))), np.pi * height, rtol=1e-3)
+
+
+@pytest.mark.parametrize("number, thickness", [(1, 4.0), (2, 2.0)])
+def test_thickness_is_the_distance_through_the_body(number, thickness):
+    operators = discretise(example(number))
+    assert body_thickness(operators.mesh, operators.data.contact_nodes) == pytest.approx(thickness)
+    assert [s.closed for s in strips(operators)] == [0.0]
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), MeshOptions(element_size=0.2, order=1), GRADED,
+                                  MeshOptions(order=5, levels=14)],
+                         ids=["h=0.1", "order 1", "graded 3", "graded 5"])  # fmt: skip
+def test_spectrum_of_s_against_t_knows_no_mesh(number, mesh, comm):
+    prepared = prepare(example(number, mesh=mesh), comm)
+    compliance = prepared.system.compliance()
+    values = np.linalg.eigvals(np.linalg.solve(LayerOperator(prepared.operators).matrix(), compliance))
+    prepared.close()
+    assert values.real.min() > 0.8 and values.real.max() < 1.8 and np.abs(values.imag).max() < 0.05
+
+
+@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), GRADED, MeshOptions(element_size=0.025),
+                                  MeshOptions(element_size=0.05, order=2)])
+def test_operations_agree_with_the_matrix(mesh):
+    layer = LayerOperator(discretise(example(1, mesh=mesh)))
+    layer.scale = 1.7
+    matrix = layer.matrix()
+    rng = np.random.default_rng(8)
+    x, stick = rng.standard_normal(layer.size), rng.random(layer.size) < 0.6
+    assert np.allclose(layer.apply(x), matrix @ x, rtol=1e-10, atol=1e-10 * np.abs(matrix @ x).max())
+    assert np.allclose(layer.apply(layer.solve(x)), x, atol=1e-8)
+    assert np.allclose(x + 5e3 * matrix @ layer.solve(x + 5e3 * matrix @ x, 5e3), x + 5e3 * matrix @ x, atol=1e-8)
+    found = layer.stick_solve(stick, x)
+    assert np.allclose((matrix @ found)[stick], x[stick], atol=1e-7) and not found[~stick].any()
+
+
+def test_compressed_strip_is_the_dense_one(monkeypatch):
+    """To the tolerance of the compression; its own products and solves belong together to round-off."""
+    operators = discretise(example(1, mesh=MeshOptions(order=3, element_size=0.2, grading=0.35)))
+    dense = LayerOperator(operators)
+    monkeypatch.setattr(petcontact.layer_strips, "LONG_SIZE", 100)
+    compressed = LayerOperator(operators)
+    rng = np.random.default_rng(11)
+    x, stick = rng.standard_normal(dense.size), rng.random(dense.size) < 0.7
+    reference = dense.apply(np.ones(dense.size))
+    assert np.allclose(compressed.apply(np.ones(dense.size)), reference, rtol=0.03)
+    assert np.allclose(compressed.apply(compressed.solve(x)), x, atol=1e-7)
+    assert np.allclose(compressed.solve(x + 1e4 * compressed.apply(x), 1e4), x, atol=1e-4)
+    found = compressed.stick_solve(stick, reference)
+    assert np.allclose(compressed.apply(found)[stick], reference[stick], atol=1e-8 * np.abs(reference).max())
+    assert not found[~stick].any() and not compressed.fast
+
+
+@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.2), MeshOptions(levels=8)], ids=["uniform", "graded"])
+@pytest.mark.parametrize("held", [("left",), ("right",), ("left", "right"), ()])
+def test_held_neighbours_turn_the_reflection(mesh, held, comm):
+    """Beside a roller that holds u_t the strip goes on oddly: T⁻¹S stays as good as beside free sides."""
+    base = example(1, mesh=mesh)
+    boundary = [
+        Displacement(part=c.part, value=(0.0, "free")) if c.part in held else c for c in base.boundary
+    ]
+    prepared = prepare(base.model_copy(update={"boundary": tuple(boundary)}), comm)
+    (strip,) = strips(prepared.operators)
+    assert strip.ends == tuple(-1.0 if side in held else 1.0 for side in ("left", "right"))
+    values = np.linalg.eigvals(np.linalg.solve(LayerOperator(prepared.operators).matrix(), prepared.system.compliance()))
+    prepared.close()
+    assert values.real.min() > 0.6 and values.real.max() < 2.0
+
+
+def test_parts_that_go_on_into_each_other_are_one_strip():
+    base = example(1)
+    halves = Polygon(vertices=((0, 0), (4, 0), (8, 0), (8, 4), (0, 4)), parts=("one", "two", "right", "top", "left"))
+    boundary = (Contact(part="one", friction_bound=1.0), Contact(part="two", friction_bound=2.0), *base.boundary[1:3],
+                Contact(part="right", friction_bound=3.0))  # fmt: skip
+    operators = discretise(base.model_copy(update={"geometry": halves, "boundary": boundary}))
+    bottom, right = strips(operators)
+    assert bottom.length.sum() == pytest.approx(8.0) and right.length.sum() == pytest.approx(4.0)
+    # each of the two holds the other's tangent at their corner, the clamped top holds the right side's other end
+    assert bottom.ends == (1.0, -1.0) and right.ends == (-1.0, -1.0)
+    assert np.array_equal(np.sort(np.concatenate([bottom.nodes, right.nodes])), np.arange(120))
+
+
+def test_fit_scales_only_a_far_off_layer():
+    layer = LayerOperator(discretise(example(2)))
+    sigma = np.ones(layer.size)
+    layer.fit(sigma, 1.2 * layer.apply(sigma))
+    assert layer.scale == 1.0
+    layer.fit(sigma, 16.0 * layer.apply(sigma))
+    assert layer.scale == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), GRADED], ids=["uniform", "graded"])
+def test_robin_preconditioner_makes_gmres_short_at_every_rho(mesh, comm):
+    prepared = prepare(example(1, mesh=mesh), comm)
+    system, module = prepared.system, petsc()
+    compliance = system.compliance()
+    ksp = module.KSP().create(comm)
+    ksp.setType("gmres")
+    ksp.setTolerances(rtol=1e-10)
+    context = robin_preconditioner(system, 1.0, ksp.getPC())
+    iterations = []
+    for rho in (1.0, 1e3, 1e5, 1e8):
+        context.rho = rho
+        dense = np.asfortranarray(np.eye(len(compliance)) + rho * compliance)
+        matrix = module.Mat().createDense(dense.shape, array=dense, comm=comm)
+        matrix.assemble()
+        ksp.setOperators(matrix)
+        rhs = system.contact.vector(system.u_0)
+        x = rhs.duplicate()
+        ksp.solve(rhs, x)
+        expected = np.linalg.solve(dense, system.u_0[:, 0])
+        assert np.allclose(x.getArray(), expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+        iterations.append(ksp.getIterationNumber())
+        for item in (matrix, rhs, x):
+            item.destroy()
+    ksp.destroy()
+    prepared.close()
+    assert max(iterations) <= 12

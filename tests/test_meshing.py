@@ -1,0 +1,153 @@
+"""Where elements begin and end, and what a mesh knows about its nodes."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from petcontact import Circle, InputError, MeshOptions, Polygon, Rectangle, SideBySide
+from petcontact.mesh import line_numbers
+from petcontact.meshing import mesh_outline
+
+BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(8.0, 4.0))
+RING = SideBySide(
+    loops=(Circle(part="rim", center=(1.0, 2.0), radius=2.0), Circle(part="hole", center=(1.5, 2.0), radius=0.5))
+)
+TOE = SideBySide(
+    loops=(
+        (
+            {"part": "toe", "to": (1, 0), "radius": 1.0},
+            {"part": "bottom", "to": (4, 0)},
+            {"part": "right", "to": (4, 2)},
+            {"part": "top", "to": (0, 2)},
+            {"part": "left", "to": (0, 1)},
+        ),
+    )
+)
+
+
+def mesh(body, **options):
+    return mesh_outline(body.outline(), MeshOptions(**options))
+
+
+@pytest.mark.parametrize(("size", "counts"), [(0.05, (160, 80)), (3.0, (3, 1)), (100.0, (1, 1)), (2.0 / 3.0, (12, 6))])
+def test_a_side_has_round_l_over_h_equal_elements(size, counts):
+    m = mesh(BOX, element_size=size)
+    per_part = [int(np.sum(m.part == k)) for k in range(4)]
+    assert per_part == [counts[0], counts[1], counts[0], counts[1]]
+    for k, length in enumerate((8.0, 4.0, 8.0, 4.0)):
+        assert np.allclose(m.length[m.part == k], length / per_part[k], rtol=1e-12)
+    assert m.n_nodes == m.n_elements and np.allclose(m.x, 0.5 * (m.start + m.end))
+
+
+def test_element_size_of_single_parts():
+    m = mesh(BOX, element_size=1.0, element_sizes={"bottom": 0.25})
+    assert [int(np.sum(m.part == k)) for k in range(4)] == [32, 4, 8, 4]
+    with pytest.raises(InputError, match=r"mesh\.element_sizes\.botom: no such part; parts are bottom, right, top, left"):
+        mesh(BOX, element_size=1.0, element_sizes={"botom": 0.25})
+
+
+@pytest.mark.parametrize("body", [BOX, RING, TOE], ids=["box", "ring", "toe"])
+@pytest.mark.parametrize("options", [{"element_size": 0.3}, {"levels": 5}, {"element_size": 0.4, "order": 2}])
+def test_weights_nodes_and_normals(body, options):
+    """Divergence theorem: lengths, area and centroid of the body from nodes, normals and weights alone."""
+    m = mesh(body, **options)
+    sides = body.outline().sides
+    assert m.weight.sum() == pytest.approx(sum(side.length for side in sides), rel=1e-12)
+    assert np.allclose(np.hypot(*m.normal.T), 1.0, rtol=1e-14)
+    assert np.allclose(m.weight @ m.normal, 0.0, atol=1e-5 if m.order[0] else 5e-3)
+    area = body.outline().polygon(4000).area
+    assert 0.5 * m.weight @ np.sum(m.x * m.normal, axis=1) == pytest.approx(area, rel=2e-3)
+    assert np.array_equal(np.sort(np.unique(m.element)), np.arange(m.n_elements))
+
+
+def test_nodes_of_arcs_lie_on_the_circle_for_every_order():
+    for order in range(6):
+        m = mesh(RING, element_size=1.0, order=order)
+        for part, centre, radius, outward in (("rim", (1.0, 2.0), 2.0, 1.0), ("hole", (1.5, 2.0), 0.5, -1.0)):
+            nodes = m.nodes_of(part)
+            from_centre = m.x[nodes] - centre
+            assert np.allclose(np.hypot(*from_centre.T), radius, rtol=1e-14)
+            assert np.allclose(m.normal[nodes], outward * from_centre / radius, atol=1e-14)
+        assert m.weight.sum() == pytest.approx(2.0 * math.pi * 2.5, rel=1e-13)
+
+
+def test_arc_length_runs_along_the_part():
+    m = mesh(TOE, element_size=0.5, order=1)
+    for part in m.part_names:
+        s = m.arc_length[m.nodes_of(part)]
+        assert np.all(np.diff(s) > 0.0) and s[0] > 0.0
+    toe = m.nodes_of("toe")
+    assert np.allclose(m.arc_length[toe], np.arctan2(m.x[toe, 1] - 1.0, m.x[toe, 0] - 1.0) % (2.0 * np.pi) - np.pi)
+
+
+def test_graded_mesh_shrinks_by_the_ratio_towards_corners_and_points():
+    m = mesh(BOX, grading=0.4, levels=6, graded_points=((3.0, 0.0),))
+    bottom = np.flatnonzero(m.part == 0)
+    length = m.length[bottom]
+    assert len(length) == 4 * 7
+    assert np.any(np.isclose(m.end[bottom, 0], 3.0, rtol=0.0, atol=1e-15))
+    first, second = length[:14], length[14:]
+    for piece, whole in ((first, 3.0), (second, 5.0)):
+        assert piece.sum() == pytest.approx(whole) and np.allclose(piece, piece[::-1])
+        assert np.allclose(piece[1:6] / piece[2:7], [0.4] * 5, rtol=1e-9)
+        assert piece[0] == pytest.approx(0.5 * whole * 0.4**6, rel=1e-9)
+
+
+def test_element_size_limits_graded_elements():
+    m = mesh(BOX, grading=0.3, levels=4, element_size=0.5)
+    assert m.length.max() <= 0.5 + 1e-12 and m.length.min() == pytest.approx(2.0 * 0.3**4, rel=1e-9)
+    assert np.all(m.order == 0) and np.all(mesh(BOX).order == 3)
+
+
+def test_smooth_joints_are_not_graded():
+    """The rim is one part without a corner: equal elements of 30 degrees. The toe is graded where its part ends."""
+    m = mesh(RING)
+    assert np.allclose(m.length[m.part == 0], 2.0 * np.pi / 6.0) and np.sum(m.part == 0) == 12
+    m = mesh(TOE, levels=8)
+    toe = m.length[m.part == m.part_names.index("toe")]
+    assert toe[0] == pytest.approx(toe[-1]) and toe[0] < 1e-3
+
+
+def test_smooth_joint_inside_a_straight_part_is_graded_only_on_demand():
+    body = Polygon(vertices=((0, 0), (1, 0), (3, 0), (3, 2), (0, 2)), parts=("a", "a", "b", "c", "d"))
+    plain, marked = mesh(body, levels=5), mesh(body, levels=5, graded_points=((1.0, 0.0),))
+    assert plain.length[plain.part == 0].max() > 0.5
+    near = [np.abs(m.x[m.nodes_of("a"), 0] - 1.0).min() for m in (plain, marked)]
+    assert near[1] < 1e-2 < near[0]
+
+
+def test_graded_point_off_the_boundary_is_refused():
+    with pytest.raises(InputError, match=r"graded_points: \[3.0, 0.1\] lies 0.1 off the boundary"):
+        mesh(BOX, graded_points=((3.0, 0.1),))
+    inside = mesh(TOE, levels=4, graded_points=((1.0 - math.sqrt(0.5), 1.0 - math.sqrt(0.5)),))
+    assert np.sum(inside.part == inside.part_names.index("toe")) == 2 * 10
+
+
+def test_collinear_neighbours_lie_on_one_line():
+    body = Polygon(vertices=((0, 0), (1, 0.1), (3, 0.3), (3, 2), (0, 2)), parts=tuple("abcde"))
+    assert line_numbers(body.outline()) == [0, 0, 2, 3, 4]
+    assert line_numbers(TOE.outline()) == [-1, 1, 2, 3, 4]
+    slit = Polygon(vertices=((0, 0), (2, 0), (1, 1), (3, 1), (3, 3), (0, 3)), parts=tuple("abcdef"))
+    assert len(set(line_numbers(slit.outline()))) == 6
+
+
+@pytest.mark.parametrize(
+    "bad",
+    [
+        {"element_size": 0.0},
+        {"element_size": math.nan},
+        {"order": 6},
+        {"order": 1.0},
+        {"grading": 1.0},
+        {"levels": 0},
+        {"element_sizes": {"bottom": -1.0}},
+        {"graded_points": [[0.0]]},
+    ],
+)
+def test_options_out_of_range_are_refused_in_one_line(bad):
+    with pytest.raises(InputError, match=next(iter(bad))) as caught:
+        MeshOptions(**bad)
+    assert "\n" not in str(caught.value)

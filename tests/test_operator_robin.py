@@ -1,0 +1,73 @@
+"""The operator-valued Robin condition: its rate knows no mesh, and it is Douglas-Rachford splitting."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import example
+
+import petcontact.compliance
+from petcontact import MeshOptions
+from petcontact.friction import contact_norm
+from petcontact.newton import semismooth_newton
+from petcontact.operator_robin import operator_robin
+from petcontact.pipeline import prepare
+from petcontact.projection import Criterion
+
+MESHES = {
+    "h=0.2": MeshOptions(element_size=0.2), "h=0.05": MeshOptions(element_size=0.05),
+    "order 2": MeshOptions(element_size=0.4, order=2),
+    "graded": MeshOptions(order=3), "graded finely": MeshOptions(order=4, levels=16, grading=0.3),
+}  # fmt: skip
+
+
+def solve(prepared, tolerance, **options):
+    options = {"omega": 1.8, "max_iterations": 100, **options}
+    return operator_robin(prepared.system, criterion=Criterion(tolerance), **options)
+
+
+def error(prepared, state, exact):
+    weight = prepared.operators.mesh.weight[prepared.operators.data.contact_nodes]
+    pairs = ((state.u_t, exact.u_t), (state.sigma_t, exact.sigma_t))
+    return max(contact_norm(a - b, weight) / contact_norm(b, weight) for a, b in pairs)
+
+
+@pytest.mark.parametrize("number", [1, 2])
+@pytest.mark.parametrize("mesh", MESHES.values(), ids=MESHES)
+def test_iterations_do_not_depend_on_the_mesh(number, mesh, comm):
+    prepared = prepare(example(number, mesh=mesh), comm)
+    exact = semismooth_newton(prepared.system, criterion=Criterion(1e-10), max_iterations=50)
+    state = solve(prepared, 1e-6)
+    assert state.converged and 7 <= len(state.history) <= 10 and error(prepared, state, exact) < 1e-6
+    tight = solve(prepared, 1e-10)
+    assert tight.converged and 12 <= len(tight.history) <= 17 and error(prepared, tight, exact) < 1e-10
+    prepared.close()
+
+
+@pytest.mark.parametrize("omega", [0.3, 1.0, 1.95])
+def test_converges_for_every_relaxation(omega, comm):
+    prepared = prepare(example(2), comm)
+    exact = semismooth_newton(prepared.system, criterion=Criterion(1e-10), max_iterations=50)
+    state = solve(prepared, 1e-9, omega=omega, max_iterations=400)
+    assert state.converged and error(prepared, state, exact) < 1e-7
+    prepared.close()
+
+
+def test_krylov_and_direct_steps_agree(comm, monkeypatch):
+    prepared = prepare(example(1), comm)
+    direct = solve(prepared, 1e-8)
+    monkeypatch.setattr(petcontact.compliance, "DIRECT_SIZE", 0)
+    krylov = solve(prepared, 1e-8)
+    assert len(krylov.history) == len(direct.history)
+    assert np.allclose(krylov.u_t, direct.u_t, atol=1e-10 * np.abs(direct.u_t).max())
+    assert max(krylov.history.ksp_iterations) <= 12
+    prepared.close()
+
+
+def test_a_good_start_saves_steps_and_a_limit_is_told(comm):
+    prepared = prepare(example(1), comm)
+    exact = semismooth_newton(prepared.system, criterion=Criterion(1e-10), max_iterations=50)
+    assert len(solve(prepared, 1e-8, start=(exact.u_t, exact.sigma_t)).history) <= 2
+    state = solve(prepared, 1e-8, max_iterations=3)
+    assert not state.converged and "max_iterations = 3" in state.reason
+    prepared.close()

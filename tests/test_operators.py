@@ -1,0 +1,125 @@
+"""G and H on whole outlines: identities from theory, blocks against each other, dense matrices against blocks."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import example
+
+from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Traction
+from petcontact.dense import assemble_dense
+from petcontact.pipeline import discretise
+
+PENTAGON = Polygon(vertices=((0, 0), (3, 0.2), (3.5, 2), (1.4, 3.1), (-0.4, 1.3)), parts=("a", "b", "c", "d", "e"))
+
+
+def operators(order: int, plane: str = "strain", size: float = 0.4):
+    return discretise(Problem(
+        material=Material(young_modulus=210.0, poisson_ratio=0.28, plane=plane), geometry=PENTAGON,
+        mesh=MeshOptions(element_size=size, order=order),
+        boundary=(Contact(part="a", friction_bound=1.0), Displacement(part="b", value=("0.1*x", "y")),
+                  Traction(part="c", value=(3.0, "x")), Traction(part="d", pressure=2.0),
+                  Displacement(part="e", value=(0.0, "free"))),
+    ))  # fmt: skip
+
+
+@pytest.mark.parametrize("order", [0, 1, 3])
+def test_rigid_translations_leave_no_residual(order):
+    ops = operators(order)
+    for u in ([1.0, 0.0], [0.0, 1.0]):
+        moved = np.tile(u, (ops.mesh.n_nodes, 1))
+        residual = ops.residual(np.arange(ops.mesh.n_nodes), moved, np.zeros_like(moved))
+        assert np.abs(residual).max() < 1e-12
+
+
+@pytest.mark.parametrize("order", [1, 2, 5])
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+def test_linear_fields_leave_no_residual(order, plane):
+    """Rigid rotation and constant stress (patch test): exact for order >= 1."""
+    ops = operators(order, plane)
+    mesh, nu = ops.mesh, ops.material.plane_strain_ratio
+    mu = ops.material.shear_modulus
+    gradients = [np.array([[0, -1], [1, 0]]), np.array([[1, 0.3], [-0.2, 0.5]]), np.array([[0.1, 1], [1, -0.1]])]
+    for gradient in gradients:
+        strain = 0.5 * (gradient + gradient.T)
+        stress = 2 * mu * (strain + nu / (1 - 2 * nu) * np.trace(strain) * np.eye(2))
+        residual = ops.residual(np.arange(mesh.n_nodes), mesh.x @ gradient.T, mesh.normal @ stress)
+        assert np.abs(residual).max() < 1e-11
+
+
+def test_blocks_are_the_whole_matrix(comm):
+    for order in (0, 2):
+        ops = operators(order, size=0.25)
+        everything = np.arange(ops.mesh.n_nodes)
+        blocks = assemble_dense(ops, comm)
+        assert np.allclose(blocks.system.getDenseArray(), ops.system_entries(everything, everything), atol=1e-14)
+        assert np.allclose(blocks.contact.getDenseArray(), ops.contact_entries(everything, everything), atol=1e-14)
+        assert np.allclose(blocks.load.getArray(), ops.load(everything), atol=1e-13)
+        rng = np.random.default_rng(1)
+        rows, columns = (np.sort(rng.permutation(ops.mesh.n_nodes)[:count]) for count in (17, 23))
+        pairs = (2 * rows[:, None] + [0, 1]).ravel(), (2 * columns[:, None] + [0, 1]).ravel()
+        expected = blocks.system.getDenseArray()[np.ix_(*pairs)]
+        assert np.allclose(ops.system_entries(rows, columns), expected, atol=1e-14)
+        is_contact = np.isin(columns, ops.data.contact_nodes)
+        slots = np.searchsorted(ops.data.contact_nodes, columns[is_contact])
+        expected = blocks.contact.getDenseArray()[np.ix_(pairs[0], slots)]
+        assert np.allclose(ops.contact_entries(rows, columns), expected, atol=1e-14)
+        load = ops.load_entries(everything, everything)
+        assert load.shape[1] == np.count_nonzero(ops.loaded_nodes)
+        assert np.allclose(load.sum(axis=1), blocks.load.getArray(), atol=1e-13)
+        slots = np.searchsorted(np.flatnonzero(ops.loaded_nodes), columns[ops.loaded_nodes[columns]])
+        assert np.allclose(ops.load_entries(rows, columns), load[np.ix_(pairs[0], slots)], atol=1e-14)
+        for block in (blocks.system, blocks.contact, blocks.load):
+            block.destroy()
+
+
+def test_columns_against_residual(comm):
+    """A_0 x - C σ - b is the residual of the fields that x and σ stand for."""
+    ops = operators(2)
+    everything = np.arange(ops.mesh.n_nodes)
+    rng = np.random.default_rng(2)
+    x, sigma = rng.standard_normal(2 * len(everything)), rng.standard_normal((len(ops.data.contact_nodes), 1))
+    u, traction = ops.split(x, sigma)
+    direct = ops.residual(everything, u, traction).ravel()
+    columns = ops.contact_entries(everything, everything) @ sigma[:, 0] / ops.traction_scale
+    assert np.allclose(direct, ops.system_entries(everything, everything) @ x - columns - ops.load(everything), atol=1e-12)
+
+
+def test_diagonal_of_the_mixed_operator_is_not_small(comm):
+    """Jacobi and the like need it: equation c of a node belongs to unknown c."""
+    ops = discretise(example(1))
+    matrix = ops.system_entries(np.arange(ops.mesh.n_nodes), np.arange(ops.mesh.n_nodes))
+    assert np.abs(np.diag(matrix)).min() > 0.01
+
+
+def test_assembly_stays_within_its_memory():
+    """Peak memory of the assembly below 1.3 times the blocks, measured in a process of its own."""
+    import subprocess
+    import sys
+
+    program = """
+import sys
+sys.path.insert(0, sys.argv[1])
+from conftest import example
+from petcontact import MeshOptions
+from petcontact._petsc import petsc
+from petcontact.dense import assemble_dense
+from petcontact.pipeline import discretise
+comm = petsc().COMM_SELF
+small = assemble_dense(discretise(example(1, mesh=MeshOptions(element_size=0.2))), comm)
+ops = discretise(example(1, mesh=MeshOptions(element_size=0.01)))
+def peak_memory():
+    # VmHWM and not ru_maxrss, which a child inherits from its parent
+    line = next(line for line in open("/proc/self/status") if line.startswith("VmHWM"))
+    return 1024 * int(line.split()[1])
+before = peak_memory()
+blocks = assemble_dense(ops, comm)
+peak = peak_memory() - before
+n, m = ops.mesh.n_nodes, len(ops.data.contact_nodes)
+print(peak / (8 * (4 * n * n + 2 * n * m + 2 * n)))
+"""
+    from pathlib import Path
+
+    done = subprocess.run([sys.executable, "-c", program, str(Path(__file__).parent)], capture_output=True, text=True,
+                          timeout=120, check=True)  # fmt: skip
+    assert 0.9 < float(done.stdout) < 1.3

@@ -1,0 +1,330 @@
+"""The shell scripts: what they do with their arguments, and how they fail where they cannot work.
+
+They run in a copy of the project whose environment, package manager and launchers are small recorders, so nothing is
+installed; only the tests marked slow set up a real environment.
+"""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import tomllib
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+SCRIPTS = ROOT / "scripts"
+SHELL_SCRIPTS = ["setup", "run", "test", "slurm.sh"]
+# What scripts/setup needs of a machine beside its package manager.
+TOOLS = (
+    *("bash", "cat", "cut", "dirname", "env", "flock", "grep", "id", "mktemp", "readlink"),
+    *("rm", "sed", "sha256sum", "sleep", "sort", "tac", "tail", "tr", "tput"),
+)
+DEBIAN_PETSC = Path("/usr/lib/petscdir").is_dir() and shutil.which("dpkg-query") is not None
+needs_debian_petsc = pytest.mark.skipif(not DEBIAN_PETSC, reason="Debian's PETSc is not installed here")
+
+
+def program(path: Path, body: str) -> Path:
+    """An executable shell script."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(f"#!/bin/bash\n{body}\n")
+    path.chmod(0o755)
+    return path
+
+
+def call(*words: object, **keywords) -> subprocess.CompletedProcess:
+    arguments = {"capture_output": True, "text": True, "timeout": 60, "stdin": subprocess.DEVNULL} | keywords
+    return subprocess.run([str(word) for word in words], **arguments)
+
+
+@pytest.fixture
+def project(tmp_path: Path) -> Path:
+    """The scripts in an otherwise empty project, in a folder with a space in its name."""
+    root = tmp_path / "a project"
+    (root / "configs").mkdir(parents=True)
+    shutil.copytree(SCRIPTS, root / "scripts")
+    shutil.copytree(ROOT / ".ci", root / ".ci")
+    shutil.copy(ROOT / "pyproject.toml", root)
+    return root
+
+
+@pytest.fixture
+def ready(project: Path) -> Path:
+    """A project whose set-up is done, with recorders for petcontact and mpiexec in both environments."""
+    program(project / "scripts/setup", 'echo "setup $*" >>"$(dirname "$0")/../calls"')
+    for name in (".venv", ".venv-pypi"):
+        program(project / name / "bin/petcontact", f'printf "%s\\n" {name} "$PWD" "$@"; exit 3')
+        program(project / name / "bin/mpiexec", 'printf "%s\\n" mpiexec "$@"')
+    return project
+
+
+@pytest.fixture
+def machine() -> Iterator[Path]:
+    """A folder for the PATH that holds only the tools, and that any user may read."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        folder.chmod(0o777)
+        for tool in TOOLS:
+            (folder / tool).symlink_to(shutil.which(tool) or f"/usr/bin/{tool}")
+        yield folder
+
+
+def one_line(text: str) -> str:
+    assert text.count("\n") == 1 and text.endswith("\n"), text
+    return text
+
+
+# --- all of them
+
+
+@pytest.mark.parametrize("script", SHELL_SCRIPTS)
+def test_help_is_usage_on_stdout(script, tmp_path):
+    done = call(SCRIPTS / script, "--help", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.startswith("usage: ")
+    assert f"scripts/{script}" in done.stdout
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_petsc4py_is_no_hard_dependency():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert not [word for word in project["dependencies"] if word.startswith("petsc")]
+    assert [word for word in project["optional-dependencies"]["petsc"] if word.startswith("petsc4py")]
+
+
+# --- scripts/setup
+
+
+def test_setup_refuses_an_unknown_option(project):
+    done = call(project / "scripts/setup", "--pipy")
+    assert done.returncode == 2
+    assert "'--pipy'" in one_line(done.stderr)
+
+
+def test_setup_without_apt_says_so_in_one_line(project, machine):
+    done = call(project / "scripts/setup", env={"PATH": str(machine)})
+    assert done.returncode == 1
+    assert "apt-get" in one_line(done.stderr)
+    assert not (project / ".venv").exists()
+
+
+def test_setup_without_rights_names_what_is_missing(machine):
+    program(machine / "apt-get", "echo apt-get must not be called >&2")
+    program(machine / "dpkg-query", '[[ ${*: -1} != python3-h5py ]] && echo installed || exit 1')
+    root = machine / "project"
+    shutil.copytree(SCRIPTS, root / "scripts")
+    shutil.copy(ROOT / "pyproject.toml", root)
+    root.chmod(0o777)
+    nobody = {"user": 65534, "group": 65534, "extra_groups": []} if os.geteuid() == 0 else {}
+    done = call(root / "scripts/setup", env={"PATH": str(machine)}, **nobody)
+    assert done.returncode == 1
+    assert one_line(done.stderr) == "setup: cannot install without root rights or sudo: python3-h5py\n"
+
+
+def test_setup_fetches_package_lists_only_when_needed(project, machine):
+    """The first install fails as on a fresh image; only then the lists are fetched, and what is there is not asked for."""
+    calls = project / "apt-calls"
+    (machine / "installed").write_text("python3-venv\nopenmpi-bin\n")
+    program(machine / "sudo", '[[ $1 == -n ]] && shift; exec "$@"')
+    program(machine / "true", "exit 0")
+    program(
+        machine / "apt-get",
+        f'echo "$*" >>"{calls}"; [[ $* == *" update"* ]] && : >"{machine}/lists"\n'
+        f'[[ -e "{machine}/lists" ]] || {{ echo "E: Unable to locate package" >&2; exit 100; }}',
+    )
+    program(machine / "dpkg-query", f'grep -qxF -- "${{*: -1}}" "{machine}/installed" && echo installed || exit 1')
+    program(machine / "dpkg", "exit 1")
+    done = call(project / "scripts/setup", env={"PATH": str(machine)})
+    assert done.returncode == 1  # the packages are not really there
+    assert done.stderr.splitlines()[-1] == "setup: python3-petsc4py is installed but its folder was not found"
+    first, second, third = calls.read_text().splitlines()
+    assert second.endswith(" update")
+    assert first == third
+    assert " install --no-install-recommends " in first
+    assert "python3-petsc4py" in first.split()
+    assert not {"python3-venv", "openmpi-bin"} & set(first.split())
+
+
+@pytest.mark.slow
+@needs_debian_petsc
+def test_setup_without_network_says_so(project):
+    refused = {"PIP_INDEX_URL": "http://127.0.0.1:9/simple", "PIP_RETRIES": "1", "PIP_CONFIG_FILE": os.devnull}
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("PIP_")}
+    done = call(project / "scripts/setup", env=environment | refused)
+    assert done.returncode == 1
+    assert "network failure: connection refused" in done.stderr.splitlines()[-1].lower()
+
+
+@pytest.mark.slow
+@needs_debian_petsc
+def test_setup_mends_resumes_waits_and_follows_a_move(tmp_path):
+    """Half a venv, two set-ups at once, a second call, another numpy in ~/.local, and a project that was moved."""
+    root, home = tmp_path / "pc", tmp_path / "home"
+    shutil.copytree(ROOT, root, ignore=shutil.ignore_patterns(".git", ".venv*", "*.h5", "__pycache__"))
+    (root / ".venv/bin").mkdir(parents=True)
+    (root / ".venv/bin/python").symlink_to("/nowhere")
+    decoy = home / ".local/lib/python3.11/site-packages/numpy"
+    decoy.mkdir(parents=True)
+    (decoy / "__init__.py").write_text("raise ImportError('not the numpy that PETSc was built with')\n")
+    environment = {**os.environ, "HOME": str(home)}
+
+    both = [
+        subprocess.Popen([root / "scripts/setup"], env=environment, stderr=subprocess.PIPE, text=True)
+        for _ in range(2)
+    ]
+    messages = [job.communicate(timeout=600)[1] for job in both]
+    assert [job.returncode for job in both] == [0, 0], messages
+    assert sum("ready" in message for message in messages) == 1, messages
+    assert sum("waiting" in message for message in messages) == 1, messages
+
+    again = call(root / "scripts/setup", env=environment)
+    assert (again.returncode, again.stdout, again.stderr) == (0, "", "")
+    numpy = call(root / ".venv/bin/python", "-c", "import numpy; print(numpy.__file__)", env=environment)
+    assert numpy.stdout.startswith("/usr/lib/python3/dist-packages/")
+    version = call(root / "scripts/run", "-n", "3", "--version", env=environment)
+    assert version.returncode == 0
+    assert version.stdout.splitlines()[0].startswith("petcontact ")
+
+    moved = root.rename(tmp_path / "moved")
+    version = call(moved / "scripts/run", "--version", env=environment, timeout=600)
+    assert version.returncode == 0
+    assert "making" in version.stderr
+    assert version.stdout.startswith("petcontact ")
+
+
+# --- scripts/run
+
+
+def test_run_passes_words_folder_and_status(ready, tmp_path):
+    done = call(ready / "scripts/run", "solve", "a b.toml", "-ksp_type", "gmres", "", cwd=tmp_path)
+    assert done.returncode == 3
+    assert done.stdout.split("\n")[:-1] == [".venv", str(tmp_path), "solve", "a b.toml", "-ksp_type", "gmres", ""]
+    assert (ready / "calls").read_text() == "setup \n"
+
+
+def test_run_without_arguments_solves_the_projects_example(ready, tmp_path):
+    words = call(ready / "scripts/run", cwd=tmp_path).stdout.splitlines()
+    assert words[1:4] == [str(tmp_path), "solve", f"{ready}/configs/example1.toml"]
+
+
+def test_run_with_ranks_starts_the_environments_mpiexec(ready):
+    done = call(ready / "scripts/run", "--pypi", "-n", "2", "sweep", "x.toml")
+    assert done.returncode == 0
+    petcontact = str(ready / ".venv-pypi/bin/petcontact")
+    assert done.stdout.splitlines() == ["mpiexec", "-n", "2", petcontact, "sweep", "x.toml"]
+    assert (ready / "calls").read_text() == "setup --pypi\n"
+
+
+def test_run_leaves_what_follows_the_dashes_alone(ready):
+    assert call(ready / "scripts/run", "--", "--help").stdout.splitlines()[2:] == ["--help"]
+
+
+@pytest.mark.parametrize("words", [["-n"], ["-n", "0"], ["-n", "two", "solve"]])
+def test_run_refuses_a_bad_number_of_ranks(ready, words):
+    done = call(ready / "scripts/run", *words)
+    assert done.returncode == 2
+    assert "-n needs a number of ranks" in one_line(done.stderr)
+    assert not (ready / "calls").exists()
+
+
+def test_run_stops_when_the_setup_fails(ready):
+    program(ready / "scripts/setup", "echo what is missing >&2; exit 1")
+    done = call(ready / "scripts/run", "solve")
+    assert (done.returncode, done.stdout, done.stderr) == (1, "", "what is missing\n")
+
+
+def test_run_works_through_a_symlink(ready, tmp_path):
+    link = tmp_path / "pc"
+    link.symlink_to(ready / "scripts/run")
+    assert call(link, "solve", "x").stdout.splitlines()[2:] == ["solve", "x"]
+
+
+def test_run_is_replaced_by_petcontact_so_that_signals_reach_it(ready):
+    program(ready / ".venv/bin/petcontact", 'trap "exit 143" TERM; echo $$; while :; do sleep 0.05; done')
+    job = subprocess.Popen([ready / "scripts/run", "solve"], stdout=subprocess.PIPE, text=True)
+    try:
+        assert job.stdout is not None
+        assert int(job.stdout.readline()) == job.pid
+        job.send_signal(signal.SIGTERM)
+        assert job.wait(timeout=30) == 143
+    finally:
+        job.kill()
+        job.communicate()
+
+
+# --- scripts/test and .ci/run
+
+
+@pytest.fixture
+def checks(ready: Path) -> Path:
+    """A project whose ruff fails and whose other checks pass; every tool records its words."""
+    for name, body in {"ruff": "exit 1", "mypy": "exit 0", "coverage": "exit 0", "python": "echo == 4 passed =="}.items():
+        program(ready / ".venv/bin" / name, f'echo "{name} $*" >>calls; {body}')
+    return ready
+
+
+def test_test_runs_every_step_and_names_the_failed_one(checks, tmp_path):
+    done = call(checks / "scripts/test", cwd=tmp_path)
+    assert done.returncode == 1
+    assert done.stdout.splitlines()[-3:] == ["== 4 passed ==", "== 4 passed ==", "FAILED: ruff"]
+    setup, ruff, mypy, serial, parallel = (checks / "calls").read_text().splitlines()
+    assert (setup, ruff, mypy) == ("setup ", "ruff check", "mypy ")
+    assert serial.startswith("python -m pytest -n ") and serial.endswith("-m not mpi and not slow")
+    assert parallel == "python -m pytest -m mpi and not slow"
+
+
+def test_test_reports_a_failed_pytest_and_ends_with_its_summary_when_all_passed(checks):
+    program(checks / ".venv/bin/ruff", "exit 0")
+    done = call(checks / "scripts/test")
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (0, "== 4 passed ==")
+    program(checks / ".venv/bin/python", '[[ "$*" == *"not mpi"* ]]')
+    done = call(checks / "scripts/test")
+    assert (done.returncode, done.stdout.splitlines()[-1]) == (1, "FAILED: MPI tests")
+
+
+def test_test_with_arguments_runs_pytest_alone(checks):
+    done = call(checks / "scripts/test", "tests/test_mesh.py", "-k", "a or b")
+    assert done.returncode == 0
+    assert (checks / "calls").read_text().splitlines()[1:] == ["python -m pytest tests/test_mesh.py -k a or b"]
+
+
+def test_test_slow_and_coverage(checks):
+    call(checks / "scripts/test", "--slow", "--coverage")
+    words = (checks / "calls").read_text().splitlines()
+    assert words[1] == "coverage erase"
+    assert words[-1] == "coverage report"
+    assert [line.rpartition(" -m ")[2] for line in words[-3:-1]] == ["not mpi", "mpi"]
+    assert all("--cov-append" in line for line in words[-3:-1])
+
+
+def test_ci_calls_the_tests_and_nothing_else(ready, tmp_path):
+    program(ready / "scripts/test", 'echo "test $#"; exit 7')
+    done = call(ready / ".ci/run", cwd=tmp_path)
+    assert (done.returncode, done.stdout, done.stderr) == (7, "test 0\n", "")
+
+
+# --- scripts/slurm.sh
+
+
+def test_slurm_script_outside_a_job():
+    environment = {name: value for name, value in os.environ.items() if not name.startswith("SLURM_")}
+    done = call(SCRIPTS / "slurm.sh", "configs/tables.toml", env=environment)
+    assert done.returncode == 2
+    assert "sbatch" in one_line(done.stderr)
+
+
+def test_slurm_script_sweeps_over_all_tasks_from_the_spool(ready, tmp_path):
+    spooled = shutil.copy(ready / "scripts/slurm.sh", tmp_path / "slurm_script")
+    job = {"SLURM_JOB_ID": "1", "SLURM_SUBMIT_DIR": str(ready), "SLURM_NTASKS": "12"}
+    done = call(spooled, "--pypi", "tables.toml", "-o", "out", env={**os.environ, **job}, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    petcontact = str(ready / ".venv-pypi/bin/petcontact")
+    assert done.stdout.splitlines() == ["mpiexec", "-n", "12", petcontact, "sweep", "tables.toml", "-o", "out"]
+    refused = call(spooled, "tables.toml", env={**os.environ, **job, "SLURM_SUBMIT_DIR": str(tmp_path)})
+    assert refused.returncode == 2
+    assert str(tmp_path) in one_line(refused.stderr)

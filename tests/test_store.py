@@ -1,0 +1,231 @@
+"""Result files: whole or not there, the same when read back, and refused in one line when they are anything else."""
+
+from __future__ import annotations
+
+import dataclasses
+import errno
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+from conftest import example
+
+from petcontact import MeshOptions, Polygon, solve
+from petcontact.errors import ResultError
+from petcontact.store import FORMAT, read_solution, temporary_name, write_atomically, write_solution
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def solution(comm):
+    return solve(example(1, mesh=MeshOptions(element_size=0.5)), comm=comm)
+
+
+@pytest.fixture
+def path(solution, tmp_path):
+    write_solution(tmp_path / "result.h5", solution)
+    return tmp_path / "result.h5"
+
+
+def refused(path, message):
+    with pytest.raises(ResultError, match=message) as caught:
+        read_solution(path)
+    assert "\n" not in str(caught.value) and str(path) in str(caught.value)
+
+
+def same(a, b):
+    if isinstance(a, np.ndarray):
+        return a.dtype.kind == b.dtype.kind and np.array_equal(a, b)
+    if dataclasses.is_dataclass(a):
+        return all(same(getattr(a, f.name), getattr(b, f.name)) for f in dataclasses.fields(a))
+    return a == b
+
+
+def test_round_trip_is_exact(solution, path):
+    again = read_solution(path)
+    for name in ("u", "traction", "contact", "zones", "history", "status", "reason", "rho", "residual", "case", "info"):
+        assert same(getattr(solution, name), getattr(again, name)), name
+    for name in ("x", "normal", "weight", "arc_length"):
+        assert np.array_equal(getattr(solution.mesh, name), getattr(again.mesh, name)), name
+    assert again.verdict() == solution.verdict()
+
+
+def test_h5py_alone_reads_the_layout(path):
+    with h5py.File(path) as file:
+        n, m = len(file["boundary/x"]), len(file["contact/x"])
+        assert file["boundary/u"].shape == file["boundary/traction"].shape == file["boundary/normal"].shape == (n, 2)
+        assert file["contact/u_t"].shape == file["contact/sigma_t"].shape == (m, 1)
+        assert set(file["contact/state"][()]) <= {0, 1} and file["boundary/part"][0] == b"bottom"
+        assert {len(rows) for rows in file["history"].values()} == {file.attrs["iterations"]}
+        assert file.attrs["format"] == FORMAT and "young_modulus" in file.attrs["config"]
+
+
+def test_a_config_of_more_than_64_kb(comm, tmp_path):
+    angle = np.linspace(0.0, 2.0 * np.pi, 3000, endpoint=False)
+    case = example(1, mesh=MeshOptions(element_size=0.5), max_iterations=2)
+    small = solve(case, comm=comm)
+    vertices = [(float(np.cos(t)), float(np.sin(t))) for t in angle]
+    many = case.model_copy(update={"geometry": Polygon(vertices=vertices, parts=["bottom"] * 3000)})
+    write_solution(tmp_path / "r.h5", dataclasses.replace(small, case=many))
+    assert read_solution(tmp_path / "r.h5").case == many
+
+
+@pytest.mark.parametrize("fraction", [0.0, 0.001, 0.2, 0.5, 0.9, 0.999])
+def test_a_truncated_file_is_refused(path, fraction):
+    content = path.read_bytes()
+    path.write_bytes(content[: int(fraction * len(content))])
+    refused(path, "not a whole HDF5 file|damaged|not a result")
+
+
+@pytest.mark.parametrize("content", [b"", b"text", b"\x89HDF\r\n\x1a\n", b"\0" * 10_000], ids=range(4))
+def test_a_foreign_file_is_refused(tmp_path, content):
+    (tmp_path / "r.h5").write_bytes(content)
+    refused(tmp_path / "r.h5", "not a whole HDF5 file")
+
+
+def test_hdf5_of_another_program_and_of_another_version(path):
+    with h5py.File(path, "r+") as file:
+        file.attrs["format_version"] = 99
+    refused(path, "format version 99, this is 1")
+    with h5py.File(path, "w") as file:
+        file["x"] = 1
+    refused(path, "not a result of petcontact")
+
+
+def test_files_and_groups_that_are_not_there(path, tmp_path):
+    refused(tmp_path / "no.h5", "no such file")
+    refused(tmp_path, "no such file")
+    refused(tmp_path / "\0", "no such file")
+    with pytest.raises(ResultError, match=r"no case '/x'; there are boundary, "):
+        read_solution(path, "/x")
+
+
+@pytest.mark.parametrize("name", ["mesh", "contact/u_t", "history/rho", "boundary/u", "mesh/order"])
+def test_a_missing_member_is_damage(path, name):
+    with h5py.File(path, "r+") as file:
+        del file[name]
+    refused(path, "damaged|holds no fields")
+
+
+@pytest.mark.parametrize("name", ["config", "zones", "timings", "zone_parts", "rho"])
+def test_a_wrong_attribute_is_damage(path, name):
+    with h5py.File(path, "r+") as file:
+        file.attrs[name] = "not = = this"
+    refused(path, ".")
+
+
+FLIP = """
+import sys
+import numpy as np
+from petcontact.errors import ResultError
+from petcontact.store import read_solution
+source, scratch = sys.argv[1:]
+content = np.fromfile(source, dtype=np.uint8)
+random = np.random.default_rng(0)
+outcomes = {"read": 0, "refused": 0}
+for k in range(150):
+    broken = content.copy()
+    where = random.integers(0, len(content), 20)
+    broken[where] = random.integers(0, 256, 20)
+    broken.tofile(scratch)
+    try:
+        read_solution(scratch)
+        outcomes["read"] += 1  # only numbers were hit
+    except ResultError as error:
+        assert "\\n" not in str(error)
+        outcomes["refused"] += 1
+print(outcomes["refused"])
+"""
+
+
+def test_damaged_bytes_never_end_in_a_crash(path, tmp_path):
+    done = subprocess.run([sys.executable, "-c", FLIP, str(path), str(tmp_path / "scratch.h5")], capture_output=True,
+                          text=True, timeout=60, env=os.environ | {"PYTHONPATH": str(ROOT)})  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 20
+
+
+# --- writing -------------------------------------------------------------------------------------------------------
+def test_a_failing_write_leaves_the_old_file_and_nothing_else(path):
+    before = path.read_bytes()
+
+    def fill(file):
+        file["x"] = np.zeros(1000)
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with pytest.raises(ResultError, match=r"cannot be written \(No space left on device\)"):
+        write_atomically(path, fill)
+    assert path.read_bytes() == before and os.listdir(path.parent) == [path.name]
+
+
+def test_an_exception_of_any_kind_leaves_nothing(tmp_path):
+    with pytest.raises(KeyError), temporary_name(tmp_path / "r.txt") as name:
+        name.write_text("half")
+        raise KeyError("x")
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_file_has_the_usual_permissions(path):
+    mask = os.umask(0o027)
+    try:
+        write_atomically(path, lambda file: None)
+    finally:
+        os.umask(mask)
+    assert path.stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.parametrize("folder", ["missing", "file"])
+def test_a_folder_that_is_none(solution, tmp_path, folder):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(ResultError, match="cannot be written"):
+        write_solution(tmp_path / folder / "r.h5", solution)
+
+
+def test_a_read_only_folder(solution, tmp_path):
+    """Root may write anywhere: the write is tried as another user there."""
+    folder = tmp_path / "locked"
+    folder.mkdir(mode=0o555)
+    if os.geteuid() != 0:
+        with pytest.raises(ResultError, match="Permission denied"):
+            write_solution(folder / "r.h5", solution)
+        return
+    for parent in (folder, *folder.parents):
+        if parent.stat().st_uid == 0 and str(parent).startswith("/tmp/"):
+            parent.chmod(parent.stat().st_mode | 0o555)
+    pid = os.fork()
+    if pid == 0:
+        os.setuid(65534)
+        try:
+            write_atomically(folder / "r.h5", lambda file: None)
+        except ResultError as error:
+            os._exit(7 if "Permission denied" in str(error) else 8)
+        os._exit(9)
+    assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 7
+    assert os.listdir(folder) == []
+
+
+@pytest.fixture
+def small_disk(tmp_path):
+    """A file system of 256 kB, if this user can mount one."""
+    disk = tmp_path / "disk"
+    disk.mkdir()
+    mounted = subprocess.run(["mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", str(disk)], capture_output=True, text=True)
+    if mounted.returncode != 0:
+        pytest.skip(f"no tmpfs can be mounted here: {mounted.stderr.strip()}")
+    yield disk
+    subprocess.run(["umount", str(disk)], check=True)
+
+
+def test_a_full_disk(solution, small_disk):
+    write_solution(small_disk / "first.h5", solution)
+    large = dataclasses.replace(solution, info=solution.info | {"ballast": "x" * 400_000})
+    for _ in range(3):
+        with pytest.raises(ResultError, match=r"second\.h5: cannot be written \(No space left on device\)$"):
+            write_solution(small_disk / "second.h5", large)
+    assert os.listdir(small_disk) == ["first.h5"]
+    assert read_solution(small_disk / "first.h5").status == solution.status

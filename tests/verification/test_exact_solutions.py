@@ -1,0 +1,190 @@
+"""Lamé's cylinder and Kirsch's plate: displacement and traction on Γ, displacement and stress inside, rates as measured.
+
+Run as a program it prints the table of the README.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from petcontact import Case, Contact, Displacement, Material, MeshOptions, Method, SideBySide, Traction, solve
+from petcontact.field import field_at
+
+STEEL = Material(young_modulus=200.0, poisson_ratio=0.3)
+METHOD = Method(name="projection", rule="modified", rho=100.0, tolerance=1e-10, max_iterations=5000)
+
+
+class Lame:
+    """Quarter of a cylinder, 1 <= r <= 2, between two frictionless contact sides, under inner pressure 1."""
+
+    body = SideBySide(
+        loops=(
+            (
+                {"part": "bottom", "to": (2, 0)},
+                {"part": "outer", "to": (0, 2), "radius": 2.0},
+                {"part": "left", "to": (0, 1)},
+                {"part": "inner", "to": (1, 0), "radius": -1.0},
+            ),
+        )
+    )
+    boundary = (
+        Contact(part="bottom", friction_bound=0.0),
+        Contact(part="left", friction_bound=0.0),
+        Traction(part="outer", value=(0.0, 0.0)),
+        Traction(part="inner", pressure=1.0),
+    )
+
+    @staticmethod
+    def exact(x):
+        """Displacement and stress by Lamé: σ_r = A - B/r², σ_θ = A + B/r², A = 1/3, B = 4/3."""
+        r = np.hypot(*x.T)
+        a, b = 1.0 / 3.0, 4.0 / 3.0
+        cos, sin = x.T / r
+        radial = (1.0 + 0.3) / 200.0 * (0.4 * a * r + b / r)
+        stress = [a - b / r**2 * (cos**2 - sin**2), a + b / r**2 * (cos**2 - sin**2), -2.0 * b / r**2 * sin * cos]
+        return np.column_stack([radial * cos, radial * sin]), np.column_stack(stress)
+
+    @staticmethod
+    def points(rng):
+        r, angle = rng.uniform(1.02, 1.98, 40), rng.uniform(0.02, 0.5 * np.pi - 0.02, 40)
+        return np.column_stack([r * np.cos(angle), r * np.sin(angle)])
+
+
+R2, COS2, SIN2 = "(x*x+y*y)", "((x*x-y*y)/(x*x+y*y))", "(2*x*y/(x*x+y*y))"
+R = f"sqrt{R2}"
+COS3, SIN3 = f"(4*(x/{R})**3-3*x/{R})", f"(3*y/{R}-4*(y/{R})**3)"
+COS4, SIN4 = f"(2*{COS2}**2-1)", f"(2*{SIN2}*{COS2})"
+
+
+class Kirsch:
+    """Upper half of a plate with a hole of radius 1 under tension 1 along x: outer sides carry the exact data of the
+    infinite plate, and the two stretches of the line of symmetry are frictionless contact sides."""
+
+    body = SideBySide(
+        loops=(
+            (
+                {"part": "hole", "to": (1, 0), "through": (0, 1)},
+                {"part": "right foot", "to": (3, 0)},
+                {"part": "right", "to": (3, 2)},
+                {"part": "top", "to": (-3, 2)},
+                {"part": "left", "to": (-3, 0)},
+                {"part": "left foot", "to": (-1, 0)},
+            ),
+        )
+    )
+    xx = f"1-(1.5*{COS2}+{COS4})/{R2}+1.5*{COS4}/{R2}**2"
+    yy = f"-(0.5*{COS2}-{COS4})/{R2}-1.5*{COS4}/{R2}**2"
+    xy = f"-(0.5*{SIN2}+{SIN4})/{R2}+1.5*{SIN4}/{R2}**2"
+    u_x = f"(2.8*x + 2*(2.8*x/{R} + {COS3})/{R} - 2*{COS3}/{R}**3) / 615.3846153846154"
+    u_y = f"(-1.2*y + 2*(-0.8*y/{R} + {SIN3})/{R} - 2*{SIN3}/{R}**3) / 615.3846153846154"
+    boundary = (
+        Contact(part="right foot", friction_bound=0.0),
+        Contact(part="left foot", friction_bound=0.0),
+        Traction(part="hole", value=(0.0, 0.0)),
+        Traction(part="right", value=(xx, xy)),
+        Traction(part="top", value=(xy, yy)),
+        Displacement(part="left", value=(u_x, u_y)),
+    )
+
+    @staticmethod
+    def exact(x):
+        """Kirsch's solution in plane strain, ν = 0.3: 3-4ν = 1.8."""
+        r, angle = np.hypot(*x.T), np.arctan2(x[:, 1], x[:, 0])
+        cos, sin = np.cos, np.sin
+        u_x = 2.8 * r * cos(angle) + 2.0 / r * (2.8 * cos(angle) + cos(3 * angle)) - 2.0 / r**3 * cos(3 * angle)
+        u_y = -1.2 * r * sin(angle) + 2.0 / r * (-0.8 * sin(angle) + sin(3 * angle)) - 2.0 / r**3 * sin(3 * angle)
+        q, c2, s2, c4, s4 = 1.0 / r**2, cos(2 * angle), sin(2 * angle), cos(4 * angle), sin(4 * angle)
+        stress = [
+            1.0 - q * (1.5 * c2 + c4) + 1.5 * q**2 * c4,
+            -q * (0.5 * c2 - c4) - 1.5 * q**2 * c4,
+            -q * (0.5 * s2 + s4) + 1.5 * q**2 * s4,
+        ]
+        return np.column_stack([u_x, u_y]) / (8.0 * STEEL.shear_modulus), np.column_stack(stress)
+
+    @staticmethod
+    def points(rng):
+        p = np.column_stack([rng.uniform(-2.95, 2.95, 80), rng.uniform(0.05, 1.95, 80)])
+        return p[np.hypot(*p.T) > 1.05]
+
+
+def measure(problem, **mesh):
+    """Relative errors: u and traction in L2(Γ), u and stress at points inside (largest)."""
+    case = Case(material=STEEL, geometry=problem.body, mesh=MeshOptions(**mesh), boundary=problem.boundary, method=METHOD)
+    solution = solve(case)
+    assert solution.converged
+    m = solution.mesh
+    exact_u, stress = problem.exact(m.x)
+    n = m.normal
+    exact_t = np.column_stack(
+        [stress[:, 0] * n[:, 0] + stress[:, 2] * n[:, 1], stress[:, 2] * n[:, 0] + stress[:, 1] * n[:, 1]]
+    )
+    norm = lambda values: np.sqrt(m.weight @ np.sum(values**2, axis=1))  # noqa: E731
+    points = problem.points(np.random.default_rng(1))
+    u, s = field_at(m, solution.u, solution.traction, STEEL, points)
+    inside_u, inside_s = problem.exact(points)
+    return np.array(
+        [
+            norm(solution.u - exact_u) / norm(exact_u),
+            norm(solution.traction - exact_t) / norm(exact_t),
+            np.abs(u - inside_u).max() / np.abs(inside_u).max(),
+            np.abs(s - inside_s).max() / np.abs(inside_s).max(),
+        ]
+    )
+
+
+@pytest.mark.parametrize(
+    ("problem", "order", "sizes", "rates", "last"),
+    [
+        # order of u on Γ, of the traction on Γ, of u inside, of the stress inside; relative errors on the finest mesh
+        (Lame, 0, (0.2, 0.1, 0.05), (0.9, 0.4, 0.9, 1.1), (3.4e-3, 4.3e-3, 3.0e-3, 2.8e-3)),
+        (Lame, 2, (0.8, 0.4), (3.5, 1.9, 3.5, 2.8), (8e-5, 1.3e-3, 1.3e-4, 1.3e-3)),
+        (Lame, 3, (0.8, 0.4), (5.0, 3.0, 5.0, 5.0), (4e-6, 1.7e-4, 4e-6, 6e-5)),
+        (Kirsch, 0, (0.2, 0.1, 0.05), (0.95, 0.6, 0.95, 0.95), (2.9e-3, 9.3e-3, 3.4e-3, 2.7e-3)),
+        (Kirsch, 3, (0.4, 0.2), (3.5, 2.0, 3.5, 4.5), (5e-7, 1.3e-4, 5e-7, 8e-7)),
+    ],
+    ids=lambda value: value.__name__ if isinstance(value, type) else (str(value) if isinstance(value, int) else ""),
+)
+def test_errors_and_rates(problem, order, sizes, rates, last):
+    errors = [measure(problem, element_size=h, order=order) for h in sizes]
+    assert np.all(errors[-1] <= last), errors[-1]
+    for coarse, fine in itertools.pairwise(errors):
+        assert np.all(np.log2(coarse / fine) >= rates), np.log2(coarse / fine)
+
+
+def test_graded_meshes_of_high_order_reach_eight_digits():
+    assert np.all(measure(Lame, order=5, levels=3) < (4e-9, 1e-6, 8e-9, 3e-7))
+
+
+def test_a_roller_is_a_frictionless_contact():
+    """The lower side once as contact with g = 0, once as a displacement condition with one free component."""
+
+    class Roller(Lame):
+        boundary = (Displacement(part="bottom", value=("free", 0.0)), *Lame.boundary[1:])
+
+    assert np.allclose(measure(Roller, element_size=0.2, order=2), measure(Lame, element_size=0.2, order=2), rtol=1e-6)
+
+
+def print_table():
+    """Errors on refined meshes, and in brackets the orders of convergence."""
+    print("| problem | order | h | u on Γ | traction on Γ | u inside | stress inside |")
+    print("| --- | --- | --- | --- | --- | --- | --- |")
+    for problem, order, sizes in (
+        (Lame, 0, (0.2, 0.1, 0.05)),
+        (Lame, 3, (0.8, 0.4, 0.2)),
+        (Kirsch, 0, (0.2, 0.1, 0.05)),
+        (Kirsch, 3, (0.8, 0.4, 0.2)),
+    ):
+        before = None
+        for h in sizes:
+            errors = measure(problem, element_size=h, order=order)
+            rates = [""] * 4 if before is None else [f" ({rate:.1f})" for rate in np.log2(before / errors)]
+            cells = [f"{error:.1e}{rate}" for error, rate in zip(errors, rates, strict=True)]
+            print(f"| {problem.__name__} | {order} | {h:g} | {' | '.join(cells)} |")
+            before = errors
+
+
+if __name__ == "__main__":
+    print_table()

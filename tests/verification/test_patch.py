@@ -1,0 +1,100 @@
+"""What must come out exactly: constant stress on irregular bodies, with slip, and rigid rotation."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from petcontact import Case, Contact, Displacement, Material, MeshOptions, Method, SideBySide, Traction, solve
+from petcontact.field import field_at
+
+POINTS = ((1.0, 0.0), (6.0, 0.0), (7.0, 2.5), (4.0, 2.0), (3.0, 4.5), (0.5, 3.0))
+NAMES = ("foot", "right", "notch", "roof", "top", "left")
+INSIDE = np.array([[1.5, 0.1], [6.4, 2.2], [3.9, 1.95], [3.0, 4.3], [4.4, 0.7], [0.75, 2.9]])
+
+
+def body(hole):
+    """An irregular hexagon with a reentrant corner, with a triangular hole or without."""
+    ends = (*POINTS[1:], POINTS[0])
+    loop = tuple({"part": name, "to": to} for name, to in zip(NAMES, ends, strict=True))
+    cavity = tuple({"part": "hole", "to": to} for to in ((2.0, 1.0), (2.5, 2.5), (3.2, 1.2)))
+    return SideBySide(loops=(loop, cavity) if hole else (loop,))
+
+
+def slipping(material, *, order, hole, size=0.6):
+    """Constant strain with u_y = 0 and u_x > 0 on the foot, and the shear stress that slip asks for: σ_xy = g."""
+    along, upwards, shear = 2e-3, -1e-3, 3e-3
+    u = (f"1e-3 + {along}*x + {shear}*y", f"{upwards}*y")
+    mu, nu = material.shear_modulus, material.plane_strain_ratio
+    trace = 2.0 * mu * nu / (1.0 - 2.0 * nu) * (along + upwards)
+    xx, yy, xy = 2.0 * mu * along + trace, 2.0 * mu * upwards + trace, mu * shear
+    pull = (f"{xx!r}*nx + {xy!r}*ny", f"{xy!r}*nx + {yy!r}*ny")
+    parts = [*NAMES[1:], *(["hole"] if hole else [])]
+    case = Case(
+        material=material,
+        geometry=body(hole),
+        mesh=MeshOptions(element_size=size, order=order),
+        boundary=(
+            Contact(part="foot", friction_bound=xy),
+            Displacement(part="right", value=u),
+            *(Traction(part=part, value=pull) for part in parts if part != "right"),
+        ),
+        method=Method(name="projection", rule="modified", rho=mu, tolerance=1e-13, max_iterations=2000),
+    )
+    solution = solve(case)
+    exact = lambda x: np.column_stack([1e-3 + along * x[:, 0] + shear * x[:, 1], upwards * x[:, 1]])  # noqa: E731
+    return solution, exact, np.array([xx, yy, xy])
+
+
+@pytest.mark.parametrize("hole", [False, True])
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+@pytest.mark.parametrize("order", [1, 3])
+def test_constant_stress_with_slip_is_exact(order, plane, hole):
+    material = Material(young_modulus=1000.0, poisson_ratio=0.3, plane=plane)
+    solution, exact, stress = slipping(material, order=order, hole=hole)
+    mesh = solution.mesh
+    assert np.all(solution.contact.state == 1)
+    assert np.abs(solution.u - exact(mesh.x)).max() < 1e-9 * np.abs(solution.u).max()
+    n = mesh.normal
+    traction = np.column_stack([stress[0] * n[:, 0] + stress[2] * n[:, 1], stress[2] * n[:, 0] + stress[1] * n[:, 1]])
+    assert np.abs(solution.traction - traction).max() < 1e-8 * np.abs(stress).max()
+    u, inside = field_at(mesh, solution.u, solution.traction, material, INSIDE)
+    assert np.abs(u - exact(INSIDE)).max() < 1e-9 * np.abs(u).max()
+    assert np.abs(inside - stress).max() < 1e-8 * np.abs(stress).max()
+
+
+def test_constant_elements_approach_constant_stress():
+    material = Material(young_modulus=1000.0, poisson_ratio=0.3)
+    errors = []
+    for size in (0.2, 0.1):
+        solution, exact, _ = slipping(material, order=0, hole=True, size=size)
+        errors.append(np.abs(solution.u - exact(solution.mesh.x)).max() / np.abs(solution.u).max())
+    assert errors[1] < 8.5e-3 and np.log2(errors[0] / errors[1]) > 0.8
+
+
+def test_rigid_rotation_of_a_sector_about_its_centre():
+    """A sector in contact along its arc turns with the side that is turned, without any traction."""
+    sector = SideBySide(
+        loops=(
+            ({"part": "start", "to": (2, 0)}, {"part": "arc", "to": (0, 2), "radius": 2.0}, {"part": "end", "to": (0, 0)}),
+        )
+    )
+    case = Case(
+        material=Material(young_modulus=1000.0, poisson_ratio=0.3),
+        geometry=sector,
+        mesh=MeshOptions(element_size=0.3, order=5),
+        boundary=(
+            Contact(part="arc", friction_bound=0.0),
+            Displacement(part="start", value=("-1e-3*y", "1e-3*x")),
+            Traction(part="end", value=(0.0, 0.0)),
+        ),
+        method=Method(name="projection", rule="modified", rho=1000.0, tolerance=1e-12, max_iterations=5000),
+    )
+    solution = solve(case)
+    rotation = 1e-3 * np.column_stack([-solution.mesh.x[:, 1], solution.mesh.x[:, 0]])
+    assert np.abs(solution.u - rotation).max() < 1e-9 * np.abs(rotation).max()
+    assert np.abs(solution.traction).max() < 1e-5 * 1000.0 * 1e-3
+    assert np.allclose(solution.contact.u_t, 2e-3, rtol=1e-8)
+    u, stress = field_at(solution.mesh, solution.u, solution.traction, case.material, np.array([[0.5, 0.5], [1.2, 1.5]]))
+    assert np.allclose(u, [[-5e-4, 5e-4], [-1.5e-3, 1.2e-3]], rtol=1e-8)
+    assert np.abs(stress).max() < 1e-6
