@@ -27,6 +27,7 @@ TABLES = str(CONFIGS / "tables.toml")
 KILLS = 20
 TOTAL = 280
 WAIT = 60.0
+RHOS = [float(f"{10.0 ** (k / 10):.4g}") for k in range(70)]
 
 
 def sweep(ranks, *words, **keywords):
@@ -137,8 +138,7 @@ def until(condition, job) -> None:
 
 def test_killed_at_random_moments_nothing_is_lost_or_computed_again(tmp_path):
     chance = random.Random(2019)
-    rhos = [float(f"{10.0 ** (k / 10):.4g}") for k in range(70)]
-    crossed = f'rule = ["self-adaptive", "modified"]\nrho = {rhos}\nelement_size = [0.1, 0.05]\n'
+    crossed = f'rule = ["self-adaptive", "modified"]\nrho = {RHOS}\nelement_size = [0.1, 0.05]\n'
     path = write_sweep(tmp_path, f"[cross]\n{crossed}")
     folder, kills, rounds = tmp_path / "0", 0, 0
     seen: dict[str, int] = {}
@@ -182,15 +182,16 @@ def finish(config: Path, folder: Path, seen: dict[str, int]) -> None:
 
 
 def test_sigterm_ends_the_job_and_keeps_what_is_finished(tmp_path):
-    job = launch.start(2, "-m", "petcontact", "sweep", TABLES, "-o", str(tmp_path / "out"))
-    until(lambda: len(cases(tmp_path / "out")) >= 10, job)
+    path = write_sweep(tmp_path, f"[cross]\nrho = {RHOS}\nelement_size = [0.1, 0.05]\n\"method.tau\" = [1.0, 1.5, 2.0, 2.5]\n")
+    job = launch.start(2, "-m", "petcontact", "sweep", str(path), "-o", str(tmp_path / "out"))
+    until(lambda: finished(tmp_path / "out") >= 10, job)
     job.terminate()
     job.communicate(timeout=WAIT)
     assert job.returncode != 0
     kept = len(cases(tmp_path / "out"))
-    assert 10 <= kept < 128
-    done = sweep(2, TABLES, "-o", tmp_path / "out", "--only", "*")
-    assert counts(done) == (128 - kept, kept, 0)
+    assert 10 <= kept < 560
+    done = sweep(2, path, "-o", tmp_path / "out", "--only", "*")
+    assert counts(done) == (560 - kept, kept, 0)
 
 
 # -- failing cases and ranks ----------------------------------------------------------------------------------------
