@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from ._petsc import petsc, stage
 from ._threads import one_blas_thread, threads_per_rank
 from .errors import SolverError
-from .hodlr import compress, factor
+from .hodlr import HODLR, compress, factor
 from .layer_operator import RobinPreconditioner, robin_preconditioner
 from .linear import LinearSolver
 from .method import Bem
@@ -46,16 +46,11 @@ class CompressedSystem(EliminatedSystem):
     ) -> None:
         super().__init__(operators, comm)
         self.bem = bem
-        mesh, data = operators.mesh, operators.data
         # the threads are the compression's own: each works on a subtree, with one BLAS thread
         with one_blas_thread():
             with stage("assemble", timings):
-                self._system = self._compress(operators.system_entries, np.full(mesh.n_nodes, 2))
-                is_contact = np.isin(np.arange(mesh.n_nodes), data.contact_nodes)
-                self._influence = self._compress(operators.contact_entries, is_contact)
-                load = self._compress(operators.load_entries, operators.loaded_nodes)
-                mine = slice(load.first_node, load.last_node)
-                self._load = load @ np.ones(np.count_nonzero(operators.loaded_nodes[mine]))
+                self._system, self._outer = self._compress()
+                self._load = self._outer @ np.where(self._is_contact, 0.0, operators.load_scale)
             with stage("factor", timings):
                 self._factor = factor(self._system)
                 self._at_rest = self._elastic(self._load)
@@ -102,7 +97,7 @@ class CompressedSystem(EliminatedSystem):
 
     def memory(self) -> int:
         """Bytes of the compressed operators and the factorisation, on all ranks."""
-        return int(self._system.nbytes + self._influence.nbytes + self._factor.nbytes)
+        return int(self._system.nbytes + self._outer.nbytes + self._factor.nbytes)
 
     def describe_operator(self) -> str:
         """One line for -ksp_view: tolerance, leaf, ranks, memory."""
@@ -121,11 +116,13 @@ class CompressedSystem(EliminatedSystem):
         """Free the PETSc objects and let go of the compressed operators."""
         self._solver.close()
         self._shell.matrix.destroy()
-        del self._system, self._influence, self._factor
+        del self._system, self._outer, self._factor
 
     def _push(self, sigma_t: Array) -> Array:
         """G_Ct σ_t on this rank's nodes, (2 nodes, columns of σ_t)."""
-        return np.asarray(self._influence @ (sigma_t[self._contact_here] / self._scale))
+        padded = np.zeros((len(self._is_contact), sigma_t.shape[1]))
+        padded[self._is_contact] = sigma_t[self._contact_here] / self._scale
+        return np.asarray(self._outer @ padded)
 
     def _elastic(self, rhs: Array) -> Array:
         """A_0⁻¹ times this rank's share of a right-hand side, or of several."""
@@ -137,23 +134,30 @@ class CompressedSystem(EliminatedSystem):
     def _apply_local(self, x: Array) -> Array:
         return self.apply(self.contact.everywhere(x).reshape(-1, 1))[self.contact.owned, 0]
 
-    def _compress(self, entries: Callable[[Index, Index], Array], columns_per_node: NDArray[Any]) -> Any:
-        mesh = self.operators.mesh
+    def _compress(self) -> tuple[HODLR, HODLR]:
+        """A_0, and beside it the columns of G_Ct and of the load."""
+        operators, mesh = self.operators, self.operators.mesh
         sides = np.flatnonzero(np.diff(mesh.part[mesh.element]) | np.diff(mesh.line[mesh.element])) + 1
         threads = threads_per_rank() if mesh.n_nodes >= THREADED else 1
-        matrix = compress(
-            entries, mesh.x, 2 * np.arange(mesh.n_nodes + 1), np.concatenate([[0], np.cumsum(columns_per_node)]),
-            self.bem.hodlr_tol, self.bem.hodlr_leaf, breaks=sides, threads=threads,
-            comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
+        pairs = 2 * np.arange(mesh.n_nodes + 1)
+        single = np.concatenate([[0], np.cumsum(operators.outer_slot >= 0)])
+        system = compress(
+            operators.system_entries, mesh.x, pairs, pairs, self.bem.hodlr_tol, self.bem.hodlr_leaf, breaks=sides,
+            threads=threads, comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
+            serve=(operators.all_entries, [pairs, single]),
         )  # fmt: skip
-        missed = matrix.error_estimate(entries, np.random.default_rng(2019))
-        worst = max(missed.product, missed.entry)
-        if not worst <= ALLOWED_MISS * self.bem.hodlr_tol:
-            raise SolverError(
-                "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {self.bem.hodlr_tol:g}",
-                "use another -bem_hodlr_tol or -bem_mat_type dense",
-            )  # fmt: skip
-        return matrix
+        outer = system.beside(operators.outer_entries, single)
+        own = np.arange(outer.first_node, outer.last_node)
+        self._is_contact = np.isin(own[operators.outer_slot[own] >= 0], operators.data.contact_nodes)
+        for matrix, entries in ((system, operators.system_entries), (outer, operators.outer_entries)):
+            missed = matrix.error_estimate(entries, np.random.default_rng(2019))
+            worst = max(missed.product, missed.entry)
+            if not worst <= ALLOWED_MISS * self.bem.hodlr_tol:
+                raise SolverError(
+                    "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {self.bem.hodlr_tol:g}",
+                    "use another -bem_hodlr_tol or -bem_mat_type dense",
+                )  # fmt: skip
+        return system, outer
 
 
 class Shell:

@@ -14,7 +14,7 @@ from .operators import TILE, BoundaryOperators
 
 @dataclass(frozen=True)
 class DenseBlocks:
-    """What the formulations need, assembled: A_0 (2n, 2n), 2µ G_Ct (2n, m) and the load (2n,), by rows over ranks."""
+    """What the formulations need, by rows over ranks: A_0 (2n, 2n), G_Ct times `traction_scale` (2n, m), the load (2n,)."""
 
     system: Any
     contact: Any

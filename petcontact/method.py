@@ -87,4 +87,4 @@ class Bem(Model):
 
     mat_type: Literal["auto", "dense", "hodlr"] = "auto"
     hodlr_tol: Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=1e-1)] = 1e-10
-    hodlr_leaf: Annotated[int, pydantic.Field(ge=8, le=10**6, strict=True)] = 64
+    hodlr_leaf: Annotated[int, pydantic.Field(ge=8, le=10**6, strict=True)] = 128

@@ -1,8 +1,8 @@
 """The boundary integral equations (4.10) as columns of G and H, reached by blocks of exact entries.
 
 Unknown 2i + c belongs to node i and direction c: a displacement [length] where the traction is known, else a traction
-divided by 2µ [-]. Equation 2i + a is component a of (4.10) at node i. With that scaling every entry is a length or a
-pure number, whatever the unit of stress.
+times ℓ/2µ [length], ℓ being the length of the logarithm. Equation 2i + a is component a of (4.10) at node i. With that
+scaling every entry is a pure number, and none depends on the units of length and stress.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from .boundary import BoundaryData
 from .kernels import integrals
 from .mesh import Batch, BoundaryMesh
 from .problem import Material
+from .tiles import Tile, as_slice, put, some
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -51,8 +52,8 @@ class BoundaryOperators:
 
     @property
     def traction_scale(self) -> float:
-        """2µ: tractions are unknowns divided by it [stress]."""
-        return 2.0 * self.material.shear_modulus
+        """2µ/ℓ: tractions are unknowns times it [stress/length]."""
+        return 2.0 * self.material.shear_modulus / self.log_length
 
     def system_entries(self, rows: Index, columns: Index) -> Array:
         """Entries of A_0, (2 len(rows), 2 len(columns)), between collocation nodes in increasing order."""
@@ -61,12 +62,38 @@ class BoundaryOperators:
             self.fill(rows, tile, system=block)
         return block.reshape(2 * len(columns), 2 * len(rows)).T
 
-    def contact_entries(self, rows: Index, columns: Index) -> Array:
-        """Entries of 2µ G_Ct, (2 len(rows), number of contact nodes among the columns)."""
-        block = np.empty((np.count_nonzero(self._contact_slot[columns] >= 0), len(rows), 2))
+    def outer_entries(self, rows: Index, columns: Index) -> Array:
+        """Entries beside A_0, (2 len(rows), number of nodes with such a column among the columns).
+
+        A contact node has its column of G_Ct times `traction_scale`, a loaded node what its known data add to the load
+        over `load_scale`.
+        """
+        return self._blocks(rows, columns, system=False)[0]
+
+    def all_entries(self, rows: Index, columns: Index) -> list[Array]:
+        """`system_entries` and `outer_entries` at the price of one."""
+        return self._blocks(rows, columns, system=True)
+
+    def _blocks(self, rows: Index, columns: Index, *, system: bool) -> list[Array]:
+        block = np.empty((len(columns), 2, len(rows), 2)) if system else None
+        outer = np.zeros((np.count_nonzero(self.outer_slot[columns] >= 0), len(rows), 2))
         for tile in self.tiles(columns):
-            self.fill(rows, tile, contact=block)
-        return block.reshape(len(block), 2 * len(rows)).T
+            self.fill(rows, tile, system=block, outer=outer)
+        blocks = [] if block is None else [block.reshape(2 * len(columns), 2 * len(rows)).T]
+        return [*blocks, outer.reshape(len(outer), 2 * len(rows)).T]
+
+    @functools.cached_property
+    def outer_slot(self) -> Index:
+        """Place of each node among those with a column of `outer_entries`, -1 elsewhere, (n,)."""
+        loaded = np.any(self.data.value != 0.0, axis=1)
+        assert not loaded[self.data.contact_nodes].any(), "known data other than zero in contact"
+        has = loaded | (self._contact_slot >= 0)
+        return np.where(has, np.cumsum(has) - 1, -1)
+
+    @functools.cached_property
+    def load_scale(self) -> float:
+        """Largest of the known data, by which columns of the load are divided."""
+        return float(max(np.abs(self._given).max(initial=0.0), np.abs(self._moved).max(initial=0.0))) or 1.0
 
     def load(self, rows: Index) -> Array:
         """The load G t̂ - (½ + H) û at some nodes, (2 len(rows),)."""
@@ -75,37 +102,10 @@ class BoundaryOperators:
             self.fill(rows, tile, load=load)
         return load.ravel()
 
-    @functools.cached_property
-    def loaded_nodes(self) -> NDArray[np.bool_]:
-        """Which nodes have known data other than zero, (n,)."""
-        return np.asarray(np.any(self.data.value != 0.0, axis=1))
-
-    def load_entries(self, rows: Index, columns: Index) -> Array:
-        """What the known data of single nodes add to the load, (2 len(rows), number of loaded nodes among the columns).
-
-        The load is this matrix times a vector of ones; a compressed operator needs it by blocks.
-        """
-        slot = np.cumsum(self.loaded_nodes[columns]) - 1
-        block = np.zeros((np.count_nonzero(self.loaded_nodes[columns]), len(rows), 2))
-        for tile in self.tiles(columns):
-            chosen = self.loaded_nodes[tile.batch.nodes]
-            if not chosen.any():
-                continue
-            place = slot[np.arange(len(columns))[tile.place][chosen]]
-            kernel_g, kernel_h = self._kernels(rows, tile, bool(tile.given.any()), bool(tile.moved.any()))
-            for kernel, values in ((kernel_g, tile.given), (kernel_h, -tile.moved)):
-                if kernel is not None:
-                    for a in range(2):
-                        column = kernel[a, 0] * values[:, :1] + kernel[a, 1] * values[:, 1:]
-                        block[place, :, a] += column[chosen]
-            own, row = np.nonzero(tile.batch.nodes[chosen][:, None] == rows[None, :])
-            block[place[own], row] -= 0.5 * tile.moved[chosen][own]
-        return block.reshape(len(block), 2 * len(rows)).T
-
     def residual(self, rows: Index, u: Array, traction: Array) -> Array:
         """½u + Hu - Gt at some nodes, (len(rows), 2) [length], from exact entries: zero for the discrete solution."""
         result = 0.5 * u[rows]
-        targets, scaled = self.mesh.targets(rows), traction / self.traction_scale
+        targets, scaled = self.mesh.targets(rows), traction / (2.0 * self.material.shear_modulus)
         for batch in self.mesh.batches():
             per_element = batch.elements.order + 1
             step = max(1, RESIDUAL_NODES // per_element)
@@ -152,7 +152,7 @@ class BoundaryOperators:
             step = max(1, TILE[1] // per_element) * per_element if whole and not small else last - first
             for start in range(first, last, step):
                 piece = slice(start, min(start + step, last))
-                result.append(self._tile(nodes[piece], _as_slice(places[piece]), per_element, columns))
+                result.append(self._tile(nodes[piece], as_slice(places[piece]), per_element, columns))
         return result
 
     def _tile(self, nodes: Index, place: Any, per_element: int, columns: Index | None) -> Tile:
@@ -166,12 +166,17 @@ class BoundaryOperators:
         slots = self._contact_slot[nodes[contact]]
         if columns is not None and len(contact):
             slots = (np.cumsum(self._contact_slot[columns] >= 0) - 1)[place][contact]
+        outer, outer_place = np.empty(0, dtype=np.int64), None
+        if columns is not None:
+            outer = np.flatnonzero(self.outer_slot[nodes] >= 0)
+            outer_place = as_slice((np.cumsum(self.outer_slot[columns] >= 0) - 1)[place][outer])
         known = self.data.traction_known[nodes]
         return Tile(
             batch=Batch(self.mesh.elements(elements), nodes), place=place, pick=pick, known=known,
-            frame=self.data.frame[nodes], contact=contact, contact_place=_as_slice(slots),
+            frame=self.data.frame[nodes], contact=contact, contact_place=as_slice(slots),
             tangent=self.data.tangent[self._contact_slot[nodes[contact]]],
-            given=self._given[nodes], moved=self._moved[nodes],
+            given=self._given[nodes], moved=self._moved[nodes], outer=outer, outer_place=outer_place,
+            push=self._push[nodes[outer]],
         )  # fmt: skip
 
     @functools.cached_property
@@ -188,21 +193,30 @@ class BoundaryOperators:
 
     @functools.cached_property
     def _given(self) -> Array:
-        """Known tractions over 2µ as vectors, (n, 2)."""
+        """Known tractions over `traction_scale` as vectors, (n, 2) [length]."""
         known = np.where(self.data.traction_known, self.data.value, 0.0)
         return np.asarray(np.einsum("ic,icj->ij", known, self.data.frame)) / self.traction_scale
 
     @functools.cached_property
     def _moved(self) -> Array:
-        """Known displacements as vectors, (n, 2)."""
+        """Known displacements as vectors, (n, 2) [length]."""
         known = np.where(self.data.traction_known, 0.0, self.data.value)
         return np.asarray(np.einsum("ic,icj->ij", known, self.data.frame))
+
+    @functools.cached_property
+    def _push(self) -> Array:
+        """Tractions behind the columns of `outer_entries`, (n, 2)."""
+        push = self._given / self.load_scale
+        push[self.data.contact_nodes] = self.data.tangent
+        return push
 
     def _kernels(self, rows: Index, tile: Tile, displacement: bool, traction: bool) -> tuple[Array | None, Array | None]:
         kernels = integrals(
             self.mesh.targets(rows), tile.batch.elements, self.material.plane_strain_ratio, self.log_length,
             displacement=displacement, traction=traction,
         )  # fmt: skip
+        if kernels[0] is not None and self.log_length != 1.0:
+            kernels[0][...] /= self.log_length
         if tile.pick is None:
             return kernels
         kernel_g, kernel_h = (None if k is None else k[:, :, tile.pick] for k in kernels)
@@ -210,12 +224,13 @@ class BoundaryOperators:
 
     def fill(
         self, rows: Index, tile: Tile, *, system: Array | None = None, contact: Array | None = None,
-        load: Array | None = None,
+        load: Array | None = None, outer: Array | None = None,
     ) -> None:  # fmt: skip
-        """One tile into what is given of system[column, direction, row, component], contact[column, row, component]
-        and load[row, component] (added)."""
-        pushes = load is not None and bool(tile.given.any())
-        moves = load is not None and bool(tile.moved.any())
+        """One tile into what is given of system[column, direction, row, component], contact[column, row, component],
+        outer[column, row, component] (zero before) and load[row, component] (added)."""
+        outer = outer if len(tile.outer) else None
+        pushes = (load is not None and bool(tile.given.any())) or (outer is not None and bool(tile.push.any()))
+        moves = (load is not None or outer is not None) and bool(tile.moved.any())
         wants_g = (system is not None and not tile.known.all()) or (contact is not None and len(tile.contact) > 0)
         wants_h = system is not None and bool(tile.known.any())
         if not (wants_g or wants_h or pushes or moves):
@@ -223,21 +238,29 @@ class BoundaryOperators:
         kernel_g, kernel_h = self._kernels(rows, tile, wants_g or pushes, wants_h or moves)
         if system is not None:
             for c in range(2):
-                _put(system, (tile.place, c), kernel_h, tile.frame[:, c], tile.known[:, c])
-                _put(system, (tile.place, c), kernel_g, -tile.frame[:, c], ~tile.known[:, c])
+                put(system, (tile.place, c), kernel_h, tile.frame[:, c], tile.known[:, c])
+                put(system, (tile.place, c), kernel_g, -tile.frame[:, c], ~tile.known[:, c])
         if contact is not None and len(tile.contact):
-            assert kernel_g is not None
-            chosen = kernel_g if len(tile.contact) == kernel_g.shape[2] else kernel_g[:, :, tile.contact]
-            _put(contact, (tile.contact_place,), chosen, tile.tangent, np.ones(len(tile.contact), dtype=bool))
+            every = np.ones(len(tile.contact), dtype=bool)
+            put(contact, (tile.contact_place,), some(kernel_g, tile.contact), tile.tangent, every)
         if load is not None:
             for a in range(2):
                 if pushes and kernel_g is not None:
                     load[:, a] += tile.given[:, 0] @ kernel_g[a, 0] + tile.given[:, 1] @ kernel_g[a, 1]
                 if moves and kernel_h is not None:
                     load[:, a] -= tile.moved[:, 0] @ kernel_h[a, 0] + tile.moved[:, 1] @ kernel_h[a, 1]
-        self._add_free_term(rows, tile, system, load if moves else None)
+        if outer is not None:
+            place, shift = tile.outer_place, tile.moved[tile.outer] / self.load_scale
+            if pushes:
+                put(outer, (place,), some(kernel_g, tile.outer), tile.push, np.ones(len(tile.push), dtype=bool))
+            if moves and kernel_h is not None:
+                for a in range(2):
+                    column = some(kernel_h, tile.outer)[a]
+                    outer[place, :, a] -= column[0] * shift[:, :1] + column[1] * shift[:, 1:]
+        self._add_free_term(rows, tile, system, load if moves else None, outer if moves else None)
 
-    def _add_free_term(self, rows: Index, tile: Tile, system: Array | None, load: Array | None) -> None:
+    def _add_free_term(self, rows: Index, tile: Tile, system: Array | None, load: Array | None,
+                       outer: Array | None) -> None:  # fmt: skip
         """½ I, where a node of the tile is its own target."""
         nodes = tile.batch.nodes
         if nodes[-1] < rows[0] or nodes[0] > rows[-1]:
@@ -251,43 +274,8 @@ class BoundaryOperators:
                 system[place, c, row] += 0.5 * tile.known[column, c, None] * tile.frame[column, c]
         if load is not None:
             load[row] -= 0.5 * tile.moved[column]
-
-
-@dataclass(frozen=True)
-class Tile:
-    """Some columns of one part and order: the elements that own them, where they go, and what is known there."""
-
-    batch: Batch
-    place: Any
-    pick: Index | None
-    known: NDArray[np.bool_]
-    frame: Array
-    contact: Index
-    contact_place: Any
-    tangent: Array
-    given: Array
-    moved: Array
-
-
-def _as_slice(places: Index) -> Any:
-    """A slice where the places are consecutive: numpy copies into it several times faster."""
-    if len(places) and places[-1] - places[0] + 1 == len(places) and bool(np.all(np.diff(places) == 1)):
-        return slice(int(places[0]), int(places[-1]) + 1)
-    return places
-
-
-def _put(out: Array, where: tuple[Any, ...], kernel: Array | None, direction: Array, chosen: NDArray[np.bool_]) -> None:
-    """kernel · direction into out[where, :, a] for the chosen columns; axis-parallel directions cost a copy."""
-    if kernel is None or not chosen.any():
-        return
-    if not chosen.all():
-        where = (np.arange(len(out))[where[0]][chosen], *where[1:])
-        kernel, direction = kernel[:, :, chosen], direction[chosen]
-    dx, dy = direction[:, :1], direction[:, 1:]
-    for a in range(2):
-        if not dy.any():
-            out[(*where, slice(None), a)] = kernel[a, 0] * dx
-        elif not dx.any():
-            out[(*where, slice(None), a)] = kernel[a, 1] * dy
-        else:
-            out[(*where, slice(None), a)] = kernel[a, 0] * dx + kernel[a, 1] * dy
+        if outer is not None:
+            place = np.full(len(nodes), -1)
+            place[tile.outer] = np.arange(len(outer))[tile.outer_place]
+            here = place[column] >= 0
+            outer[place[column[here]], row[here]] -= 0.5 / self.load_scale * tile.moved[column[here]]

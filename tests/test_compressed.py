@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from conftest import example
 
-from petcontact import InputError, MeshOptions, Method, SolverError, solve
+from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
 from petcontact._petsc import options
 from petcontact.compressed import CompressedSystem
 from petcontact.formulations import CondensedSystem
@@ -43,6 +43,20 @@ def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
             assert np.abs(a - b).max() < 1e5 * tolerance * np.abs(b).max()
         system.close()
     dense.close()
+
+
+def test_the_unit_of_length_does_not_matter(comm):
+    """Single and double layers stand in one matrix; in metres the first would be a thousand times smaller."""
+    missed = []
+    for unit in (1.0, 1e-3, 1e3):
+        keys = {"geometry.upper_right": [8.0 * unit, 4.0 * unit], "mesh.element_size": 0.1 * unit}
+        operators = discretise(load(CONFIGS / "example1.toml", keys))
+        dense, system = CondensedSystem(operators, comm), CompressedSystem(operators, comm, Bem(hodlr_leaf=16))
+        exact = dense.compliance()
+        missed.append(np.abs(system.compliance() - exact).max() / np.abs(exact).max())
+        system.close()
+        dense.close()
+    assert max(missed) < 1e-8 and max(missed) < 1.5 * min(missed)
 
 
 @pytest.mark.parametrize("number", [1, 2])
@@ -100,4 +114,4 @@ def test_ksp_view_names_the_compression(tmp_path):
         capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert "I + rho S, S by hodlr, tolerance 1e-09, leaf 64" in done.stdout
+    assert "I + rho S, S by hodlr, tolerance 1e-09, leaf 128" in done.stdout

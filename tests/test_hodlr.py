@@ -50,6 +50,26 @@ def test_random_outlines(seed):
     assert row_error(matrix, dense(operator)) <= 5 * tol
 
 
+@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("threads", [1, 3])
+def test_an_operator_beside_another_shares_its_rows(name, threads, rng):
+    nodes = case(name, rng)
+    operator, tol = Mixed(nodes), 1e-8
+    beside = Partial(nodes, rng.random(len(nodes)) < 0.4 if name == "star" else np.arange(len(nodes)) % 150 < 70)
+
+    def both(rows, columns):
+        return [operator(rows, columns), beside(rows, columns)]
+
+    matrix = compressed(operator, tol, threads=threads, serve=(both, [operator.col_offsets, beside.col_offsets]))
+    other = matrix.beside(beside, beside.col_offsets)
+    exact = np.hstack([dense(operator), dense(beside)])
+    wrong = np.hstack([matrix @ np.eye(len(exact)), other @ np.eye(exact.shape[1] - len(exact))]) - exact
+    longest = np.linalg.norm(exact, axis=1).max()
+    assert np.linalg.norm(wrong, axis=1).max() <= (25 if name == "holes" else 5) * tol * longest
+    for mine, level in zip(other.parts[0].levels, matrix.parts[0].levels, strict=True):
+        assert mine.row_combine is level.row_combine
+
+
 def test_transpose_and_several_columns(rng):
     operator = Mixed(case("star", rng))
     matrix, exact = compressed(operator), dense(operator)

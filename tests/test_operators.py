@@ -53,22 +53,24 @@ def test_blocks_are_the_whole_matrix(comm):
         everything = np.arange(ops.mesh.n_nodes)
         blocks = assemble_dense(ops, comm)
         assert np.allclose(blocks.system.getDenseArray(), ops.system_entries(everything, everything), atol=1e-14)
-        assert np.allclose(blocks.contact.getDenseArray(), ops.contact_entries(everything, everything), atol=1e-14)
+        outer = ops.outer_entries(everything, everything)
+        carriers = np.flatnonzero(ops.outer_slot >= 0)
+        in_contact = np.isin(carriers, ops.data.contact_nodes)
+        assert outer.shape[1] == len(carriers) and 0 < np.count_nonzero(in_contact) < len(carriers)
+        assert np.allclose(blocks.contact.getDenseArray(), outer[:, in_contact], atol=1e-14)
+        load = ops.load_scale * outer[:, ~in_contact].sum(axis=1)
+        assert np.allclose(load, blocks.load.getArray(), atol=1e-13)
         assert np.allclose(blocks.load.getArray(), ops.load(everything), atol=1e-13)
         rng = np.random.default_rng(1)
         rows, columns = (np.sort(rng.permutation(ops.mesh.n_nodes)[:count]) for count in (17, 23))
         pairs = (2 * rows[:, None] + [0, 1]).ravel(), (2 * columns[:, None] + [0, 1]).ravel()
         expected = blocks.system.getDenseArray()[np.ix_(*pairs)]
         assert np.allclose(ops.system_entries(rows, columns), expected, atol=1e-14)
-        is_contact = np.isin(columns, ops.data.contact_nodes)
-        slots = np.searchsorted(ops.data.contact_nodes, columns[is_contact])
-        expected = blocks.contact.getDenseArray()[np.ix_(pairs[0], slots)]
-        assert np.allclose(ops.contact_entries(rows, columns), expected, atol=1e-14)
-        load = ops.load_entries(everything, everything)
-        assert load.shape[1] == np.count_nonzero(ops.loaded_nodes)
-        assert np.allclose(load.sum(axis=1), blocks.load.getArray(), atol=1e-13)
-        slots = np.searchsorted(np.flatnonzero(ops.loaded_nodes), columns[ops.loaded_nodes[columns]])
-        assert np.allclose(ops.load_entries(rows, columns), load[np.ix_(pairs[0], slots)], atol=1e-14)
+        slots = np.searchsorted(carriers, columns[ops.outer_slot[columns] >= 0])
+        assert np.allclose(ops.outer_entries(rows, columns), outer[np.ix_(pairs[0], slots)], atol=1e-14)
+        system, beside = ops.all_entries(rows, columns)
+        assert np.array_equal(system, ops.system_entries(rows, columns))
+        assert np.allclose(beside, outer[np.ix_(pairs[0], slots)], atol=1e-14)
         for block in (blocks.system, blocks.contact, blocks.load):
             block.destroy()
 
@@ -81,7 +83,8 @@ def test_columns_against_residual(comm):
     x, sigma = rng.standard_normal(2 * len(everything)), rng.standard_normal((len(ops.data.contact_nodes), 1))
     u, traction = ops.split(x, sigma)
     direct = ops.residual(everything, u, traction).ravel()
-    columns = ops.contact_entries(everything, everything) @ sigma[:, 0] / ops.traction_scale
+    in_contact = np.isin(np.flatnonzero(ops.outer_slot >= 0), ops.data.contact_nodes)
+    columns = ops.outer_entries(everything, everything)[:, in_contact] @ sigma[:, 0] / ops.traction_scale
     assert np.allclose(direct, ops.system_entries(everything, everything) @ x - columns - ops.load(everything), atol=1e-12)
 
 

@@ -19,7 +19,8 @@ def operators():
 
 def dense(ops):
     nodes = np.arange(ops.mesh.n_nodes)
-    return ops.system_entries(nodes, nodes), ops.contact_entries(nodes, nodes) / ops.traction_scale, ops.load(nodes)
+    outer = ops.outer_entries(nodes, nodes)[:, ops.outer_slot[ops.data.contact_nodes]]
+    return ops.system_entries(nodes, nodes), outer / ops.traction_scale, ops.load(nodes)
 
 
 GMRES = {"ksp_type": "gmres", "pc_type": "jacobi", "ksp_rtol": 1e-14, "ksp_gmres_restart": 400}

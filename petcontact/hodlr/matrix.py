@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .forest import Forest
-from .skeleton import Entries, Operator
+from .skeleton import Entries, ManyEntries, Operator
 from .stack import Stack, build_part, build_top
 from .tree import Indices, Reals
 from .workers import Workers, even_bounds
@@ -43,6 +44,15 @@ class LevelRanks:
     most: int
 
 
+@dataclass(frozen=True)
+class Split:
+    """How the nodes are shared out: bounds (ranks + 1,), this rank's ranges, one a subtree, and the size of a leaf."""
+
+    bounds: Indices
+    ranges: list[tuple[int, int]]
+    leaf: int
+
+
 class HODLR:
     """A compressed operator; `compress` makes one.
 
@@ -60,10 +70,10 @@ class HODLR:
     """
 
     def __init__(
-        self, operator: Operator, parts: list[Stack], top: Stack | None, workers: Workers, bounds: Indices,
-        seconds: float,
-    ) -> None:  # fmt: skip
-        self.operator, self.parts, self.top, self.workers = operator, parts, top, workers
+        self, operator: Operator, parts: list[Stack], top: Stack | None, workers: Workers, split: Split, seconds: float
+    ) -> None:
+        self.operator, self.parts, self.top, self.workers, self.split = operator, parts, top, workers, split
+        bounds = split.bounds
         self.shape = int(operator.row_axis.offsets[-1]), int(operator.column_axis.offsets[-1])
         self.first_node, self.last_node = int(bounds[workers.rank]), int(bounds[workers.rank + 1])
         self.tolerance, self.seconds = operator.tolerance, seconds
@@ -82,6 +92,29 @@ class HODLR:
         return self.forest.sweep(x, transpose=True)
 
     matmat = __matmul__ = mult
+
+    def beside(self, entries: Entries, col_offsets: ArrayLike) -> HODLR:
+        """Compress an operator with the same rows, whose columns this one was told to `serve`. Collective.
+
+        It costs about what its columns cost: the bases of rows are shared.
+
+        Parameters
+        ----------
+        entries : callable
+        col_offsets : (n+1,) int array
+            As for `compress`.
+        """
+        start = time.perf_counter()
+        operator = self.operator.beside(entries, np.asarray(col_offsets, dtype=np.int64))
+        parts = self.workers.map(
+            lambda part, r: build_part(operator, r[0], r[1], self.split.leaf, self.top is None, part),
+            self.parts, self.split.ranges,
+        )
+        top = None
+        if self.top is not None:
+            roots = self.workers.gather([part.root.border() for part in parts])
+            top = self.workers.at_root(lambda: build_top(operator, roots, self.top))
+        return HODLR(operator, parts, top, self.workers, self.split, time.perf_counter() - start)
 
     @property
     def nbytes(self) -> int:
@@ -140,6 +173,7 @@ class HODLR:
 def compress(
     entries: Entries, points: ArrayLike, row_offsets: ArrayLike, col_offsets: ArrayLike, tol: float = 1e-10,
     leaf: int = 64, *, breaks: ArrayLike = (), threads: int = 1, comm: Any = None,
+    serve: tuple[ManyEntries, Sequence[ArrayLike]] | None = None,
 ) -> HODLR:  # fmt: skip
     """Compress an operator between the nodes of closed outlines, from entries alone. Collective.
 
@@ -164,6 +198,9 @@ def compress(
         Threads of each rank; BLAS should use one then.
     comm : mpi4py.MPI.Comm or None
         Nodes are split over its ranks as PETSc splits them.
+    serve : (entries, list of col_offsets) or None
+        All columns, this operator's among them, that the bases of rows are to serve, for `HODLR.beside`: entries gives a
+        list of arrays, one for each of the offsets.
 
     Returns
     -------
@@ -188,7 +225,8 @@ def compress(
         raise ValueError("points must be (n, 2), and row_offsets and col_offsets (n+1,)")
     if not 0.0 < tol < 1.0 or leaf < 1 or threads < 1 or n < workers.size:
         raise ValueError("tol must be in (0, 1), leaf and threads positive, and every rank needs a node")
-    operator = Operator(entries, points, offsets[0], offsets[1], np.asarray(breaks, dtype=np.int64), tol)
+    served = None if serve is None else (serve[0], [np.asarray(o, dtype=np.int64) for o in serve[1]])
+    operator = Operator(entries, points, offsets[0], offsets[1], np.asarray(breaks, dtype=np.int64), tol, served)
     bounds = even_bounds(n, workers.size)
     first, last = int(bounds[workers.rank]), int(bounds[workers.rank + 1])
     cuts = first + even_bounds(last - first, max(1, min(threads, (last - first) // leaf)))
@@ -199,4 +237,4 @@ def compress(
     if not whole:
         roots = workers.gather([part.root.border() for part in parts])
         top = workers.at_root(lambda: build_top(operator, roots))
-    return HODLR(operator, parts, top, workers, bounds, time.perf_counter() - start)
+    return HODLR(operator, parts, top, workers, Split(bounds, ranges, leaf), time.perf_counter() - start)

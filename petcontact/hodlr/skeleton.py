@@ -8,11 +8,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .batches import Block
-from .lowrank import pivoted_qr
+from .lowrank import PivotedQR, pivoted_qr
 from .sampling import Sample, Sampler
 from .tree import Indices, Outline, Reals
 
 Entries = Callable[[Indices, Indices], Reals]
+ManyEntries = Callable[[Indices, Indices], list[Reals]]
 
 DENSITY = 0.7  # share of Chebyshev's number that a sample has of rows or columns: neighbouring cells help one another
 PROBES = 4
@@ -39,7 +40,8 @@ class Basis:
 class Cluster:
     """Nodes start..stop, their active rows and columns (global numbers), and the dense blocks between those.
 
-    The rows and columns of a near block are places among the active ones. Bases are None until compressed.
+    The rows and columns of a near block are places among the active ones. Bases are None until compressed. What its
+    columns were fitted on is kept for operators with the same rows.
     """
 
     start: int
@@ -49,6 +51,7 @@ class Cluster:
     near: list[Block] = field(default_factory=list)
     row_basis: Basis | None = None
     column_basis: Basis | None = None
+    felt_by: Sample | None = None
 
     def border(self) -> Cluster:
         """What the tree above needs of it: all but the near blocks."""
@@ -118,17 +121,28 @@ class Operator:
     breaks : int array
         Nodes at which the kernel may jump.
     tolerance : float
+    served : entries and (n+1,) int arrays, or None
+        Columns that the bases of rows are to serve: entries gives a list of arrays, one for each of the offsets.
     """
 
     def __init__(
         self, entries: Entries, points: Reals, row_offsets: Indices, column_offsets: Indices, breaks: Indices,
-        tolerance: float,
+        tolerance: float, served: tuple[ManyEntries, list[Indices]] | None = None,
     ) -> None:  # fmt: skip
-        self.entries, self.tolerance = entries, tolerance
+        self.entries, self.tolerance, self.breaks = entries, tolerance, breaks
         self.outline = Outline(points)
         self.square = bool(np.array_equal(row_offsets, column_offsets))
         self.row_axis = Axis(row_offsets, self.outline, breaks)
         self.column_axis = self.row_axis if self.square else Axis(column_offsets, self.outline, breaks)
+        self._served_entries: ManyEntries = lambda rows, columns: [self.between(rows, columns)]
+        self._served = [self.column_axis]
+        if served is not None:
+            self._served_entries = served[0]
+            self._served = [Axis(offsets, self.outline, breaks) for offsets in served[1]]
+
+    def beside(self, entries: Entries, column_offsets: Indices) -> Operator:
+        """Another operator with the same rows."""
+        return Operator(entries, self.outline.points, self.row_axis.offsets, column_offsets, self.breaks, self.tolerance)
 
     def block(self, rows: Indices, columns: Indices) -> Reals:
         """Entries of some rows and columns."""
@@ -172,14 +186,54 @@ class Operator:
                 attempt, fits = usual, self._fits(cluster, outer, guess)
                 while attempt < ATTEMPTS and not (fits[0].holds and fits[1].holds):
                     attempt += 1
-                    fits = self._fits(cluster, self._samples([cluster], attempt)[0], guess)
+                    outer = self._samples([cluster], attempt)[0]
+                    fits = self._fits(cluster, outer, guess)
                 needed.append(attempt)
                 guess = len(fits[0].kept), len(fits[1].kept)
                 cluster.row_basis = Basis(fits[0].kept, fits[0].rest, np.ascontiguousarray(fits[0].z.T))
                 cluster.column_basis = Basis(fits[1].kept, fits[1].rest, fits[1].z)
+                cluster.felt_by = outer[0]
             # neighbours are alike: what most of a group needed is where the next one begins
             usual = sorted(needed)[len(needed) // 2]
         return usual
+
+    def compress_columns(self, cluster: Cluster, like: Cluster) -> None:
+        """Find the basis of a cluster's columns; that of its rows is the one of a cluster of another operator.
+
+        Its columns are no harder to fit than those of the other operator were, and are judged by the same probes.
+        """
+        assert like.row_basis is not None and like.felt_by is not None
+        sample, guess = like.felt_by, len(like.row_basis.kept)
+        attempt, fit = 0, self._fit_columns(cluster, sample, guess)
+        while attempt < ATTEMPTS and not fit.holds:
+            attempt += 1
+            fit = self._fit_columns(cluster, self._samples([cluster], attempt)[0][0], guess)
+        cluster.row_basis, cluster.column_basis = like.row_basis, Basis(fit.kept, fit.rest, fit.z)
+
+    def _fit_columns(self, cluster: Cluster, sample: Sample, guess: int) -> _Fit:
+        values = self._felt(cluster, sample)
+        qr = pivoted_qr(values, self.row_axis.spread(sample.nodes, sample.weights), MARGIN * self.tolerance, guess)
+        return self._judged(qr, qr.rank, values, sample, self.row_axis.spread(sample.nodes, sample.probes))
+
+    def _felt(self, cluster: Cluster, sample: Sample) -> Reals:
+        """A cluster's active columns at the rows of a sample."""
+        nodes = self.column_axis.nodes_of(cluster.columns)
+        return np.asarray(self.between(sample.nodes, nodes)[:, self.column_axis.places(nodes, cluster.columns)])
+
+    def _seen(self, cluster: Cluster, sample: Sample) -> Reals:
+        """The columns of a sample at a cluster's active rows, transposed."""
+        nodes = self.row_axis.nodes_of(cluster.rows)
+        if not len(nodes) or not len(sample.nodes):
+            return np.zeros((sum(axis.count(sample.nodes) for axis in self._served), len(cluster.rows)))
+        places = self.row_axis.places(nodes, cluster.rows)
+        return np.concatenate([block[places].T for block in self._served_entries(nodes, sample.nodes)])
+
+    def _judged(self, qr: PivotedQR, rank: int, values: Reals, sample: Sample, probes: Reals) -> _Fit:
+        probed = np.flatnonzero(probes)
+        weighted = np.count_nonzero(sample.weights) * len(values) / max(1, len(sample.nodes))
+        ample = sample.complete or AMPLE[0] * qr.rank + AMPLE[1] <= weighted
+        probe = values[probed] * probes[probed, None]
+        return _Fit(*qr.interpolation(rank), SLACK * self.tolerance * qr.scale, probe, ample)
 
     def _samples(self, clusters: list[Cluster], attempt: int) -> list[tuple[Sample, Sample]]:
         """Outer nodes with rows and outer nodes with columns, for each of some adjacent clusters."""
@@ -198,26 +252,22 @@ class Operator:
     def _fits(self, cluster: Cluster, outer: tuple[Sample, Sample], guess: tuple[int, int]) -> tuple[_Fit, _Fit]:
         """The cluster's rows fitted on columns outside, and its columns fitted on rows outside."""
         rows, columns = outer
-        nodes = self.row_axis.nodes_of(cluster.rows)
-        seen = self.between(nodes, columns.nodes)[self.row_axis.places(nodes, cluster.rows)].T
-        nodes = self.column_axis.nodes_of(cluster.columns)
-        felt = self.between(rows.nodes, nodes)[:, self.column_axis.places(nodes, cluster.columns)]
-        looks = (seen, self.column_axis, columns, guess[0]), (felt, self.row_axis, rows, guess[1])
-        weights = [axis.spread(sample.nodes, sample.weights) for _, axis, sample, _ in looks]
-        qrs = [
-            pivoted_qr(look[0], weight, MARGIN * self.tolerance, look[3])
-            for look, weight in zip(looks, weights, strict=True)
-        ]
+        looks = (
+            (self._seen(cluster, columns), self._served, columns, guess[0]),
+            (self._felt(cluster, rows), [self.row_axis], rows, guess[1]),
+        )
+        qrs, probes = [], []
+        for values, axes, sample, expected in looks:
+            weights = np.concatenate([axis.spread(sample.nodes, sample.weights) for axis in axes])
+            probes.append(np.concatenate([axis.spread(sample.nodes, sample.probes) for axis in axes]))
+            qrs.append(pivoted_qr(values, weights, MARGIN * self.tolerance, expected))
         ranks = [qr.rank for qr in qrs]
         if self.square:
             ranks = [max(ranks)] * 2
-        fits = []
-        for (values, axis, sample, _), weight, qr, rank in zip(looks, weights, qrs, ranks, strict=True):
-            probes = axis.spread(sample.nodes, sample.probes)
-            probed = np.flatnonzero(probes)
-            ample = sample.complete or AMPLE[0] * qr.rank + AMPLE[1] <= np.count_nonzero(weight)
-            probe = values[probed] * probes[probed, None]
-            fits.append(_Fit(*qr.interpolation(rank), SLACK * self.tolerance * qr.scale, probe, ample))
+        fits = [
+            self._judged(qr, rank, values, sample, probe)
+            for (values, _, sample, _), qr, rank, probe in zip(looks, qrs, ranks, probes, strict=True)
+        ]
         return fits[0], fits[1]
 
     def between(self, row_nodes: Indices, column_nodes: Indices) -> Reals:

@@ -48,8 +48,8 @@ class Level:
         return [(len(c.row_basis.kept), len(c.column_basis.kept)) for c in self.clusters if c.row_basis and c.column_basis]
 
 
-def pack(clusters: list[Cluster]) -> Level:
-    """One level from its clusters. The clusters' arrays are replaced by views."""
+def pack(clusters: list[Cluster], like: Level | None = None) -> Level:
+    """One level from its clusters. The clusters' arrays are replaced by views; bases of rows are those of `like`."""
     rows = columns = up_rows = up_columns = 0
     near, by_row, by_column, kept_rows, kept_columns = [], [], [], [], []
     for c in clusters:
@@ -57,7 +57,8 @@ def pack(clusters: list[Cluster]) -> Level:
         if c.row_basis and c.column_basis:
             r, s = c.row_basis, c.column_basis
             above_rows, above_columns = up_rows + np.arange(len(r.kept)), up_columns + np.arange(len(s.kept))
-            by_row.append(Block(rows + r.rest, above_rows, r.combine))
+            if like is None:
+                by_row.append(Block(rows + r.rest, above_rows, r.combine))
             by_column.append(Block(above_columns, columns + s.rest, s.combine))
             kept_rows.append(rows + r.kept)
             kept_columns.append(columns + s.kept)
@@ -68,7 +69,7 @@ def pack(clusters: list[Cluster]) -> Level:
         Batches(near, rows, columns),
         np.concatenate(none + kept_rows),
         np.concatenate(none + kept_columns),
-        Batches(by_row, rows, up_rows),
+        Batches(by_row, rows, up_rows) if like is None else like.row_combine,
         Batches(by_column, up_columns, columns),
         clusters,
     )
@@ -138,24 +139,35 @@ class Stack:
         return above[:-1]
 
 
-def build_part(operator: Operator, start: int, stop: int, leaf: int, whole: bool) -> Stack:
-    """The subtree over nodes start..stop, its root compressed unless it is the whole tree."""
+def build_part(
+    operator: Operator, start: int, stop: int, leaf: int, whole: bool, like: Stack | None = None
+) -> Stack:
+    """The subtree over nodes start..stop, its root compressed unless it is the whole tree.
+
+    `like` is that of another operator with the same rows, whose bases serve both.
+    """
     bounds = halved(start, stop, leaf)
     clusters = [operator.leaf(int(a), int(b)) for a, b in itertools.pairwise(bounds)]
-    return _climb(operator, clusters, whole)
+    return _climb(operator, clusters, whole, like)
 
 
-def build_top(operator: Operator, roots: list[Cluster]) -> Stack:
+def build_top(operator: Operator, roots: list[Cluster], like: Stack | None = None) -> Stack:
     """The tree above the compressed roots of all parts."""
-    return _climb(operator, _merged(operator, roots), True)
+    return _climb(operator, _merged(operator, roots), True, like)
 
 
-def _climb(operator: Operator, clusters: list[Cluster], whole: bool) -> Stack:
-    levels, usual = [], 0
+def _climb(operator: Operator, clusters: list[Cluster], whole: bool, like: Stack | None) -> Stack:
+    levels: list[Level] = []
+    usual = 0
     while True:
+        level = None if like is None else like.levels[len(levels)]
         if len(clusters) > 1 or not whole:
-            usual = operator.compress(clusters, usual)
-        levels.append(pack(clusters))
+            if level is None:
+                usual = operator.compress(clusters, usual)
+            else:
+                for cluster, other in zip(clusters, level.clusters, strict=True):
+                    operator.compress_columns(cluster, other)
+        levels.append(pack(clusters, level))
         if len(clusters) == 1:
             return Stack(levels)
         clusters = _merged(operator, clusters)

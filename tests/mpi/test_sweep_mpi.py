@@ -182,7 +182,8 @@ def finish(config: Path, folder: Path, seen: dict[str, int]) -> None:
 
 
 def test_sigterm_ends_the_job_and_keeps_what_is_finished(tmp_path):
-    path = write_sweep(tmp_path, f"[cross]\nrho = {RHOS}\nelement_size = [0.1, 0.05]\n\"method.tau\" = [1.0, 1.5, 2.0, 2.5]\n")
+    crossed = f'rho = {RHOS}\nelement_size = [0.1, 0.05]\n"method.tau" = [1.0, 1.5, 2.0, 2.5]\n'
+    path = write_sweep(tmp_path, f"[cross]\n{crossed}")
     job = launch.start(2, "-m", "petcontact", "sweep", str(path), "-o", str(tmp_path / "out"))
     until(lambda: finished(tmp_path / "out") >= 10, job)
     job.terminate()

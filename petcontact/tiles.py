@@ -1,0 +1,82 @@
+"""Tiles: some columns of the boundary operators whose kernels are integrated in one call, and where they go."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .mesh import Batch
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+
+@dataclass(frozen=True)
+class Tile:
+    """k columns of one part and order.
+
+    Attributes
+    ----------
+    batch : Batch
+        The elements that own them, and their nodes (k,).
+    place : slice or (k,) array
+        Where they go among the columns asked for.
+    pick : array or None
+        Which of the elements' nodes they are, if not all.
+    known : (k, 2) bool array
+        Where the traction is known.
+    frame : (k, 2, 2) array
+    contact, contact_place, tangent
+        Columns in contact, where they go among those, their tangents.
+    given, moved : (k, 2) arrays
+        Known tractions and displacements [length].
+    outer, outer_place, push
+        Columns with one of `BoundaryOperators.outer_entries`, where they go among those, the tractions behind them.
+    """
+
+    batch: Batch
+    place: Any
+    pick: Index | None
+    known: NDArray[np.bool_]
+    frame: Array
+    contact: Index
+    contact_place: Any
+    tangent: Array
+    given: Array
+    moved: Array
+    outer: Index
+    outer_place: Any
+    push: Array
+
+
+def as_slice(places: Index) -> Any:
+    """A slice where the places are consecutive: numpy copies into it several times faster."""
+    if len(places) and places[-1] - places[0] + 1 == len(places) and bool(np.all(np.diff(places) == 1)):
+        return slice(int(places[0]), int(places[-1]) + 1)
+    return places
+
+
+def some(kernel: Array | None, columns: Index) -> Array:
+    """Columns of a kernel (2, 2, k, m), without a copy if they are all."""
+    assert kernel is not None
+    return kernel if len(columns) == kernel.shape[2] else kernel[:, :, columns]
+
+
+def put(out: Array, where: tuple[Any, ...], kernel: Array | None, direction: Array, chosen: NDArray[np.bool_]) -> None:
+    """kernel · direction into out[where, :, a] for the chosen columns; axis-parallel directions cost a copy."""
+    if kernel is None or not chosen.any():
+        return
+    if not chosen.all():
+        where = (np.arange(len(out))[where[0]][chosen], *where[1:])
+        kernel, direction = kernel[:, :, chosen], direction[chosen]
+    dx, dy = direction[:, :1], direction[:, 1:]
+    for a in range(2):
+        if not dy.any():
+            out[(*where, slice(None), a)] = kernel[a, 0] * dx
+        elif not dx.any():
+            out[(*where, slice(None), a)] = kernel[a, 1] * dy
+        else:
+            out[(*where, slice(None), a)] = kernel[a, 0] * dx + kernel[a, 1] * dy
