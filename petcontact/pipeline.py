@@ -32,7 +32,7 @@ from .system import ContactSystem
 
 Array = NDArray[np.float64]
 PROBED_NODES = 24
-CROSSOVER = 2500
+CROSSOVER = 1200
 """Nodes above which `mat_type = "auto"` compresses."""
 ELASTIC_LIMIT = 1e-7
 """Largest accepted defect of the boundary integral equations, relative to the largest displacement."""
