@@ -46,7 +46,7 @@ def assemble_dense(operators: BoundaryOperators, comm: Any) -> DenseBlocks:
         nodes = np.arange(a, min(a + TILE[0], last))
         local = slice(a - first, a - first + len(nodes))
         for tile in tiles:
-            operators.fill(nodes, tile, system=system[:, :, local], contact=contact[:, local], load=load[local])
+            operators.fill(nodes, tile, system=system[:, :, local], beside=contact[:, local], load=load[local])
     blocks.load.setArray(load.ravel())
     for block in (blocks.system, blocks.contact, blocks.load):
         block.assemble()

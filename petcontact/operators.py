@@ -19,7 +19,7 @@ from .boundary import BoundaryData
 from .kernels import integrals
 from .mesh import Batch, BoundaryMesh
 from .problem import Material
-from .tiles import Tile, as_slice, put, some
+from .tiles import Tile, as_slice, common, put, some
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -78,7 +78,7 @@ class BoundaryOperators:
         block = np.empty((len(columns), 2, len(rows), 2)) if system else None
         outer = np.zeros((np.count_nonzero(self.outer_slot[columns] >= 0), len(rows), 2))
         for tile in self.tiles(columns):
-            self.fill(rows, tile, system=block, outer=outer)
+            self.fill(rows, tile, system=block, beside=outer)
         blocks = [] if block is None else [block.reshape(2 * len(columns), 2 * len(rows)).T]
         return [*blocks, outer.reshape(len(outer), 2 * len(rows)).T]
 
@@ -145,6 +145,9 @@ class BoundaryOperators:
             group = group % 8 if small else group
             places = np.argsort(group, kind="stable")
             nodes, group = nodes[places], group[places]
+        slot = self._contact_slot[nodes] if whole else self.outer_slot[nodes]
+        if not whole:
+            slot = np.where(slot >= 0, np.cumsum(slot >= 0) - 1, -1)
         cuts = np.flatnonzero(group[1:] != group[:-1]) + 1
         result = []
         for first, last in itertools.pairwise([0, *cuts.tolist(), len(nodes)]):
@@ -152,31 +155,25 @@ class BoundaryOperators:
             step = max(1, TILE[1] // per_element) * per_element if whole and not small else last - first
             for start in range(first, last, step):
                 piece = slice(start, min(start + step, last))
-                result.append(self._tile(nodes[piece], as_slice(places[piece]), per_element, columns))
+                place = as_slice(places[piece]) if whole else piece
+                result.append(self._tile(nodes[piece], place, slot[piece], per_element, shifted=not whole))
         return result
 
-    def _tile(self, nodes: Index, place: Any, per_element: int, columns: Index | None) -> Tile:
+    def _tile(self, nodes: Index, place: Any, slot: Index, per_element: int, *, shifted: bool) -> Tile:
+        """Nodes of one part and order, where their columns go, and where those beside A_0 go (-1 for none)."""
         elements, pick = self.mesh.element[nodes], None
         if per_element > 1:
             new = np.concatenate([[True], elements[1:] != elements[:-1]])
             elements = elements[new]
             if len(nodes) < per_element * len(elements):
                 pick = (np.cumsum(new) - 1) * per_element + nodes - self.mesh.first_node[self.mesh.element[nodes]]
-        contact = np.flatnonzero(self._contact_slot[nodes] >= 0)
-        slots = self._contact_slot[nodes[contact]]
-        if columns is not None and len(contact):
-            slots = (np.cumsum(self._contact_slot[columns] >= 0) - 1)[place][contact]
-        outer, outer_place = np.empty(0, dtype=np.int64), None
-        if columns is not None:
-            outer = np.flatnonzero(self.outer_slot[nodes] >= 0)
-            outer_place = as_slice((np.cumsum(self.outer_slot[columns] >= 0) - 1)[place][outer])
-        known = self.data.traction_known[nodes]
+        beside = np.flatnonzero(slot >= 0)
+        moved = self._moved[nodes]
+        shift = moved[beside] / self.load_scale if shifted and len(beside) and moved.any() else None
         return Tile(
-            batch=Batch(self.mesh.elements(elements), nodes), place=place, pick=pick, known=known,
-            frame=self.data.frame[nodes], contact=contact, contact_place=as_slice(slots),
-            tangent=self.data.tangent[self._contact_slot[nodes[contact]]],
-            given=self._given[nodes], moved=self._moved[nodes], outer=outer, outer_place=outer_place,
-            push=self._push[nodes[outer]],
+            batch=Batch(self.mesh.elements(elements), nodes), place=place, pick=pick,
+            known=self.data.traction_known[nodes], frame=self.data.frame[nodes], given=self._given[nodes], moved=moved,
+            beside=beside, beside_place=as_slice(slot[beside]), push=self._push[nodes[beside]], shift=shift,
         )  # fmt: skip
 
     @functools.cached_property
@@ -223,15 +220,16 @@ class BoundaryOperators:
         return kernel_g, kernel_h
 
     def fill(
-        self, rows: Index, tile: Tile, *, system: Array | None = None, contact: Array | None = None,
-        load: Array | None = None, outer: Array | None = None,
+        self, rows: Index, tile: Tile, *, system: Array | None = None, beside: Array | None = None,
+        load: Array | None = None,
     ) -> None:  # fmt: skip
-        """One tile into what is given of system[column, direction, row, component], contact[column, row, component],
-        outer[column, row, component] (zero before) and load[row, component] (added)."""
-        outer = outer if len(tile.outer) else None
-        pushes = (load is not None and bool(tile.given.any())) or (outer is not None and bool(tile.push.any()))
-        moves = (load is not None or outer is not None) and bool(tile.moved.any())
-        wants_g = (system is not None and not tile.known.all()) or (contact is not None and len(tile.contact) > 0)
+        """One tile into what is given of system[column, direction, row, component], beside[column, row, component] and
+        load[row, component] (added). Beside A_0 stand the contact columns, or those of `outer_entries` (zero before)."""
+        beside = beside if len(tile.beside) else None
+        loads = load is not None
+        pushes = (loads and bool(tile.given.any())) or (beside is not None and bool(tile.push.any()))
+        moves = (loads and bool(tile.moved.any())) or (beside is not None and tile.shift is not None)
+        wants_g = system is not None and not tile.known.all()
         wants_h = system is not None and bool(tile.known.any())
         if not (wants_g or wants_h or pushes or moves):
             return
@@ -240,32 +238,30 @@ class BoundaryOperators:
             for c in range(2):
                 put(system, (tile.place, c), kernel_h, tile.frame[:, c], tile.known[:, c])
                 put(system, (tile.place, c), kernel_g, -tile.frame[:, c], ~tile.known[:, c])
-        if contact is not None and len(tile.contact):
-            every = np.ones(len(tile.contact), dtype=bool)
-            put(contact, (tile.contact_place,), some(kernel_g, tile.contact), tile.tangent, every)
         if load is not None:
             for a in range(2):
                 if pushes and kernel_g is not None:
                     load[:, a] += tile.given[:, 0] @ kernel_g[a, 0] + tile.given[:, 1] @ kernel_g[a, 1]
                 if moves and kernel_h is not None:
                     load[:, a] -= tile.moved[:, 0] @ kernel_h[a, 0] + tile.moved[:, 1] @ kernel_h[a, 1]
-        if outer is not None:
-            place, shift = tile.outer_place, tile.moved[tile.outer] / self.load_scale
+        if beside is not None:
             if pushes:
-                put(outer, (place,), some(kernel_g, tile.outer), tile.push, np.ones(len(tile.push), dtype=bool))
-            if moves and kernel_h is not None:
+                every = np.ones(len(tile.push), dtype=bool)
+                put(beside, (tile.beside_place,), some(kernel_g, tile.beside), tile.push, every)
+            if tile.shift is not None:
+                kernel, (x, y) = some(kernel_h, tile.beside), tile.shift.T
                 for a in range(2):
-                    column = some(kernel_h, tile.outer)[a]
-                    outer[place, :, a] -= column[0] * shift[:, :1] + column[1] * shift[:, 1:]
-        self._add_free_term(rows, tile, system, load if moves else None, outer if moves else None)
+                    beside[tile.beside_place, :, a] -= kernel[a, 0] * x[:, None] + kernel[a, 1] * y[:, None]
+        self._add_free_term(rows, tile, system, beside, load if moves else None)
 
-    def _add_free_term(self, rows: Index, tile: Tile, system: Array | None, load: Array | None,
-                       outer: Array | None) -> None:  # fmt: skip
+    def _add_free_term(
+        self, rows: Index, tile: Tile, system: Array | None, beside: Array | None, load: Array | None
+    ) -> None:
         """½ I, where a node of the tile is its own target."""
         nodes = tile.batch.nodes
         if nodes[-1] < rows[0] or nodes[0] > rows[-1]:
             return
-        column, row = np.nonzero(nodes[:, None] == rows[None, :])
+        row, column = common(rows, nodes)
         if not len(row):
             return
         if system is not None:
@@ -274,8 +270,6 @@ class BoundaryOperators:
                 system[place, c, row] += 0.5 * tile.known[column, c, None] * tile.frame[column, c]
         if load is not None:
             load[row] -= 0.5 * tile.moved[column]
-        if outer is not None:
-            place = np.full(len(nodes), -1)
-            place[tile.outer] = np.arange(len(outer))[tile.outer_place]
-            here = place[column] >= 0
-            outer[place[column[here]], row[here]] -= 0.5 / self.load_scale * tile.moved[column[here]]
+        if beside is not None and tile.shift is not None:
+            mine, own = common(nodes[tile.beside], rows)
+            beside[np.arange(len(beside))[tile.beside_place][mine], own] -= 0.5 * tile.shift[mine]

@@ -29,12 +29,12 @@ class Tile:
     known : (k, 2) bool array
         Where the traction is known.
     frame : (k, 2, 2) array
-    contact, contact_place, tangent
-        Columns in contact, where they go among those, their tangents.
     given, moved : (k, 2) arrays
         Known tractions and displacements [length].
-    outer, outer_place, push
-        Columns with one of `BoundaryOperators.outer_entries`, where they go among those, the tractions behind them.
+    beside, beside_place
+        Columns that have one beside A_0, and where those go.
+    push, shift
+        The tractions and (if any) the displacements behind those.
     """
 
     batch: Batch
@@ -42,14 +42,19 @@ class Tile:
     pick: Index | None
     known: NDArray[np.bool_]
     frame: Array
-    contact: Index
-    contact_place: Any
-    tangent: Array
     given: Array
     moved: Array
-    outer: Index
-    outer_place: Any
+    beside: Index
+    beside_place: Any
     push: Array
+    shift: Array | None
+
+
+def common(one: Index, other: Index) -> tuple[Index, Index]:
+    """Places of the numbers that two arrays share, the second one increasing."""
+    place = np.minimum(np.searchsorted(other, one), len(other) - 1)
+    found = np.flatnonzero(other[place] == one)
+    return found, place[found]
 
 
 def as_slice(places: Index) -> Any:
