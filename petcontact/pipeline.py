@@ -28,6 +28,7 @@ from .problem import Contact, Problem
 from .rules import Rule
 from .signals import Interrupted, check, held
 from .solution import Solution, contact_fields
+from .spectral import shared_by
 from .system import ContactSystem
 
 Array = NDArray[np.float64]
@@ -69,18 +70,25 @@ def discretise(problem: Problem) -> BoundaryOperators:
     return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), problem.material, outline.log_length)
 
 
-def prepare(case: Case, comm: Any = None) -> Prepared:
-    """Discretise and eliminate; what does not depend on the method's parameters is done once, here."""
+def prepare(case: Case, comm: Any = None, cases: int = 1) -> Prepared:
+    """Discretise and eliminate; what does not depend on the method's parameters is done once, here.
+
+    `cases` is how many will be run on it: several may share more than one would.
+    """
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
     operators = discretise(case)
-    return prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began})
+    return prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began}, cases)
 
 
-def prepare_operators(operators: BoundaryOperators, case: Case, comm: Any, timings: dict[str, float]) -> Prepared:
+def prepare_operators(
+    operators: BoundaryOperators, case: Case, comm: Any, timings: dict[str, float], cases: int = 1
+) -> Prepared:
     """Eliminate a problem that is discretised already; its seconds are added to `timings`."""
     with options(case.petsc), _threads.suited_to(2 * operators.mesh.n_nodes):
         system = _build_system(operators, case, comm, timings)
+        if case.method.formulation == "condensed" and cases > 1:
+            system = shared_by(cases, system, comm, timings)
     return Prepared(operators, system, comm, timings)
 
 

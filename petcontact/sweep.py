@@ -195,7 +195,7 @@ class _Run:
     def _work_on(self, group: Group) -> None:
         """Prepare a group once, then claim its cases one by one."""
         first = self.sweep.cases[group.cases[0]].case
-        prepared, reason = self.team.attempt(lambda: pipeline.prepare(first, self.team.comm))
+        prepared, reason = self.team.attempt(lambda: pipeline.prepare(first, self.team.comm, len(group.cases)))
         if prepared is not None:
             for name, seconds in prepared.timings.items():
                 self._add(name, seconds)

@@ -13,6 +13,7 @@ from .config import Case
 from .errors import PetcontactError
 from .marking import mesh_of
 from .pipeline import CROSSOVER, resolved_bem
+from .spectral import shares
 from .sweep_config import SweepCase
 
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios matter, they decide the
@@ -22,7 +23,8 @@ FLOP = 4e-11
 FIXED = 2e-3
 CASE = 1.2e-2
 ITERATIONS = 40
-COMPRESSED = 4e-4
+COMPRESSED = 3e-5
+EIGEN = 25.0
 PROCESS_MEMORY = 1.35e8
 """Bytes of a rank before it has read a case: Python, numpy, PETSc and HDF5."""
 
@@ -85,6 +87,9 @@ def estimate(places: tuple[int, ...], case: Case, ranks: int) -> Group:
         prepare = ENTRY * n * n + FLOP * (factor + 2.0 * (2 * n) ** 2 * m)
         solve = FLOP * (factor if full else 2.0 / 3.0 * m**3 + 6.0 * m * m)
         memory = 8.0 * ((2 * n) ** 2 * (2 if full or ranks > 1 else 1) + 2 * (2 * n) * m + 3 * m * m)
+    if not full and ranks == 1 and shares(len(places), m):
+        prepare, solve = prepare + FLOP * EIGEN * m**3, FLOP * 6.0 * m * m
+        memory += 8.0 * 5 * m * m
     return Group(places, n, m, FIXED + prepare / ranks, CASE + ITERATIONS * solve / ranks, memory)
 
 

@@ -249,11 +249,11 @@ def stamps(folder: Path) -> dict[str, int]:
 
 def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(small, tmp_path, monkeypatch, comm):
     calls = []
-    monkeypatch.setattr(pipeline, "prepare", lambda case, comm: calls.append(case) or prepare(case, comm))
+    monkeypatch.setattr(pipeline, "prepare", lambda case, comm, cases: calls.append(cases) or prepare(case, comm, cases))
     folder = tmp_path / "new" / "out"
     summary = quietly(small, folder)
     assert (summary.computed, summary.reused, summary.failed, summary.exit_status) == (8, 0, {}, 0)
-    assert len(calls) == 2
+    assert calls == [4, 4]
     monkeypatch.undo()
     for chosen in small.cases:
         alone = solve(chosen.case, comm=comm)
@@ -354,10 +354,10 @@ def test_a_failing_case_is_recorded_and_redone(small, tmp_path, monkeypatch):
 
 
 def test_a_group_that_cannot_be_prepared_fails_case_by_case(small, tmp_path, monkeypatch):
-    def failing(case, comm):
+    def failing(case, comm, cases):
         if case.mesh.element_size == 0.8:
             raise SolverError("factor", "zero pivot", "fix the body")
-        return prepare(case, comm)
+        return prepare(case, comm, cases)
 
     monkeypatch.setattr(pipeline, "prepare", failing)
     summary = quietly(small, tmp_path)
