@@ -1,8 +1,9 @@
 """Semismooth Newton (primal-dual active set) on u_t = u_0 + S σ_t, its sets predicted by the layer operator T.
 
-Each iteration solves S σ = -u_0 on the nodes that stick. Which do is foretold, where T is cheap, by the contact problem
-of the layer through the last iterate, u + T(q - σ): its set is nearly the right one, so that two to four solves with S
-do. Without prediction the set is exchanged node by node. Globalised by block principal pivoting, see `active_set`.
+Each iteration solves S σ = -u_0 on the nodes that stick. Which do is foretold, where a solve with S costs more than T,
+by the contact problem of the layer through the last iterate, u + T(q - σ): its set is nearly the right one, so that two
+to four solves with S do. Without prediction those nodes that break an inequality are exchanged, which takes some ten
+steps. Globalised by block principal pivoting, see `active_set`.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ from .system import ContactSystem
 
 Array = NDArray[np.float64]
 PLAIN_SIZE = 300
-"""Contact nodes up to which T does not pay where a start gives a good set already."""
+"""Contact nodes of a dense S up to which more of its own steps cost less than to set T up."""
 LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
 Monitor = Callable[[ContactState], None]
@@ -48,7 +49,7 @@ def semismooth_newton(
     start : pair of (m, 1) arrays, optional
         u_t [length] and σ_t [stress] whose set is the first guess; full stick, or T's own solution, by default.
     predict : bool, optional
-        Whether T predicts the sets; not by default from a given start on a small dense S.
+        Whether T predicts the sets; not by default where S is dense and small.
     monitor : callable, optional
         Called with the state so far after each iteration.
 
@@ -62,7 +63,7 @@ def semismooth_newton(
     base = system.u_0[:, 0]
     compressed = bool(getattr(system, "compressed", False))
     if predict is None:
-        predict = start is None or compressed or len(base) > PLAIN_SIZE
+        predict = compressed or len(base) > PLAIN_SIZE
     layer = LayerOperator(system.operators) if predict or compressed else None
     if layer is not None:
         layer.rtol = LOOSE

@@ -15,7 +15,9 @@ from petcontact._petsc import options
 from petcontact.compressed import CompressedSystem
 from petcontact.formulations import CondensedSystem
 from petcontact.method import Bem
-from petcontact.pipeline import discretise, resolved_bem
+from petcontact.pipeline import discretise, prepare, resolved_bem, run
+from petcontact.sweep_config import load_sweep
+from petcontact.sweep_plan import group_cases
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 MESHES = [MeshOptions(element_size=0.05), MeshOptions(element_size=0.4, order=3),
@@ -115,3 +117,21 @@ def test_ksp_view_names_the_compression(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "I + rho S, S by hodlr, tolerance 1e-09, leaf 128" in done.stdout
+
+
+def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
+    sweep = load_sweep(CONFIGS / "tables.toml")
+    counted = 0
+    for places in group_cases(sweep.cases, range(len(sweep.cases))):
+        cases = [sweep.cases[place].case for place in places]
+        found = []
+        for bem in (Bem(mat_type="dense"), Bem(mat_type="hodlr", hodlr_leaf=16)):
+            prepared = prepare(cases[0].model_copy(update={"bem": bem}), cases=len(cases))
+            found.append([run(prepared, case, probe=False) for case in cases])
+            prepared.close()
+        for dense, small in zip(*found, strict=True):
+            assert "hodlr" in small.info["solver"] and dense.converged and small.converged
+            assert dense.iterations == small.iterations
+            assert np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-9 * np.abs(dense.contact.u_t).max()
+            counted += 1
+    assert counted == 128
