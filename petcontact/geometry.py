@@ -134,13 +134,14 @@ class Outline:
                              "too little for 16 digits, choose another origin or unit of length")  # fmt: skip
 
     def _check_simple(self) -> None:
+        body = self.polygon()
+        if body.is_valid:
+            return
         for loop in self.loops:
             ring = shapely.Polygon(_ring(loop, 64))
             if not ring.is_valid:
                 raise InputError(f"geometry: the outline crosses or touches itself ({explain_validity(ring)})")
-        body = self.polygon()
-        if not body.is_valid:
-            raise InputError(f"geometry: loops cross or touch, or a hole lies outside ({explain_validity(body)})")
+        raise InputError(f"geometry: loops cross or touch, or a hole lies outside ({explain_validity(body)})")
 
 
 def _ring(loop: Sequence[Side], points_per_arc: int) -> Array:

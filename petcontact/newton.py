@@ -114,14 +114,16 @@ def _iterate(
         rho = balanced_rho(*old, weight, 1.0)
         residual = contact_norm(projection_residual(*old, bound, rho), weight)
         history.add(rho, np.nan, change, residual, compliance.ksp_iterations)
-        relative = criterion.relative_residual(*new, bound, weight, rho)
-        done = step.wrong == 0
-        reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"
-        converged = done and relative <= criterion.tolerance
-        state = ContactState(*new, balanced_rho(*new, weight, rho), converged, reason, history)
+        reason, converged, last = f"{step.wrong} nodes on the wrong side", False, len(history) >= max_iterations
+        if step.wrong == 0 or last:
+            relative = criterion.relative_residual(*new, bound, weight, rho)
+            reason += f", relative friction residual {relative:.1e}"
+            converged = step.wrong == 0 and relative <= criterion.tolerance
+        state = ContactState(*new, rho, converged, reason, history)
         if monitor is not None:
             monitor(state)
-        if done or len(history) >= max_iterations:
+        if step.wrong == 0 or last:
+            state.rho = balanced_rho(*new, weight, rho)
             break
         old = new
     return state
