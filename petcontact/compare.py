@@ -106,7 +106,7 @@ def compare(
     followed = path_rho if path_rho is not None else rhos[len(rhos) // 2]
     rows = []
     for label, case in cases:
-        prepared = prepare(case, comm)
+        prepared = prepare(case, comm, cases=len(contenders) * len(rhos))
         try:
             with options(case.petsc):
                 exact = _reference(prepared, reference)

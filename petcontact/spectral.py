@@ -68,6 +68,7 @@ class SpectralSystem(EliminatedSystem):
     def robin_increment(self, rho: float, r: Array) -> tuple[Array, Array]:
         """(I + ρS) δσ = r, δu = S δσ, both from the same coefficients."""
         self.elastic_solves += 1
+        self.applications += 1
         coefficients = (self._inverse @ r[:, 0]) / (1.0 + rho * self._values)
         both = self._basis @ np.stack([self._values * coefficients, coefficients], axis=1)
         return both[:, :1], both[:, 1:]
