@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import os
 from collections.abc import Iterable
@@ -32,7 +34,11 @@ class Collector:
         self._folder, self._sweep = folder, sweep
         self._path = folder.path / f".{folder.results.name}.collected.tmp"
         self.statuses: dict[int, tuple[str, str]] = {}
-        self._file: Any = h5py.File(self._path, "w")
+        try:
+            self._raw = _Steadfast(self._path, "w+")
+        except OSError as error:
+            raise self._error(error) from error
+        self._file: Any = h5py.File(self._raw, "w")
 
     def add(self, places: Iterable[int], limit: int | None = None) -> None:
         """Copy the files of some cases (at most `limit`) that are not copied yet."""
@@ -44,6 +50,7 @@ class Collector:
                 source.copy(source["/"], self._file, case.id, without_attrs=True)
                 attributes = dict(source.attrs)
             self._file[case.id].attrs.update(attributes)
+            self._check()
             self.statuses[place] = (str(attributes["status"]), str(attributes["reason"]))
 
     def finish(self, facts: dict[str, Any]) -> Path:
@@ -53,9 +60,56 @@ class Collector:
         self._file[INDEX] = index_text(self._sweep)
         self._file[FACTS] = json.dumps(facts)
         self._file.close()
+        self._check()
+        self._raw.close()
         with temporary_name(self._folder.results) as temporary:
             os.replace(self._path, temporary)
         return self._folder.results
+
+    def _check(self) -> None:
+        if (error := self._raw.error) is not None:
+            with contextlib.suppress(OSError, RuntimeError):
+                self._file.close()
+            self._raw.close()
+            self._path.unlink(missing_ok=True)
+            raise self._error(error) from error
+
+    def _error(self, error: OSError) -> ResultError:
+        return ResultError(
+            f"{self._folder.results}: cannot be written ({error.strerror}); the finished cases are whole, "
+            "start the sweep again where there is room"
+        )
+
+
+class _Steadfast(io.FileIO):
+    """A file that keeps the first error of its writes to itself, for HDF5, which crashes the process on one.
+
+    Attributes
+    ----------
+    error : OSError or None
+        To be looked at by who writes.
+    """
+
+    error: OSError | None = None
+
+    def write(self, data: Any) -> int:
+        """All of the data, or nothing more after an error."""
+        rest = memoryview(data).cast("B")
+        size = len(rest)
+        while len(rest) and self.error is None:
+            try:
+                rest = rest[super().write(rest) or 0 :]
+            except OSError as error:
+                self.error = error
+        return size
+
+    def truncate(self, size: int | None = None) -> int:
+        """Of the file, unless it had an error."""
+        try:
+            return super().truncate(size) if self.error is None else size or 0
+        except OSError as error:
+            self.error = error
+            return size or 0
 
 
 def read_index(path: str | Path) -> dict[str, Any]:

@@ -428,3 +428,22 @@ def test_the_command_lists_computes_and_says_what_it_did(tmp_path):
     bad = command("small.toml", "--only", "nothing", cwd=tmp_path)
     assert (bad.returncode, bad.stderr.count("\n")) == (2, 1)
     assert command("small.toml", "--ranks-per-case", "2", cwd=tmp_path).returncode == 2
+
+
+def test_results_that_do_not_fit_the_disk_end_in_one_line_and_lose_no_case(small, tmp_path):
+    """A limit on the size of a file stands for a full disk: the cases fit it, what collects them does not."""
+    program = (
+        "import resource, sys\nfrom petcontact import cli\nfrom petcontact._petsc import initialise\n"
+        "initialise()\nresource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))\n"
+        "sys.argv[0] = 'petcontact'\ncli.entry()\n"
+    )
+    words = [sys.executable, "-c", program, "sweep", str(tmp_path / "small.toml"), "-o", str(tmp_path / "out")]
+    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2, done.stderr
+    (line,) = [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
+    assert "results.h5: cannot be written (File too large); the finished cases are whole" in line
+    kept = stamps(tmp_path / "out")
+    assert kept and all(read_solution(tmp_path / "out" / "cases" / name).converged for name in kept)
+    assert not (tmp_path / "out" / "results.h5").exists() and not list((tmp_path / "out").glob("*.tmp"))
+    again = quietly(small, tmp_path / "out")
+    assert (again.computed, again.reused, again.exit_status) == (8 - len(kept), len(kept), 0)
