@@ -35,6 +35,8 @@ Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
 
+UNTRIED = 0.8
+"""Pace, of the ladder's own, that is expected of a body on which only two rungs were compared."""
 FIRST_LOOK = 12
 """Least number of elements on a contact side when nothing is known of its zones."""
 def adapt(
@@ -100,14 +102,16 @@ def estimated_error(differences: list[float], climbed: list[int]) -> float:
     """Error of the last rung from the differences of all rungs climbed.
 
     The last difference is the error of the last rung but one. What the ladder gains in the last step is known from
-    its typical errors, raised to the power at which the steps before were slower than they should have been.
+    its typical errors, raised to the power at which the steps before were slower than they should have been. As long as
+    there were none that power is UNTRIED, and nothing better than the rung's typical error is claimed.
     """
     errors = np.log([LADDER[k].error for k in climbed])
-    pace = 1.0
+    pace = UNTRIED
     if len(differences) > 1 and differences[-1] > 0.0:
         seen = np.log(differences[-1] / differences[-2]) / (errors[-2] - errors[-3])
         pace = float(np.clip(seen, 0.25, 1.0)) if seen < 0.8 else 1.0
-    return float(differences[-1] * np.exp(pace * (errors[-1] - errors[-2])))
+    estimate = float(differences[-1] * np.exp(pace * (errors[-1] - errors[-2])))
+    return max(estimate, LADDER[climbed[-1]].error) if len(differences) == 1 else estimate
 
 
 @dataclass(frozen=True)
@@ -156,6 +160,9 @@ def contact_lines(body: Body, solution: Solution, side_of_element: Index) -> lis
     lines = []
     for k in np.flatnonzero(body.contact):
         chosen = side_of_element[element] == k
+        # without friction there are no transitions: one zone, whatever the sign of u_t
+        free = chosen & (contact.friction_bound == 0.0)
+        sign[free] = 1 if contact.u_t[free, 0].sum() >= 0.0 else -1
         mine = np.flatnonzero(side_of_element == k)
         offset = mesh.side_start[mine[0]]
         breaks = np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]]) - offset

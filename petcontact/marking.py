@@ -13,6 +13,7 @@ from .mesh import BoundaryMesh
 from .meshing import mesh_outline, points_on_sides, singular_ends
 from .problem import Contact, Problem
 from .refine import Grading, Marks, balanced, graded_mesh
+from .singular import RIGHT_ANGLE, corner_powers, kinks
 
 Array = NDArray[np.float64]
 UNSEEN = 24
@@ -68,8 +69,12 @@ class Body:
         Which sides are in contact.
     given : list of (k,) arrays
         Arc lengths of the points of each side that the user wants graded [length].
+    kinks : list of (k,) arrays
+        Arc lengths on each side at which the data have a kink or a jump [length].
     singular : list of pairs of bool
         Whether the start and the end of each side are corners or places where parts meet.
+    powers : list of pairs of float
+        With which power of the error the smallest elements shrink there, see `singular.corner_powers`.
     log_length : float
     """
 
@@ -77,7 +82,9 @@ class Body:
     scale: float
     contact: list[bool]
     given: list[Array]
+    kinks: list[Array]
     singular: list[tuple[bool, bool]]
+    powers: list[tuple[float, float]]
     log_length: float
 
     @staticmethod
@@ -88,7 +95,10 @@ class Body:
         given = [side.length * f for side, f in zip(outline.sides, points_on_sides(outline, problem.mesh), strict=True)]
         scale = 2.0 * polygon.area / polygon.length
         contact = [side.part in parts for side in outline.sides]
-        return Body(outline, scale, contact, given, singular_ends(outline), outline.log_length)
+        return Body(
+            outline, scale, contact, given, kinks(problem, outline), singular_ends(outline),
+            corner_powers(problem, outline), outline.log_length,
+        )  # fmt: skip
 
 
 def mesh_of(problem: Problem, outline: Outline) -> BoundaryMesh:
@@ -124,8 +134,8 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
     shown : list of ContactLine, optional
         A solution so far, one a contact side, which shows the transition points.
     """
-    # truncation errors fall with the power 1/0.7 of the size at corners, with its square at transition points
-    # (measured on the paper's examples, whose corners are clamped at one side, the strongest case at a right angle)
+    # truncation errors fall with the power 2λ of the size at corners, with its square at transition points (measured on
+    # the paper's examples, whose corners are clamped at one side, the strongest case at a right angle: 2λ = 1/0.7)
     level = resolved / 1e-4
     at_corner, at_transition = 0.015 * body.scale * level**0.7, 0.06 * body.scale * level**0.5
     lines = iter(shown or [])
@@ -137,11 +147,15 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
         inner = np.array(sorted(s for s in found if closest < s < side.length - closest))
         given = body.given[k]
         inside = given[(given > closest) & (given < side.length - closest)]
+        kinked = body.kinks[k][(body.kinks[k] > closest) & (body.kinks[k] < side.length - closest)]
         ends = [singular or float(s) in given for singular, s in zip(body.singular[k], (0.0, side.length), strict=True)]
-        points = np.concatenate([[0.0], inside, inner, [side.length]])
+        points = np.concatenate([[0.0], inside, inner, kinked, [side.length]])
         sizes = np.full(len(points), at_corner)
         # points that are given on contact sides are transition points
         sizes[1 if body.contact[k] else 1 + len(inside) : -1] = at_transition
+        for place, power in zip((0, -1), body.powers[k], strict=True):
+            if power > RIGHT_ANGLE:
+                sizes[place] = body.scale * (0.00248 * level) ** power
         order = np.argsort(points, kind="stable")
         points, sizes = points[order], sizes[order]
         distinct = np.append(np.diff(points) > closest, True)

@@ -76,18 +76,18 @@ def singular_ends(outline: Outline) -> list[tuple[bool, bool]]:
     result = []
     for loop in outline.loops:
         joints = [
-            before.part != after.part or _turn(before, after) > CORNER
+            before.part != after.part or abs(turn(before, after)) > CORNER
             for before, after in zip((loop[-1], *loop[:-1]), loop, strict=True)
         ]
         result += list(zip(joints, [*joints[1:], joints[0]], strict=True))
     return result
 
 
-def _turn(before: Side, after: Side) -> float:
-    """Angle between the tangents where two sides meet [rad]."""
+def turn(before: Side, after: Side) -> float:
+    """Angle from the tangent of a side to that of the next one where they meet, positive at a convex corner [rad]."""
     a, b = (side.end - side.start for side in (before, after))
     between = math.atan2(a[0] * b[1] - a[1] * b[0], float(a @ b)) - before.half_angle - after.half_angle
-    return abs(math.remainder(between, 2.0 * math.pi))
+    return math.remainder(between, 2.0 * math.pi)
 
 
 def graded_breaks(side: Side, given: Array, ends: tuple[bool, bool], size: float | None, options: MeshOptions) -> Array:
