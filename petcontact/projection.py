@@ -119,7 +119,9 @@ def project(
         if monitor is not None:
             monitor(ContactState(u, sigma, rho, False, f"stopped in iteration {k + 1}", history))
         largest = max(largest, contact_norm(sigma, weight))
-        relative = criterion.relative_residual(u, sigma, bound, weight, rho, largest)
+        relative = np.inf
+        if criterion.stop == "residual" or change <= criterion.tolerance:
+            relative = criterion.relative_residual(u, sigma, bound, weight, rho, largest)
         if criterion.met(change, relative):
             reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
             return ContactState(u, sigma, rho, True, reason, history)
