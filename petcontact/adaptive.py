@@ -29,6 +29,7 @@ from .operators import BoundaryOperators
 from .pipeline import prepare_operators, probed, run
 from .problem import Problem
 from .refine import graded_mesh
+from .signals import Interrupted
 from .solution import Solution, Zone
 
 Array = NDArray[np.float64]
@@ -60,7 +61,7 @@ def adapt(
     monitor : callable, optional
         Called with the state so far after each iteration of each solve.
     keep_interrupted : bool
-        As in `pipeline.run`: the iterate at which a signal came is returned.
+        As in `pipeline.run`: the iterate at which a signal came is returned, or the mesh before if none was under way.
 
     Returns
     -------
@@ -91,7 +92,14 @@ def adapt(
     for k in [*range(1, min(2, first - 1)), *range(max(1, first - 1), len(LADDER))]:
         if levels[-1].solution.status == "failed" or (estimate <= accuracy and climbed[-1] >= first):
             break
-        levels.append(solve_level(case, body, LADDER[k], levels[-1], comm, monitor, keep_interrupted))
+        try:
+            levels.append(solve_level(case, body, LADDER[k], levels[-1], comm, monitor, keep_interrupted))
+        except Interrupted as error:
+            if not keep_interrupted:
+                raise
+            solution = _finished(body, levels, accuracy, estimate, differences, time.perf_counter() - began)
+            solution.info["interrupted"] = error.number
+            return replace(solution, status="failed", reason=f"interrupted by {error.name} on the way to the next mesh")
         climbed.append(k)
         differences.append(relative_difference(levels[-1].lines, levels[-2].lines))
         estimate = estimated_error(differences, climbed)

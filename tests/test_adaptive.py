@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import signal
+
 import numpy as np
 import pytest
 from conftest import example
 
-from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, solve
-from petcontact.adaptive import estimated_error
+from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, adaptive, solve
+from petcontact.adaptive import estimated_error, solve_level
 from petcontact.estimate import ContactLine, displacement, slip_at_end, transition, without_specks
 from petcontact.marking import LADDER, Body, marks_for
 from petcontact.mesh import BoundaryMesh
 from petcontact.refine import Grading, Marks, balanced, graded_mesh, graded_side
+from petcontact.signals import Interrupted
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better
 TRANSITIONS = {1: (3.377767813205719, 7.999854958057404), 2: (2.4115453362464914, 8.435704696178437)}
@@ -203,3 +206,22 @@ def test_points_of_the_config_are_graded(comm):
     case = example(1, mesh=MeshOptions(graded_points=((2.0, 0.0),)))
     body = Body.of(case, case.geometry.outline())
     assert 2.0 in marks_for(body, Grading(3, 0.3), 1e-4, None)[0].position
+
+
+def test_a_signal_on_the_way_to_the_next_mesh_keeps_the_one_before(comm, monkeypatch):
+    calls = []
+
+    def interrupted(*arguments):
+        calls.append(1)
+        if len(calls) == 3:
+            raise Interrupted(signal.SIGTERM)
+        return solve_level(*arguments)
+
+    monkeypatch.setattr(adaptive, "solve_level", interrupted)
+    solution = adapt(example(1), 1e-6, comm=comm, keep_interrupted=True)
+    assert solution.status == "failed" and "SIGTERM" in solution.reason
+    assert solution.info["interrupted"] == signal.SIGTERM and len(solution.info["levels"]) == 2
+    assert solution.elastic_residual < 1e-10 and solution.info["estimated_error"] > 1e-6
+    calls.clear()
+    with pytest.raises(Interrupted):
+        adapt(example(1), 1e-6, comm=comm)
