@@ -141,3 +141,13 @@ def test_no_load_is_solved_at_once():
     boundary = [c if c.part != "left" else c.model_copy(update={"value": (0.0, 0.0)}) for c in case.boundary]
     solution = solve(case.model_copy(update={"boundary": tuple(boundary)}))
     assert solution.converged and np.abs(solution.u).max() == 0.0
+
+
+def test_a_small_change_alone_is_no_convergence():
+    """At a ρ far off the iterates hardly move: the friction residual has a say, too."""
+    criterion = Criterion(1e-6)
+    assert criterion.met(1e-7, 1e-4) and not criterion.met(1e-7, 1e-2) and not criterion.met(1e-5, 0.0)
+    residual = Criterion(1e-6, "residual")
+    assert residual.met(1.0, 1e-7) and not residual.met(0.0, 1e-5)
+    state = solve(example(1, mesh=MeshOptions(element_size=0.4), rule="fixed", rho=1e-9, max_iterations=50))
+    assert not state.converged and state.history.change[-1] < 1e-6
