@@ -49,16 +49,20 @@ def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
 
 def test_the_unit_of_length_does_not_matter(comm):
     """Single and double layers stand in one matrix; in metres the first would be a thousand times smaller."""
-    missed = []
+    missed, found = [], []
     for unit in (1.0, 1e-3, 1e3):
         keys = {"geometry.upper_right": [8.0 * unit, 4.0 * unit], "mesh.element_size": 0.1 * unit}
         operators = discretise(load(CONFIGS / "example1.toml", keys))
         dense, system = CondensedSystem(operators, comm), CompressedSystem(operators, comm, Bem(hodlr_leaf=16))
         exact = dense.compliance()
         missed.append(np.abs(system.compliance() - exact).max() / np.abs(exact).max())
+        found.append((exact / unit, dense.u_0 / unit))
         system.close()
         dense.close()
     assert max(missed) < 1e-8 and max(missed) < 1.5 * min(missed)
+    for compliance, u_0 in found[1:]:
+        assert np.allclose(compliance, found[0][0], rtol=0, atol=1e-11 * np.abs(found[0][0]).max())
+        assert np.allclose(u_0, found[0][1], rtol=0, atol=1e-11 * np.abs(u_0).max())
 
 
 @pytest.mark.parametrize("number", [1, 2])
