@@ -35,11 +35,12 @@ from .solution import Solution, Zone
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
 
-
 UNTRIED = 0.8
 """Pace, of the ladder's own, that is expected of a body on which only two rungs were compared."""
 FIRST_LOOK = 12
 """Least number of elements on a contact side when nothing is known of its zones."""
+
+
 def adapt(
     case: Case | Problem,
     accuracy: float,
@@ -89,6 +90,7 @@ def adapt(
     # the second rung is cheap and places the transition points well enough for every other one
     climbed, differences, estimate = [0], list[float](), math.inf
     levels = [solve_level(case, body, LADDER[0], None, comm, monitor, keep_interrupted)]
+    interrupted: Interrupted | None = None
     for k in [*range(1, min(2, first - 1)), *range(max(1, first - 1), len(LADDER))]:
         if levels[-1].solution.status == "failed" or (estimate <= accuracy and climbed[-1] >= first):
             break
@@ -97,13 +99,16 @@ def adapt(
         except Interrupted as error:
             if not keep_interrupted:
                 raise
-            solution = _finished(body, levels, accuracy, estimate, differences, time.perf_counter() - began)
-            solution.info["interrupted"] = error.number
-            return replace(solution, status="failed", reason=f"interrupted by {error.name} on the way to the next mesh")
+            interrupted = error
+            break
         climbed.append(k)
         differences.append(relative_difference(levels[-1].lines, levels[-2].lines))
         estimate = estimated_error(differences, climbed)
-    return _finished(body, levels, accuracy, estimate, differences, time.perf_counter() - began)
+    solution = _finished(body, levels, accuracy, estimate, differences, time.perf_counter() - began)
+    if interrupted is None:
+        return solution
+    solution.info["interrupted"] = interrupted.number
+    return replace(solution, status="failed", reason=f"interrupted by {interrupted.name} on the way to the next mesh")
 
 
 def estimated_error(differences: list[float], climbed: list[int]) -> float:

@@ -16,6 +16,8 @@ from .refine import Grading, Marks, balanced, graded_mesh
 from .singular import RIGHT_ANGLE, corner_powers, kinks
 
 Array = NDArray[np.float64]
+CORNER_SIZE = 0.015 ** (1.0 / RIGHT_ANGLE)
+"""Size of the smallest elements, in thicknesses of the body, that leaves an error of 1e-4 at a corner of power 1."""
 UNSEEN = 24
 """Least number of elements on a contact side whose transition points nobody has told."""
 
@@ -137,7 +139,7 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
     # truncation errors fall with the power 2λ of the size at corners, with its square at transition points (measured on
     # the paper's examples, whose corners are clamped at one side, the strongest case at a right angle: 2λ = 1/0.7)
     level = resolved / 1e-4
-    at_corner, at_transition = 0.015 * body.scale * level**0.7, 0.06 * body.scale * level**0.5
+    at_corner, at_transition = body.scale * (CORNER_SIZE * level) ** RIGHT_ANGLE, 0.06 * body.scale * level**0.5
     lines = iter(shown or [])
     marks = []
     for k, side in enumerate(body.outline.sides):
@@ -153,9 +155,7 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
         sizes = np.full(len(points), at_corner)
         # points that are given on contact sides are transition points
         sizes[1 if body.contact[k] else 1 + len(inside) : -1] = at_transition
-        for place, power in zip((0, -1), body.powers[k], strict=True):
-            if power > RIGHT_ANGLE:
-                sizes[place] = body.scale * (0.00248 * level) ** power
+        sizes[[0, -1]] = [body.scale * (CORNER_SIZE * level) ** power for power in body.powers[k]]
         order = np.argsort(points, kind="stable")
         points, sizes = points[order], sizes[order]
         distinct = np.append(np.diff(points) > closest, True)

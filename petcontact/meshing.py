@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +15,7 @@ from .geometry import Outline, Side
 from .mesh import BoundaryMesh, build_mesh
 from .mesh_options import MeshOptions
 
+T = TypeVar("T")
 Array = NDArray[np.float64]
 CORNER = math.radians(10.0)
 """A joint that turns by more is a corner [rad]."""
@@ -73,13 +76,15 @@ def singular_ends(outline: Outline) -> list[tuple[bool, bool]]:
 
     A smooth joint inside a part is none, nor are the vertices of a polyline that stands for a curve.
     """
-    result = []
+    return at_ends(outline, lambda before, after: before.part != after.part or abs(turn(before, after)) > CORNER)
+
+
+def at_ends(outline: Outline, joint: Callable[[Side, Side], T]) -> list[tuple[T, T]]:
+    """Of each side, what a function of two sides that meet says of its start and of its end."""
+    result: list[tuple[T, T]] = []
     for loop in outline.loops:
-        joints = [
-            before.part != after.part or abs(turn(before, after)) > CORNER
-            for before, after in zip((loop[-1], *loop[:-1]), loop, strict=True)
-        ]
-        result += list(zip(joints, [*joints[1:], joints[0]], strict=True))
+        joints = [joint(before, after) for before, after in zip((loop[-1], *loop[:-1]), loop, strict=True)]
+        result += zip(joints, [*joints[1:], joints[0]], strict=True)
     return result
 
 

@@ -114,16 +114,17 @@ def _iterate(
         rho = balanced_rho(*old, weight, 1.0)
         residual = contact_norm(projection_residual(*old, bound, rho), weight)
         history.add(rho, np.nan, change, residual, compliance.ksp_iterations)
-        reason, converged, last = f"{step.wrong} nodes on the wrong side", False, len(history) >= max_iterations
-        if step.wrong == 0 or last:
+        reason, converged = f"{step.wrong} nodes on the wrong side", False
+        ends = step.wrong == 0 or len(history) >= max_iterations
+        if ends:
             relative = criterion.relative_residual(*new, bound, weight, rho)
             reason += f", relative friction residual {relative:.1e}"
             converged = step.wrong == 0 and relative <= criterion.tolerance
+            rho = balanced_rho(*new, weight, rho)
         state = ContactState(*new, rho, converged, reason, history)
         if monitor is not None:
             monitor(state)
-        if step.wrong == 0 or last:
-            state.rho = balanced_rho(*new, weight, rho)
+        if ends:
             break
         old = new
     return state

@@ -57,10 +57,7 @@ class BoundaryOperators:
 
     def system_entries(self, rows: Index, columns: Index) -> Array:
         """Entries of A_0, (2 len(rows), 2 len(columns)), between collocation nodes in increasing order."""
-        block = np.empty((len(columns), 2, len(rows), 2))
-        for tile in self.tiles(columns):
-            self.fill(rows, tile, system=block)
-        return block.reshape(2 * len(columns), 2 * len(rows)).T
+        return self._blocks(rows, columns, outer=False)[0]
 
     def outer_entries(self, rows: Index, columns: Index) -> Array:
         """Entries beside A_0, (2 len(rows), number of nodes with such a column among the columns).
@@ -72,15 +69,14 @@ class BoundaryOperators:
 
     def all_entries(self, rows: Index, columns: Index) -> list[Array]:
         """`system_entries` and `outer_entries` at the price of one."""
-        return self._blocks(rows, columns, system=True)
+        return self._blocks(rows, columns)
 
-    def _blocks(self, rows: Index, columns: Index, *, system: bool) -> list[Array]:
-        block = np.empty((len(columns), 2, len(rows), 2)) if system else None
-        outer = np.zeros((np.count_nonzero(self.outer_slot[columns] >= 0), len(rows), 2))
+    def _blocks(self, rows: Index, columns: Index, *, system: bool = True, outer: bool = True) -> list[Array]:
+        a_0 = np.empty((len(columns), 2, len(rows), 2)) if system else None
+        beside = np.zeros((np.count_nonzero(self.outer_slot[columns] >= 0), len(rows), 2)) if outer else None
         for tile in self.tiles(columns):
-            self.fill(rows, tile, system=block, beside=outer)
-        blocks = [] if block is None else [block.reshape(2 * len(columns), 2 * len(rows)).T]
-        return [*blocks, outer.reshape(len(outer), 2 * len(rows)).T]
+            self.fill(rows, tile, system=a_0, beside=beside)
+        return [block.reshape(-1, 2 * len(rows)).T for block in (a_0, beside) if block is not None]
 
     @functools.cached_property
     def outer_slot(self) -> Index:

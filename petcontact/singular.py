@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .boundary import evaluate_boundary
-from .geometry import Outline
+from .geometry import Outline, Side
 from .mesh import build_mesh
-from .meshing import turn
+from .meshing import at_ends, turn
 from .problem import Problem, Traction
 
 Array = NDArray[np.float64]
@@ -35,18 +35,16 @@ def corner_powers(problem: Problem, outline: Outline) -> list[tuple[float, float
     a right angle on, where both are alike ½ is one beyond a straight angle. A contact side counts as held: it may stick.
     """
     free = {condition.part for condition in problem.boundary if isinstance(condition, Traction)}
-    powers: list[tuple[float, float]] = []
-    for loop in outline.loops:
-        at_start = []
-        for before, after in zip((loop[-1], *loop[:-1]), loop, strict=True):
-            angle = math.pi - turn(before, after)
-            if (before.part in free) != (after.part in free):
-                exponent = math.pi / (2.0 * angle) if angle > 0.75 * math.pi else 1.0
-            else:
-                exponent = 0.5 if angle > 1.01 * math.pi else 1.0
-            at_start.append(max(RIGHT_ANGLE, 0.5 / exponent))
-        powers += list(zip(at_start, [*at_start[1:], at_start[0]], strict=True))
-    return powers
+
+    def power(before: Side, after: Side) -> float:
+        angle = math.pi - turn(before, after)
+        if (before.part in free) != (after.part in free):
+            exponent = math.pi / (2.0 * angle) if angle > 0.75 * math.pi else 1.0
+        else:
+            exponent = 0.5 if angle > 1.01 * math.pi else 1.0
+        return max(RIGHT_ANGLE, 0.5 / exponent)
+
+    return at_ends(outline, power)
 
 
 def kinks(problem: Problem, outline: Outline) -> list[Array]:

@@ -106,15 +106,7 @@ class HODLR:
         """
         start = time.perf_counter()
         operator = self.operator.beside(entries, np.asarray(col_offsets, dtype=np.int64))
-        parts = self.workers.map(
-            lambda part, r: build_part(operator, r[0], r[1], self.split.leaf, self.top is None, part),
-            self.parts, self.split.ranges,
-        )
-        top = None
-        if self.top is not None:
-            roots = self.workers.gather([part.root.border() for part in parts])
-            top = self.workers.at_root(lambda: build_top(operator, roots, self.top))
-        return HODLR(operator, parts, top, self.workers, self.split, time.perf_counter() - start)
+        return _build(operator, self.workers, self.split, start, self)
 
     @property
     def nbytes(self) -> int:
@@ -231,10 +223,16 @@ def compress(
     first, last = int(bounds[workers.rank]), int(bounds[workers.rank + 1])
     cuts = first + even_bounds(last - first, max(1, min(threads, (last - first) // leaf)))
     ranges = [(int(a), int(b)) for a, b in itertools.pairwise(cuts)]
-    whole = len(workers.gather(ranges)) == 1
-    parts = workers.map(lambda r: build_part(operator, r[0], r[1], leaf, whole), ranges)
+    return _build(operator, workers, Split(bounds, ranges, leaf), start)
+
+
+def _build(operator: Operator, workers: Workers, split: Split, start: float, like: HODLR | None = None) -> HODLR:
+    """Compress subtree by subtree and then the top, with the bases of rows of `like` if given; `start` is when it began."""
+    whole = len(workers.gather(split.ranges)) == 1
+    models: Sequence[Stack | None] = like.parts if like is not None else [None] * len(split.ranges)
+    parts = workers.map(lambda r, model: build_part(operator, r[0], r[1], split.leaf, whole, model), split.ranges, models)
     top = None
     if not whole:
         roots = workers.gather([part.root.border() for part in parts])
-        top = workers.at_root(lambda: build_top(operator, roots))
-    return HODLR(operator, parts, top, workers, Split(bounds, ranges, leaf), time.perf_counter() - start)
+        top = workers.at_root(lambda: build_top(operator, roots, like.top if like is not None else None))
+    return HODLR(operator, parts, top, workers, split, time.perf_counter() - start)

@@ -211,9 +211,9 @@ class Operator:
         cluster.row_basis, cluster.column_basis = like.row_basis, Basis(fit.kept, fit.rest, fit.z)
 
     def _fit_columns(self, cluster: Cluster, sample: Sample, guess: int) -> _Fit:
-        values = self._felt(cluster, sample)
-        qr = pivoted_qr(values, self.row_axis.spread(sample.nodes, sample.weights), MARGIN * self.tolerance, guess)
-        return self._judged(qr, qr.rank, values, sample, self.row_axis.spread(sample.nodes, sample.probes))
+        values, axes = self._felt(cluster, sample), [self.row_axis]
+        qr = self._factored(values, axes, sample, guess)
+        return self._judged(qr, qr.rank, values, axes, sample)
 
     def _felt(self, cluster: Cluster, sample: Sample) -> Reals:
         """A cluster's active columns at the rows of a sample."""
@@ -228,7 +228,14 @@ class Operator:
         places = self.row_axis.places(nodes, cluster.rows)
         return np.concatenate([block[places].T for block in self._served_entries(nodes, sample.nodes)])
 
-    def _judged(self, qr: PivotedQR, rank: int, values: Reals, sample: Sample, probes: Reals) -> _Fit:
+    def _factored(self, values: Reals, axes: list[Axis], sample: Sample, guess: int) -> PivotedQR:
+        """Pivoted QR of values (k, n) at the degrees of freedom of a sample, one axis after another."""
+        weights = np.concatenate([axis.spread(sample.nodes, sample.weights) for axis in axes])
+        return pivoted_qr(values, weights, MARGIN * self.tolerance, guess)
+
+    def _judged(self, qr: PivotedQR, rank: int, values: Reals, axes: list[Axis], sample: Sample) -> _Fit:
+        """What was factored, cut to a rank, with the probes that it has to fit."""
+        probes = np.concatenate([axis.spread(sample.nodes, sample.probes) for axis in axes])
         probed = np.flatnonzero(probes)
         weighted = np.count_nonzero(sample.weights) * len(values) / max(1, len(sample.nodes))
         ample = sample.complete or AMPLE[0] * qr.rank + AMPLE[1] <= weighted
@@ -256,17 +263,13 @@ class Operator:
             (self._seen(cluster, columns), self._served, columns, guess[0]),
             (self._felt(cluster, rows), [self.row_axis], rows, guess[1]),
         )
-        qrs, probes = [], []
-        for values, axes, sample, expected in looks:
-            weights = np.concatenate([axis.spread(sample.nodes, sample.weights) for axis in axes])
-            probes.append(np.concatenate([axis.spread(sample.nodes, sample.probes) for axis in axes]))
-            qrs.append(pivoted_qr(values, weights, MARGIN * self.tolerance, expected))
+        qrs = [self._factored(*look) for look in looks]
         ranks = [qr.rank for qr in qrs]
         if self.square:
             ranks = [max(ranks)] * 2
         fits = [
-            self._judged(qr, rank, values, sample, probe)
-            for (values, _, sample, _), qr, rank, probe in zip(looks, qrs, ranks, probes, strict=True)
+            self._judged(qr, rank, values, axes, sample)
+            for (values, axes, sample, _), qr, rank in zip(looks, qrs, ranks, strict=True)
         ]
         return fits[0], fits[1]
 
