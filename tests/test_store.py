@@ -7,6 +7,7 @@ import errno
 import os
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import h5py
@@ -121,6 +122,7 @@ def test_a_wrong_attribute_is_damage(path, name):
 
 FLIP = """
 import sys
+import tempfile
 import numpy as np
 from petcontact.errors import ResultError
 from petcontact.store import read_solution
@@ -195,7 +197,7 @@ def test_a_read_only_folder(solution, tmp_path):
             write_solution(folder / "r.h5", solution)
         return
     for parent in (folder, *folder.parents):
-        if parent.stat().st_uid == 0 and str(parent).startswith("/tmp/"):
+        if parent.stat().st_uid == 0 and Path(tempfile.gettempdir()) in parent.parents:
             parent.chmod(parent.stat().st_mode | 0o555)
     pid = os.fork()
     if pid == 0:
