@@ -23,7 +23,7 @@ from ._threads import available_cores, local_ranks
 
 TIMEOUT = 60.0
 PACKAGES = ("numpy", "scipy", "h5py", "mpi4py", "pydantic", "simpleeval", "meshio", "shapely", "tomli_w", "jinja2",
-            "matplotlib", "threadpoolctl")  # fmt: skip
+            "lazy_loader", "matplotlib", "threadpoolctl")  # fmt: skip
 VARIABLES = ("PETSC_DIR", "MPLBACKEND", "DISPLAY", "WAYLAND_DISPLAY")
 RANK_PROGRAM = "from mpi4py import MPI; print(f'size{MPI.COMM_WORLD.Get_size()};', flush=True)"
 

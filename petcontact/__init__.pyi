@@ -1,0 +1,34 @@
+from ._petsc import initialise as initialise
+from .adaptive import adapt as adapt
+from .config import Case as Case
+from .config import load as load
+from .errors import InputError as InputError
+from .errors import PetcontactError as PetcontactError
+from .errors import ResultError as ResultError
+from .errors import SolverError as SolverError
+from .field import field_at as field_at
+from .field import field_on_grid as field_on_grid
+from .geometry import Polygon as Polygon
+from .geometry import Rectangle as Rectangle
+from .gmsh import Gmsh as Gmsh
+from .mesh_options import MeshOptions as MeshOptions
+from .method import Bem as Bem
+from .method import Method as Method
+from .outlines import Circle as Circle
+from .outlines import OutlineSide as OutlineSide
+from .outlines import SideBySide as SideBySide
+from .pipeline import solve as solve
+from .plot import plot_all as plot_all
+from .plot_field import deformed_figure as deformed_figure
+from .problem import Contact as Contact
+from .problem import Displacement as Displacement
+from .problem import Material as Material
+from .problem import Problem as Problem
+from .problem import Traction as Traction
+from .solution import Solution as Solution
+from .store import read_solution as read_solution
+from .store import write_solution as write_solution
+from .vtu import write_boundary_vtu as write_boundary_vtu
+from .vtu import write_vtu as write_vtu
+
+__version__: str
