@@ -7,32 +7,18 @@ import signal
 import numpy as np
 import pytest
 from conftest import example
+from contact_lines import line_of
 
 from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, adaptive, solve
 from petcontact.adaptive import estimated_error, solve_level
 from petcontact.estimate import ContactLine, displacement, slip_at_end, transition, without_specks
 from petcontact.marking import LADDER, Body, marks_for
-from petcontact.mesh import BoundaryMesh
 from petcontact.refine import Grading, Marks, balanced, graded_mesh, graded_side
 from petcontact.signals import Interrupted
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better
 TRANSITIONS = {1: (3.377767813205719, 7.999854958057404), 2: (2.4115453362464914, 8.435704696178437)}
 NORM = {1: 0.053203416272211854, 2: 0.6837781009339343}
-
-
-def line_of(solution) -> ContactLine:
-    """u_t along the bottom side."""
-    mesh: BoundaryMesh = solution.mesh
-    contact = solution.contact
-    element = mesh.element[contact.nodes]
-    mine = np.unique(element)
-    breaks = np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]])
-    sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
-    return ContactLine(
-        contact.arc_length, contact.weight, element, breaks, contact.u_t[:, 0], contact.sigma_t[:, 0],
-        contact.friction_bound, sign,
-    )  # fmt: skip
 
 
 @pytest.fixture(scope="module")

@@ -2,32 +2,20 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
 import pytest
-from conftest import example
-
-from petcontact import MeshOptions, solve
+from digests import digest
 
 ROOT = Path(__file__).parents[1]
-MESH = MeshOptions(element_size=0.2)
 PROGRAM = """
 from petcontact._petsc import petsc
-from test_reproducible import digest
+from digests import digest
 print(digest({number}, "{formulation}", petsc().COMM_SELF))
 """
-
-
-def digest(number, formulation, comm):
-    solution = solve(example(number, mesh=MESH, formulation=formulation), comm=comm)
-    fields = [solution.u, solution.traction, solution.contact.u_t, solution.contact.sigma_t, np.array(solution.history.rho),
-              np.array(solution.history.change), np.array(solution.history.residual)]  # fmt: skip
-    return hashlib.sha256(b"".join(np.ascontiguousarray(field).tobytes() for field in fields)).hexdigest()
 
 
 @pytest.mark.parametrize("formulation", ["condensed", "full"])

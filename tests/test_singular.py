@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from test_adaptive import line_of
+from contact_lines import line_of
 
 from petcontact import Contact, Displacement, Material, Polygon, Problem, Traction, adapt, load
 from petcontact.estimate import displacement

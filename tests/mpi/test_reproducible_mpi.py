@@ -14,7 +14,7 @@ pytestmark = pytest.mark.mpi
 
 PROGRAM = """
 from petcontact._petsc import petsc
-from test_reproducible import digest
+from digests import digest
 value = digest(1, "condensed", petsc().COMM_WORLD)
 if petsc().COMM_WORLD.getRank() == 0:
     print("DIGEST", value)

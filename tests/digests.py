@@ -1,0 +1,19 @@
+"""A fingerprint of all digits of a solve."""
+
+from __future__ import annotations
+
+import hashlib
+
+import numpy as np
+from conftest import example
+
+from petcontact import MeshOptions, solve
+
+MESH = MeshOptions(element_size=0.2)
+
+
+def digest(number, formulation, comm):
+    solution = solve(example(number, mesh=MESH, formulation=formulation), comm=comm)
+    fields = [solution.u, solution.traction, solution.contact.u_t, solution.contact.sigma_t, np.array(solution.history.rho),
+              np.array(solution.history.change), np.array(solution.history.residual)]  # fmt: skip
+    return hashlib.sha256(b"".join(np.ascontiguousarray(field).tobytes() for field in fields)).hexdigest()
