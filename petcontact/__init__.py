@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import lazy_loader
 
-from . import _threads as _threads  # first: caps BLAS threads before numpy reads the environment
+from .runtime import threads as _threads  # noqa: F401  (first: caps BLAS threads before numpy reads the environment)
 
 __version__ = "0.1.0"
 

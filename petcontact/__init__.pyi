@@ -1,4 +1,3 @@
-from ._petsc import initialise as initialise
 from .adaptive import adapt as adapt
 from .config import Case as Case
 from .config import load as load
@@ -25,6 +24,7 @@ from .problem import Displacement as Displacement
 from .problem import Material as Material
 from .problem import Problem as Problem
 from .problem import Traction as Traction
+from .runtime.petsc import initialise as initialise
 from .solution import Solution as Solution
 from .store import read_solution as read_solution
 from .store import write_solution as write_solution

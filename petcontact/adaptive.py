@@ -18,7 +18,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._petsc import petsc
 from .boundary import evaluate_boundary
 from .config import Case
 from .estimate import ContactLine, relative_difference, transition, without_specks
@@ -29,7 +28,8 @@ from .operators import BoundaryOperators
 from .pipeline import prepare_operators, probed, run
 from .problem import Problem
 from .refine import graded_mesh
-from .signals import Interrupted
+from .runtime.petsc import petsc
+from .runtime.signals import Interrupted
 from .solution import Solution, Zone
 
 Array = NDArray[np.float64]

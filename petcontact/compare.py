@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._petsc import options
 from .config import Case
 from .friction import balanced_rho, contact_norm
 from .history import ContactState
@@ -23,6 +22,7 @@ from .method import Method
 from .methods import initial_functions, run_method
 from .pipeline import Prepared, prepare
 from .projection import Criterion
+from .runtime.petsc import options
 
 Array = NDArray[np.float64]
 

@@ -12,14 +12,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._petsc import petsc, stage
-from ._threads import one_blas_thread, threads_per_rank
 from .errors import SolverError
 from .hodlr import HODLR, compress, factor
 from .layer_operator import RobinPreconditioner, robin_preconditioner
 from .linear import LinearSolver
 from .method import Bem
 from .operators import BoundaryOperators
+from .runtime.petsc import petsc, stage
+from .runtime.threads import one_blas_thread, threads_per_rank
 from .system import EliminatedSystem
 
 Array = NDArray[np.float64]

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ._petsc import petsc
 from .layout import even_ranges, node_ranges
 from .operators import TILE, BoundaryOperators
+from .runtime.petsc import petsc
 
 
 @dataclass(frozen=True)

@@ -19,7 +19,7 @@ from typing import Any, Literal
 
 from . import __version__
 from ._probe import PARTS
-from ._threads import available_cores, local_ranks
+from .runtime.threads import available_cores, local_ranks
 
 TIMEOUT = 60.0
 PACKAGES = ("numpy", "scipy", "h5py", "mpi4py", "pydantic", "simpleeval", "meshio", "shapely", "tomli_w", "jinja2",

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._petsc import petsc, stage
 from .dense import assemble_dense
 from .linear import LinearSolver
 from .operators import BoundaryOperators
+from .runtime.petsc import petsc, stage
 from .system import EliminatedSystem, SystemBase
 
 Array = NDArray[np.float64]

@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import numpy as np
 
-from . import _memory as _memory  # first: keeps malloc from giving every tile back to the system
 from .arcs import Arcs
 from .combine import Result
 from .constant import constant

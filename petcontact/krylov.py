@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._petsc import petsc
 from .linear import LinearSolver
+from .runtime.petsc import petsc
 
 Array = NDArray[np.float64]
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._petsc import has_scalapack, options_error, petsc, reason_name, solver_error
 from .errors import SolverError
 from .layout import even_ranges, redistribute
+from .runtime.petsc import has_scalapack, options_error, petsc, reason_name, solver_error
 
 Array = NDArray[np.float64]
 RTOL = 1e-12

@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import __version__, _threads
-from ._petsc import options, petsc, reason_name, stage
+from . import __version__
 from .boundary import evaluate_boundary
 from .config import Case
 from .errors import InputError, SolverError
@@ -26,7 +25,9 @@ from .methods import run_method
 from .operators import BoundaryOperators
 from .problem import Contact, Problem
 from .rules import Rule
-from .signals import Interrupted, check, held
+from .runtime import threads as _threads
+from .runtime.petsc import options, petsc, reason_name, stage
+from .runtime.signals import Interrupted, check, held
 from .solution import Solution, contact_fields
 from .spectral import shared_by
 from .system import ContactSystem

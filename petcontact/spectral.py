@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._petsc import petsc, stage
 from .errors import SolverError
+from .runtime.petsc import petsc, stage
 from .system import ContactSystem, EliminatedSystem
 
 Array = NDArray[np.float64]

@@ -18,7 +18,7 @@ from .errors import PetcontactError, ResultError
 from .history import COLUMNS, History
 from .mesh import BoundaryMesh
 from .model import parse
-from .signals import deferred
+from .runtime.signals import deferred
 from .solution import Contact, Solution, Zone
 
 FORMAT = "petcontact result"

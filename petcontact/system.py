@@ -12,9 +12,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from ._petsc import petsc
 from .layout import even_ranges, node_ranges, redistribute
 from .operators import BoundaryOperators
+from .runtime.petsc import petsc
 
 Array = NDArray[np.float64]
 

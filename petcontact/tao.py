@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ._petsc import petsc
 from .errors import InputError, SolverError
 from .friction import balanced_rho, contact_norm, projection_residual
 from .history import ContactState, History
 from .newton import semismooth_newton
 from .projection import Criterion
+from .runtime.petsc import petsc
 from .system import ContactSystem
 
 Array = NDArray[np.float64]

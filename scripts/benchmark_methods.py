@@ -19,11 +19,11 @@ import numpy as np
 import scipy.linalg
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
-from petcontact._petsc import petsc
 from petcontact.config import Case
 from petcontact.methods import run_method
 from petcontact.operators import BoundaryOperators
 from petcontact.pipeline import discretise, prepare
+from petcontact.runtime.petsc import petsc
 
 Array = np.ndarray
 

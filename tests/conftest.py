@@ -7,9 +7,9 @@ import signal
 import pytest
 from hypothesis import settings
 
-import petcontact._threads  # noqa: F401  (first: caps BLAS threads before numpy is imported)
+import petcontact.runtime.threads  # noqa: F401  (first: caps BLAS threads before numpy is imported)
 from petcontact import Case, Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
-from petcontact._petsc import petsc
+from petcontact.runtime.petsc import petsc
 
 settings.register_profile("untimed", deadline=None)  # a loaded machine is no counterexample
 settings.load_profile("untimed")

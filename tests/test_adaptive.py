@@ -14,7 +14,7 @@ from petcontact.adaptive import estimated_error, solve_level
 from petcontact.estimate import ContactLine, displacement, slip_at_end, transition, without_specks
 from petcontact.marking import LADDER, Body, marks_for
 from petcontact.refine import Grading, Marks, balanced, graded_mesh, graded_side
-from petcontact.signals import Interrupted
+from petcontact.runtime.signals import Interrupted
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better
 TRANSITIONS = {1: (3.377767813205719, 7.999854958057404), 2: (2.4115453362464914, 8.435704696178437)}

@@ -11,11 +11,11 @@ import pytest
 from conftest import example
 
 from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
-from petcontact._petsc import options
 from petcontact.compressed import CompressedSystem
 from petcontact.formulations import CondensedSystem
 from petcontact.method import Bem
 from petcontact.pipeline import discretise, prepare, resolved_bem, run
+from petcontact.runtime.petsc import options
 from petcontact.sweep_config import load_sweep
 from petcontact.sweep_plan import group_cases
 

@@ -16,9 +16,10 @@ import numpy as np
 import pytest
 from conftest import example
 
-from petcontact import MeshOptions, SolverError, formulations, pipeline, read_solution, signals, solve, write_solution
+from petcontact import MeshOptions, SolverError, formulations, pipeline, read_solution, solve, write_solution
 from petcontact.pipeline import prepare, run
-from petcontact.signals import Interrupted, deferred, install
+from petcontact.runtime import signals
+from petcontact.runtime.signals import Interrupted, deferred, install
 
 ROOT = Path(__file__).parents[1]
 COARSE = MeshOptions(element_size=0.5)

@@ -9,12 +9,12 @@ from conftest import example
 
 import petcontact.layer_strips
 from petcontact import Contact, Displacement, MeshOptions, Polygon
-from petcontact._petsc import petsc
 from petcontact.layer import Strip, body_thickness, layer_matrix, log_moments, strips
 from petcontact.layer_operator import LayerOperator, robin_preconditioner
 from petcontact.layer_strips import FourierStrip
 from petcontact.pipeline import discretise, prepare
 from petcontact.quadrature import gauss, lagrange
+from petcontact.runtime.petsc import petsc
 
 GRADED = MeshOptions(order=3)
 

@@ -38,7 +38,7 @@ def test_300_cases_in_flat_memory(comm):
 
 
 PROGRAM = """
-from petcontact._petsc import initialise, petsc
+from petcontact.runtime.petsc import initialise, petsc
 # PETSc 3.18 itself forgets the empty header of a factor where LU is done in place
 initialise(["-log_view", "-options_left", "no", "-elastic_pc_factor_in_place", "no"])
 from conftest import example

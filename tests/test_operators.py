@@ -105,7 +105,7 @@ import sys
 sys.path.insert(0, sys.argv[1])
 from conftest import example
 from petcontact import MeshOptions
-from petcontact._petsc import petsc
+from petcontact.runtime.petsc import petsc
 from petcontact.dense import assemble_dense
 from petcontact.pipeline import discretise
 comm = petsc().COMM_SELF

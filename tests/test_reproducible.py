@@ -12,7 +12,7 @@ from digests import digest
 
 ROOT = Path(__file__).parents[1]
 PROGRAM = """
-from petcontact._petsc import petsc
+from petcontact.runtime.petsc import petsc
 from digests import digest
 print(digest({number}, "{formulation}", petsc().COMM_SELF))
 """

@@ -7,11 +7,11 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions
-from petcontact._petsc import options
 from petcontact.compressed import CompressedSystem
 from petcontact.formulations import CondensedSystem
 from petcontact.method import Bem
 from petcontact.pipeline import discretise, prepare, run
+from petcontact.runtime.petsc import options
 from petcontact.spectral import SpectralSystem
 
 MESHES = [MeshOptions(element_size=0.1), MeshOptions(element_size=0.4, order=3),

@@ -7,9 +7,9 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, SolverError
-from petcontact._petsc import options
 from petcontact.formulations import CondensedSystem, FullSystem
 from petcontact.pipeline import discretise
+from petcontact.runtime.petsc import options
 
 
 @pytest.fixture(scope="module")
@@ -77,7 +77,7 @@ def test_a_ksp_that_fails_raises_with_petscs_reason(kind, operators, comm):
 
 
 def test_lu_is_factored_again_only_when_rho_changes(operators, comm):
-    from petcontact._petsc import petsc
+    from petcontact.runtime.petsc import petsc
 
     module = petsc()
     module.Log.begin()

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, SolverError
-from ..signals import Interrupted, agreed
+from ..runtime.signals import Interrupted, agreed
 
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
@@ -32,7 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
     from .. import config
-    from .._petsc import initialise, petsc
+    from ..runtime.petsc import initialise, petsc
 
     initialise(petsc_words)
     comm = petsc().COMM_WORLD
@@ -122,7 +122,7 @@ def refuse_existing(path: Path, force: bool) -> None:
 
 def report_unused(first: bool) -> None:
     """Name the PETSc options that no object asked for."""
-    from .._petsc import unused_options
+    from ..runtime.petsc import unused_options
 
     for name in unused_options() if first else []:
         print(f"petcontact: PETSc option {name} was not used by any object (-help lists those that are)", file=sys.stderr)

@@ -10,7 +10,7 @@ import argparse
 from pathlib import Path
 
 from ..errors import InputError
-from ..signals import Interrupted
+from ..runtime.signals import Interrupted
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -35,7 +35,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         return 0
     if arguments.ranks_per_case < 1:
         raise InputError(f"--ranks-per-case {arguments.ranks_per_case}: must be at least 1")
-    from .._petsc import initialise, petsc
+    from ..runtime.petsc import initialise, petsc
 
     initialise(petsc_words)
     from ..sweep import run_sweep

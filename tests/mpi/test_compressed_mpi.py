@@ -15,7 +15,7 @@ pytestmark = pytest.mark.mpi
 
 PROGRAM = """
 import json, sys
-from petcontact._petsc import initialise, petsc
+from petcontact.runtime.petsc import initialise, petsc
 initialise(sys.argv[1:])
 from conftest import example
 from petcontact import MeshOptions, Method, solve

@@ -23,7 +23,7 @@ SOON = 40.0  # seconds: start-up of a loaded machine, and the patience of the gu
 ONE_RANK = """
 import os, signal, sys
 from petcontact import cli
-from petcontact._petsc import petsc
+from petcontact.runtime.petsc import petsc
 from petcontact.commands import solve
 def fail(self, state):
     if len(state.history) == 4 and petsc().COMM_WORLD.getRank() == {rank}:
@@ -89,7 +89,7 @@ def test_a_result_that_cannot_be_written_ends_the_job(tmp_path):
 ITERATING = """
 import pathlib, sys
 from petcontact import cli
-from petcontact._petsc import petsc
+from petcontact.runtime.petsc import petsc
 from petcontact.commands import solve
 def told(self, state):
     if len(state.history) == 4:

@@ -13,7 +13,7 @@ import launch
 pytestmark = pytest.mark.mpi
 
 PROGRAM = """
-from petcontact._petsc import petsc
+from petcontact.runtime.petsc import petsc
 from digests import digest
 value = digest(1, "condensed", petsc().COMM_WORLD)
 if petsc().COMM_WORLD.getRank() == 0:

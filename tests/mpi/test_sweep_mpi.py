@@ -234,7 +234,7 @@ import sys
 from petcontact import cli, pipeline, sweep
 from petcontact.errors import ResultError
 where, *arguments = sys.argv[1:]
-from petcontact._petsc import petsc
+from petcontact.runtime.petsc import petsc
 rank, calls = petsc().COMM_WORLD.getRank(), []
 
 def on_the_last_rank(function, error):

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .errors import InputError, MissingPetscError, SolverError
+from ..errors import InputError, MissingPetscError, SolverError
 from .signals import reinstall
 
 if TYPE_CHECKING:

@@ -1,0 +1,1 @@
+"""How a process behaves: PETSc, threads, signals, MPI, files written whole."""
