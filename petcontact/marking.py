@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .estimate import ContactLine, slip_at_end, transition
-from .geometry import Outline
+from .geometry.outline import Outline
 from .mesh import BoundaryMesh
 from .meshing import mesh_outline, points_on_sides, singular_ends
 from .problem import Contact, Problem

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry import Outline, Side
+from .geometry.outline import Outline, Side
 from .kernels import Elements, Targets
 from .quadrature import gauss
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .geometry import Outline, Side
+from .geometry.outline import Outline, Side
 from .mesh import BoundaryMesh, build_mesh
 from .mesh_options import MeshOptions
 

@@ -6,11 +6,11 @@ from typing import Annotated, Literal
 
 import pydantic
 
-from .geometry import Polygon, Rectangle
-from .gmsh import Gmsh
+from .geometry.arcs import SideBySide
+from .geometry.gmsh import Gmsh
+from .geometry.outline import Polygon, Rectangle
 from .mesh_options import MeshOptions
 from .model import Expression, Finite, Model, Positive
-from .outlines import SideBySide
 
 
 class Material(Model):

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry import Outline
+from .geometry.outline import Outline
 from .mesh import BoundaryMesh, build_mesh
 from .meshing import largest_turn
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .boundary import evaluate_boundary
-from .geometry import Outline, Side
+from .geometry.outline import Outline, Side
 from .mesh import build_mesh
 from .meshing import at_ends, turn
 from .problem import Problem, Traction

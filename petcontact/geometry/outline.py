@@ -13,8 +13,8 @@ import shapely
 from numpy.typing import NDArray
 from shapely.validation import explain_validity
 
-from .errors import InputError
-from .model import LARGEST_COORDINATE, Model, Point
+from ..errors import InputError
+from ..model import LARGEST_COORDINATE, Model, Point
 
 Array = NDArray[np.float64]
 

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact import Circle, InputError, Polygon, Problem, Rectangle, SideBySide
-from petcontact.geometry import Outline, Side, oriented
+from petcontact.geometry.arcs import arc_through
+from petcontact.geometry.outline import Outline, Side, oriented
 from petcontact.model import parse
-from petcontact.outlines import arc_through
 
 angles = st.floats(-math.pi, math.pi)
 

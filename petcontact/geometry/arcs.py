@@ -9,9 +9,9 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from .errors import InputError
-from .geometry import Outline, Side, oriented
-from .model import Finite, Model, Point, Positive
+from ..errors import InputError
+from ..model import Finite, Model, Point, Positive
+from .outline import Outline, Side, oriented
 
 Array = NDArray[np.float64]
 LARGEST_TURN = 0.5 * math.pi

@@ -10,10 +10,10 @@ import numpy as np
 import pydantic
 from numpy.typing import NDArray
 
-from .errors import InputError
-from .geometry import Outline, Side, oriented
-from .model import Model
-from .outlines import arc_through
+from ..errors import InputError
+from ..model import Model
+from .arcs import arc_through
+from .outline import Outline, Side, oriented
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
