@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .compression.hodlr import HODLR, compress, factor
 from .errors import SolverError
-from .hodlr import HODLR, compress, factor
 from .layer_operator import RobinPreconditioner, robin_preconditioner
 from .linear import LinearSolver
 from .method import Bem

@@ -148,7 +148,7 @@ class HodlrStrip:
 
     def _compress(self, rho: float | None) -> Any:
         """T, or I + ρT."""
-        from .hodlr import compress
+        from .compression.hodlr import compress
 
         def entries(rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Array:
             block = layer_matrix(self._strip, self._layer_factor, rows, columns)
@@ -163,7 +163,7 @@ class HodlrStrip:
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """T⁻¹ x, or (I + ρT)⁻¹ x."""
-        from .hodlr import factor
+        from .compression.hodlr import factor
 
         if rho not in self._factors:
             for other in [key for key in self._factors if key is not None]:

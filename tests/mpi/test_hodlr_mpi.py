@@ -18,7 +18,7 @@ import json, sys
 import numpy as np
 from mpi4py import MPI
 from hodlr_kernels import Mixed, Partial, case, dense
-from petcontact.hodlr import compress, factor
+from petcontact.compression.hodlr import compress, factor
 
 comm, threads = MPI.COMM_WORLD, int(sys.argv[1])
 rng = np.random.default_rng(3)

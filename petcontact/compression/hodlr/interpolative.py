@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import lapack
 
-from .tree import Indices, Reals
+from .clusters import Indices, Reals
 
 OVERSAMPLING = 12  # rows of a sketch beyond the rank it is expected to show
 SPARE = 6  # rows that must be left over for the rank to be believed

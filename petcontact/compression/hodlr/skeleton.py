@@ -7,10 +7,10 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .batches import Block
-from .lowrank import PivotedQR, pivoted_qr
+from .block_batches import Block
+from .clusters import Indices, Outline, Reals
+from .interpolative import PivotedQR, pivoted_qr
 from .sampling import Sample, Sampler
-from .tree import Indices, Outline, Reals
 
 Entries = Callable[[Indices, Indices], Reals]
 ManyEntries = Callable[[Indices, Indices], list[Reals]]

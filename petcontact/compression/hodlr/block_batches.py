@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .tree import Indices, Reals
+from .clusters import Indices, Reals
 
 GROWTH = 1.12  # blocks of one stack differ by less than this factor in rows and in columns
 

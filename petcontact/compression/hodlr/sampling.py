@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .tree import Boxes, Indices, Outline, halved
+from .clusters import Boxes, Indices, Outline, halved
 
 CELL = 8  # nodes of the finest cell: next to a cluster all of them are taken
 ELLIPSE = 3.0  # a cell is sampled, not split, if the kernel is analytic on it inside this Bernstein ellipse

@@ -7,9 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .batches import Batches, Block
+from .block_batches import Batches, Block
+from .clusters import Indices, Reals, halved
 from .skeleton import Basis, Cluster, Operator
-from .tree import Indices, Reals, halved
 
 
 @dataclass(frozen=True)

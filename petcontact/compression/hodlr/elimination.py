@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .batches import Batches, Block
+from .block_batches import Batches, Block
+from .clusters import Indices, Reals
+from .levels import Level, Stack
 from .skeleton import Cluster
-from .stack import Level, Stack
-from .tree import Indices, Reals
 
 GROWTH = 100.0  # largest |entry of E⁻¹| times the norm of its column; beyond it a pivot waits for the level above
 

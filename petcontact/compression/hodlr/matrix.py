@@ -11,10 +11,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .forest import Forest
+from .clusters import Indices, Reals
+from .levels import Stack, build_part, build_top
 from .skeleton import Entries, ManyEntries, Operator
-from .stack import Stack, build_part, build_top
-from .tree import Indices, Reals
+from .subtrees import Forest
 from .workers import Workers, even_bounds
 
 

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from .tree import Indices
+from .clusters import Indices
 
 T = TypeVar("T")
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from hodlr_kernels import CASES, Mixed, Partial, case, circle, dense, polygon, star
 
-from petcontact.hodlr import compress, factor
+from petcontact.compression.hodlr import compress, factor
 
 SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]])
 

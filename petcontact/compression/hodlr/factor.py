@@ -6,10 +6,10 @@ import time
 
 import numpy as np
 
+from .clusters import Reals
 from .elimination import eliminate
-from .forest import Forest
 from .matrix import HODLR
-from .tree import Reals
+from .subtrees import Forest
 
 
 class Factorisation:

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .tree import Indices, Reals
+from .clusters import Indices, Reals
 from .workers import Workers
 
 CHUNK = 64  # right-hand sides that go through the tree together

@@ -1,0 +1,1 @@
+"""Hierarchical matrices; they know entries and points, nothing of elasticity."""
