@@ -13,8 +13,8 @@ import scipy.linalg
 from numpy.typing import NDArray
 
 from .errors import SolverError
-from .krylov import Krylov
 from .layer_operator import LayerOperator
+from .linalg.matrix_free import Krylov
 from .system import ContactSystem
 
 Array = NDArray[np.float64]

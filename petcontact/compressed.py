@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from .compression.hodlr import HODLR, compress, factor
 from .errors import SolverError
 from .layer_operator import RobinPreconditioner, robin_preconditioner
-from .linear import LinearSolver
+from .linalg.ksp import LinearSolver
 from .method import Bem
 from .operators import BoundaryOperators
 from .runtime.petsc import petsc, stage

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .layout import even_ranges, node_ranges
+from .linalg.row_layout import even_ranges, node_ranges
 from .operators import TILE, BoundaryOperators
 from .runtime.petsc import petsc
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .dense import assemble_dense
-from .linear import LinearSolver
+from .linalg.ksp import LinearSolver
 from .operators import BoundaryOperators
 from .runtime.petsc import petsc, stage
 from .system import EliminatedSystem, SystemBase

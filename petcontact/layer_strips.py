@@ -10,8 +10,8 @@ import scipy.fft
 import scipy.linalg
 from numpy.typing import NDArray
 
-from .krylov import Krylov
 from .layer import Strip, layer_matrix
+from .linalg.matrix_free import Krylov
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

@@ -12,7 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .layout import even_ranges, node_ranges, redistribute
+from .linalg.row_layout import even_ranges, node_ranges, redistribute
 from .operators import BoundaryOperators
 from .runtime.petsc import petsc
 

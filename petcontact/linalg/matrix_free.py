@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .linear import LinearSolver
-from .runtime.petsc import petsc
+from ..runtime.petsc import petsc
+from .ksp import LinearSolver
 
 Array = NDArray[np.float64]
 

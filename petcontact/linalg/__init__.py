@@ -1,0 +1,1 @@
+"""PETSc solvers and how rows lie over ranks."""
