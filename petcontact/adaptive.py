@@ -19,14 +19,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .boundary import evaluate_boundary
-from .config import Case
 from .estimate import ContactLine, relative_difference, transition, without_specks
 from .history import ContactState
 from .marking import LADDER, Body, Rung, first_rung, marks_for
 from .methods import carried_over
+from .model.case import Case
+from .model.problem import Problem
 from .operators import BoundaryOperators
 from .pipeline import prepare_operators, probed, run
-from .problem import Problem
 from .refine import graded_mesh
 from .runtime.petsc import petsc
 from .runtime.signals import Interrupted

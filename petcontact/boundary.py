@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .expressions import evaluate
 from .mesh import BoundaryMesh
-from .problem import Contact, Displacement, Problem, Traction
+from .model.expressions import evaluate
+from .model.problem import Contact, Displacement, Problem, Traction
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

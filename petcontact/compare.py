@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .config import Case
 from .friction import balanced_rho, contact_norm
 from .history import ContactState
-from .method import Method
 from .methods import initial_functions, run_method
+from .model.case import Case
+from .model.solver_options import Method
 from .pipeline import Prepared, prepare
 from .projection import Criterion
 from .runtime.petsc import options

@@ -16,7 +16,7 @@ from .compression.hodlr import HODLR, compress, factor
 from .errors import SolverError
 from .layer_operator import RobinPreconditioner, robin_preconditioner
 from .linalg.ksp import LinearSolver
-from .method import Bem
+from .model.solver_options import Bem
 from .operators import BoundaryOperators
 from .runtime.petsc import petsc, stage
 from .runtime.threads import one_blas_thread, threads_per_rank

@@ -13,7 +13,7 @@ from .errors import InputError
 from .interior import stress_integrals
 from .kernels import integrals
 from .mesh import BoundaryMesh
-from .problem import Material
+from .model.problem import Material
 from .smoothing import smoothed
 
 Array = NDArray[np.float64]

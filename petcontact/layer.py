@@ -15,8 +15,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .mesh import BoundaryMesh
+from .model.problem import Material
 from .operators import BoundaryOperators
-from .problem import Material
 from .quadrature import gauss, lagrange, lagrange_coefficients
 
 Array = NDArray[np.float64]

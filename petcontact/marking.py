@@ -11,7 +11,7 @@ from .estimate import ContactLine, slip_at_end, transition
 from .geometry.outline import Outline
 from .mesh import BoundaryMesh
 from .meshing import mesh_outline, points_on_sides, singular_ends
-from .problem import Contact, Problem
+from .model.problem import Contact, Problem
 from .refine import Grading, Marks, balanced, graded_mesh
 from .singular import RIGHT_ANGLE, corner_powers, kinks
 

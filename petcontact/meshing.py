@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from .errors import InputError
 from .geometry.outline import Outline, Side
 from .mesh import BoundaryMesh, build_mesh
-from .mesh_options import MeshOptions
+from .model.mesh_options import MeshOptions
 
 T = TypeVar("T")
 Array = NDArray[np.float64]

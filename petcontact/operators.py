@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from .boundary import BoundaryData
 from .kernels import integrals
 from .mesh import Batch, BoundaryMesh
-from .problem import Material
+from .model.problem import Material
 from .tiles import Tile, as_slice, common, put, some
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from .boundary import evaluate_boundary
 from .geometry.outline import Outline, Side
 from .mesh import build_mesh
 from .meshing import at_ends, turn
-from .problem import Problem, Traction
+from .model.problem import Problem, Traction
 
 Array = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .boundary import BoundaryData
-from .config import Case
 from .friction import balanced_rho, contact_norm, contact_state, projection_residual
 from .history import ContactState, History
 from .mesh import BoundaryMesh
+from .model.case import Case
 
 Array = NDArray[np.float64]
 

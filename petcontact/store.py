@@ -13,11 +13,11 @@ from typing import Any
 import h5py
 import numpy as np
 
-from .config import Case
 from .errors import PetcontactError, ResultError
 from .history import COLUMNS, History
 from .mesh import BoundaryMesh
-from .model import parse
+from .model.base import parse
+from .model.case import Case
 from .runtime.signals import deferred
 from .solution import Contact, Solution, Zone
 

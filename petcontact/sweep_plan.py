@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .config import Case
 from .errors import PetcontactError
 from .marking import mesh_of
+from .model.case import Case
 from .pipeline import CROSSOVER, resolved_bem
 from .spectral import shares
 from .sweep_config import SweepCase

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from .collect import read_index
-from .config import Case
 from .errors import InputError, ResultError
-from .model import parse
+from .model.base import parse
+from .model.case import Case
 from .published import published_count
 from .store import opened
 from .sweep_config import short_number

@@ -19,8 +19,8 @@ import numpy as np
 import scipy.linalg
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
-from petcontact.config import Case
 from petcontact.methods import run_method
+from petcontact.model.case import Case
 from petcontact.operators import BoundaryOperators
 from petcontact.pipeline import discretise, prepare
 from petcontact.runtime.petsc import petsc

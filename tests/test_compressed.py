@@ -13,7 +13,7 @@ from conftest import example
 from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
 from petcontact.compressed import CompressedSystem
 from petcontact.formulations import CondensedSystem
-from petcontact.method import Bem
+from petcontact.model.solver_options import Bem
 from petcontact.pipeline import discretise, prepare, resolved_bem, run
 from petcontact.runtime.petsc import options
 from petcontact.sweep_config import load_sweep

@@ -17,8 +17,8 @@ from hypothesis import strategies as st
 
 from petcontact import InputError, SolverError
 from petcontact.cli import main
-from petcontact.config import load, parse_case
-from petcontact.expressions import evaluate
+from petcontact.model.case import load, parse_case
+from petcontact.model.expressions import evaluate
 from petcontact.pipeline import ELASTIC_LIMIT, discretise, solve
 
 EXAMPLE = tomllib.loads((Path(__file__).parents[1] / "configs" / "example1.toml").read_text())

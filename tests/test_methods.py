@@ -10,8 +10,8 @@ from petcontact import Bem, Contact, Displacement, InputError, MeshOptions, Meth
 from petcontact.active_set import solve_box
 from petcontact.friction import contact_norm
 from petcontact.layer_operator import LayerOperator
-from petcontact.method import DEFAULT_METHOD
 from petcontact.methods import run_method
+from petcontact.model.solver_options import DEFAULT_METHOD
 from petcontact.pipeline import prepare
 from petcontact.tao import minimise
 

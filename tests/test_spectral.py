@@ -9,7 +9,7 @@ from conftest import example
 from petcontact import MeshOptions
 from petcontact.compressed import CompressedSystem
 from petcontact.formulations import CondensedSystem
-from petcontact.method import Bem
+from petcontact.model.solver_options import Bem
 from petcontact.pipeline import discretise, prepare, run
 from petcontact.runtime.petsc import options
 from petcontact.spectral import SpectralSystem

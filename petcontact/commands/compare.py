@@ -27,9 +27,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Run, print, write; exit status 0 however the contenders fare."""
-    from .. import config
     from ..compare import CONTENDERS, RHOS, Row, compare
     from ..compare_report import csv_text, markdown, write_figures
+    from ..model import case as config
     from ..runtime.petsc import initialise, petsc
     from ..store import temporary_name
     from .solve import report_unused

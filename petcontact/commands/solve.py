@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
-    from .. import config
+    from ..model import case as config
     from ..runtime.petsc import initialise, petsc
 
     initialise(petsc_words)

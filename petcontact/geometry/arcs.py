@@ -10,7 +10,7 @@ import pydantic
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..model import Finite, Model, Point, Positive
+from ..model.base import Finite, Model, Point, Positive
 from .outline import Outline, Side, oriented
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ import pydantic
 from numpy.typing import NDArray
 
 from ..errors import InputError
-from ..model import Model
+from ..model.base import Model
 from .arcs import arc_through
 from .outline import Outline, Side, oriented
 

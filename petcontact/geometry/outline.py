@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from shapely.validation import explain_validity
 
 from ..errors import InputError
-from ..model import LARGEST_COORDINATE, Model, Point
+from ..model.base import LARGEST_COORDINATE, Model, Point
 
 Array = NDArray[np.float64]
 

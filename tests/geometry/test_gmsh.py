@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from petcontact import Gmsh, InputError, MeshOptions
-from petcontact.config import load
 from petcontact.meshing import mesh_outline
+from petcontact.model.case import load
 
 DATA = Path(__file__).parents[1] / "data"
 ALL = ["plate_v22", "plate_v41", "plate_v41_binary", "plate_lines", "plate_v22_order2", "plate_v41_order2"]

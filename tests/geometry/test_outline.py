@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from petcontact import Circle, InputError, Polygon, Problem, Rectangle, SideBySide
 from petcontact.geometry.arcs import arc_through
 from petcontact.geometry.outline import Outline, Side, oriented
-from petcontact.model import parse
+from petcontact.model.base import parse
 
 angles = st.floats(-math.pi, math.pi)
 

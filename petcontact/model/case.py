@@ -9,10 +9,10 @@ from typing import Any
 
 import tomli_w
 
-from .errors import InputError
-from .method import Bem, Method
-from .model import Options, parse
+from ..errors import InputError
+from .base import Options, parse
 from .problem import Problem
+from .solver_options import Bem, Method
 
 LARGEST_FILE = 4_000_000
 

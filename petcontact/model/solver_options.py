@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
-from .model import Model, Positive
-from .rules import Fixed, Modified, ModifiedSafeguarded, Rule, SelfAdaptive
+from ..rules import Fixed, Modified, ModifiedSafeguarded, Rule, SelfAdaptive
+from .base import Model, Positive
 
 RuleName = Literal["fixed", "self-adaptive", "modified", "modified-safeguarded"]
 Count = Annotated[int, pydantic.Field(ge=0, le=10**9, strict=True)]

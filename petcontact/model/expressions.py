@@ -10,7 +10,7 @@ import numpy as np
 import simpleeval
 from numpy.typing import NDArray
 
-from .errors import InputError
+from ..errors import InputError
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import pydantic
 
-from .errors import InputError
+from ..errors import InputError
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -49,7 +49,7 @@ def _option_name(name: Any) -> str:
 
 
 Expression = Annotated[float | str, pydantic.BeforeValidator(_expression)]
-"""A number, or an expression in x, y, nx, ny, s (see `petcontact.expressions`)."""
+"""A number, or an expression in x, y, nx, ny, s (see `petcontact.model.expressions`)."""
 Options = dict[
     Annotated[str, pydantic.BeforeValidator(_option_name)],
     Annotated[bool | int | float | str, pydantic.BeforeValidator(_option)],

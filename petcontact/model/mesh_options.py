@@ -6,7 +6,7 @@ from typing import Annotated
 
 import pydantic
 
-from .model import Model, Point, Positive
+from .base import Model, Point, Positive
 
 Order = Annotated[int, pydantic.Field(ge=0, le=5, strict=True)]
 Ratio = Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=1.0)]

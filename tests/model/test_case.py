@@ -9,9 +9,9 @@ from pathlib import Path
 import pytest
 
 from petcontact import Case, InputError, Material, Polygon, load
-from petcontact.config import parse_case, read_toml
+from petcontact.model.case import parse_case, read_toml
 
-EXAMPLE = Path(__file__).parents[1] / "configs" / "example1.toml"
+EXAMPLE = Path(__file__).parents[2] / "configs" / "example1.toml"
 
 
 def data(key=None, value=None):

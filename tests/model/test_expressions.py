@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact import InputError
-from petcontact.expressions import evaluate
+from petcontact.model.expressions import evaluate
 
 X = np.array([0.0, 1.0, 2.0])
 VARIABLES = {"x": X, "y": X + 1.0, "nx": X * 0.0, "ny": X * 0.0 - 1.0, "s": X / 2.0}

@@ -1,0 +1,1 @@
+"""What a user says: problem, mesh options, solver options, validated."""
