@@ -22,12 +22,12 @@ from .boundary import evaluate_boundary
 from .estimate import ContactLine, relative_difference, transition, without_specks
 from .history import ContactState
 from .marking import LADDER, Body, Rung, first_rung, marks_for
+from .mesh.hp_grading import graded_mesh
 from .methods import carried_over
 from .model.case import Case
 from .model.problem import Problem
 from .operators import BoundaryOperators
 from .pipeline import prepare_operators, probed, run
-from .refine import graded_mesh
 from .runtime.petsc import petsc
 from .runtime.signals import Interrupted
 from .solution import Solution, Zone

@@ -18,9 +18,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import moments
-from .elements import Array, Complex, Index, Mask
+from .mesh.basis import gauss, product_weights
+from .mesh.elements import Array, Complex, Index, Mask
 from .moments import RULES, Moments, Parts
-from .quadrature import gauss, product_weights
 
 Pairs = tuple[Index, Index]
 MIDDLE, CLOSE_SUM = 24, 2.9

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .errors import InputError
-from .mesh import BoundaryMesh
+from .mesh.curve_mesh import BoundaryMesh
 from .model.expressions import evaluate
 from .model.problem import Contact, Displacement, Problem, Traction
 

@@ -8,11 +8,11 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from .elements import Targets
 from .errors import InputError
 from .interior import stress_integrals
 from .kernels import integrals
-from .mesh import BoundaryMesh
+from .mesh.curve_mesh import BoundaryMesh
+from .mesh.elements import Targets
 from .model.problem import Material
 from .smoothing import smoothed
 

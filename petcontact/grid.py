@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
 from .errors import InputError
-from .mesh import BoundaryMesh
+from .mesh.curve_mesh import BoundaryMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

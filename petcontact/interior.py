@@ -16,9 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .arcs import Arcs
-from .elements import Array, Complex, Elements, Index
 from .kernels import shape_of
-from .quadrature import gauss, product_weights
+from .mesh.basis import gauss, product_weights
+from .mesh.elements import Array, Complex, Elements, Index
 from .segments import Segments
 
 FAR_RADIUS, FAR, MIDDLE, CLOSE_SUM = 12.0, 1, 24, 2.9

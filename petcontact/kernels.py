@@ -16,8 +16,8 @@ import numpy as np
 from .arcs import Arcs
 from .combine import Result
 from .constant import constant
-from .elements import Array, Elements, Index, Targets
-from .quadrature import gauss
+from .mesh.basis import gauss
+from .mesh.elements import Array, Elements, Index, Targets
 from .segments import Segments
 
 __all__ = ["Elements", "Targets", "integrals"]

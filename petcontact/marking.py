@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 
 from .estimate import ContactLine, slip_at_end, transition
 from .geometry.outline import Outline
-from .mesh import BoundaryMesh
-from .meshing import mesh_outline, points_on_sides, singular_ends
+from .mesh.curve_mesh import BoundaryMesh
+from .mesh.grading import mesh_outline, points_on_sides, singular_ends
+from .mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from .model.problem import Contact, Problem
-from .refine import Grading, Marks, balanced, graded_mesh
 from .singular import RIGHT_ANGLE, corner_powers, kinks
 
 Array = NDArray[np.float64]

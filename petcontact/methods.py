@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .errors import InputError
 from .history import ContactState
-from .mesh import BoundaryMesh
+from .mesh.curve_mesh import BoundaryMesh
 from .model.solver_options import Method
 from .newton import semismooth_newton
 from .operator_robin import operator_robin

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .boundary import BoundaryData
 from .kernels import integrals
-from .mesh import Batch, BoundaryMesh
+from .mesh.curve_mesh import Batch, BoundaryMesh
 from .model.problem import Material
 from .tiles import Tile, as_slice, common, put, some
 

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from .field import Field, field_on_grid
 from .grid import loops, on_element
+from .mesh.basis import lagrange
 from .plot import save
-from .quadrature import lagrange
 from .solution import Solution
 
 Array = NDArray[np.float64]

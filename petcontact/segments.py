@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import moments
-from .elements import Array, Complex, Index, Mask
+from .mesh.basis import gauss
+from .mesh.elements import Array, Complex, Index, Mask
 from .moments import RULES, Moments, Parts
-from .quadrature import gauss
 
 Pairs = tuple[Index, Index]
 

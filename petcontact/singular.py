@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from .boundary import evaluate_boundary
 from .geometry.outline import Outline, Side
-from .mesh import build_mesh
-from .meshing import at_ends, turn
+from .mesh.curve_mesh import build_mesh
+from .mesh.grading import at_ends, turn
 from .model.problem import Problem, Traction
 
 Array = NDArray[np.float64]

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .boundary import BoundaryData
 from .friction import balanced_rho, contact_norm, contact_state, projection_residual
 from .history import ContactState, History
-from .mesh import BoundaryMesh
+from .mesh.curve_mesh import BoundaryMesh
 from .model.case import Case
 
 Array = NDArray[np.float64]

@@ -15,7 +15,7 @@ import numpy as np
 
 from .errors import PetcontactError, ResultError
 from .history import COLUMNS, History
-from .mesh import BoundaryMesh
+from .mesh.curve_mesh import BoundaryMesh
 from .model.base import parse
 from .model.case import Case
 from .runtime.signals import deferred

@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 
 from .field import Field
 from .grid import on_element
-from .mesh import BoundaryMesh
-from .quadrature import lagrange
+from .mesh.basis import lagrange
+from .mesh.curve_mesh import BoundaryMesh
 from .store import temporary_name
 
 if TYPE_CHECKING:

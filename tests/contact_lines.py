@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from petcontact.estimate import ContactLine
-from petcontact.mesh import BoundaryMesh
+from petcontact.mesh.curve_mesh import BoundaryMesh
 
 
 def line_of(solution) -> ContactLine:

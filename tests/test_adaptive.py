@@ -13,7 +13,7 @@ from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, ad
 from petcontact.adaptive import estimated_error, solve_level
 from petcontact.estimate import ContactLine, displacement, slip_at_end, transition, without_specks
 from petcontact.marking import LADDER, Body, marks_for
-from petcontact.refine import Grading, Marks, balanced, graded_mesh, graded_side
+from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
 from petcontact.runtime.signals import Interrupted
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better

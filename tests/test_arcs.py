@@ -10,7 +10,7 @@ from kernel_oracle import Element, block_error, free, nearest, reference, refere
 
 from petcontact.arcs import Arcs
 from petcontact.kernels import Elements, Targets, integrals
-from petcontact.quadrature import gauss
+from petcontact.mesh.basis import gauss
 
 ORDERS = range(6)
 ANGLES = (1e-9, 0.05, 0.3, -0.8, 1.2, -1.55)  # half the angle of the arc, positive turns left

@@ -20,7 +20,7 @@ from petcontact import (
     Traction,
 )
 from petcontact.boundary import evaluate_boundary
-from petcontact.meshing import mesh_outline
+from petcontact.mesh.grading import mesh_outline
 from petcontact.pipeline import discretise
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 1.0))

@@ -22,7 +22,7 @@ from petcontact import (
 )
 from petcontact.field import Field, field_at, field_on_grid, principal_stresses, von_mises
 from petcontact.grid import body_polygon, loops, triangulate
-from petcontact.meshing import mesh_outline
+from petcontact.mesh.grading import mesh_outline
 from petcontact.plot_field import deformed_figure
 from petcontact.smoothing import smoothed
 from petcontact.vtu import write_boundary_vtu, write_vtu

@@ -10,7 +10,7 @@ from kernel_oracle import Element, block_error, free, nearest, reference_stress
 
 from petcontact.interior import stress_integrals
 from petcontact.kernels import Elements, integrals
-from petcontact.quadrature import gauss
+from petcontact.mesh.basis import gauss
 
 RATIO = 0.3
 

@@ -11,7 +11,7 @@ from kernel_oracle import Element, basis, block_error, free, kelvin, nearest, re
 
 from petcontact import kernels
 from petcontact.kernels import Elements, Targets, integrals
-from petcontact.quadrature import gauss, lagrange
+from petcontact.mesh.basis import gauss, lagrange
 
 ORDERS = range(6)
 DISTANCES = (1e-8, 1e-6, 1e-4, 1e-2, 0.1, 0.3, 0.7, 1.0, 1.5, 2.2, 4.0, 5.4, 6.1, 9.0, 30.0, 1e3, 1e5, 1e8)

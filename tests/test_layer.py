@@ -12,8 +12,8 @@ from petcontact import Contact, Displacement, MeshOptions, Polygon
 from petcontact.layer import Strip, body_thickness, layer_matrix, log_moments, strips
 from petcontact.layer_operator import LayerOperator, robin_preconditioner
 from petcontact.layer_strips import FourierStrip
+from petcontact.mesh.basis import gauss, lagrange
 from petcontact.pipeline import discretise, prepare
-from petcontact.quadrature import gauss, lagrange
 from petcontact.runtime.petsc import petsc
 
 GRADED = MeshOptions(order=3)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from petcontact import Gmsh, InputError, MeshOptions
-from petcontact.meshing import mesh_outline
+from petcontact.mesh.grading import mesh_outline
 from petcontact.model.case import load
 
 DATA = Path(__file__).parents[1] / "data"

@@ -24,7 +24,7 @@ from petcontact import (
 )
 from petcontact.boundary import evaluate_boundary
 from petcontact.field import field_at
-from petcontact.meshing import mesh_outline
+from petcontact.mesh.grading import mesh_outline
 from petcontact.operators import BoundaryOperators
 
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry.outline import Outline, Side
-from .kernels import Elements, Targets
-from .quadrature import gauss
+from ..geometry.outline import Outline, Side
+from ..kernels import Elements, Targets
+from .basis import gauss
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .geometry.outline import Outline
-from .mesh import BoundaryMesh, build_mesh
-from .meshing import largest_turn
+from ..geometry.outline import Outline
+from .curve_mesh import BoundaryMesh, build_mesh
+from .grading import largest_turn
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

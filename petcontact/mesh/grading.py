@@ -10,10 +10,10 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError
-from .geometry.outline import Outline, Side
-from .mesh import BoundaryMesh, build_mesh
-from .model.mesh_options import MeshOptions
+from ..errors import InputError
+from ..geometry.outline import Outline, Side
+from ..model.mesh_options import MeshOptions
+from .curve_mesh import BoundaryMesh, build_mesh
 
 T = TypeVar("T")
 Array = NDArray[np.float64]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from petcontact import Circle, InputError, MeshOptions, Polygon, Rectangle, SideBySide
-from petcontact.mesh import line_numbers
-from petcontact.meshing import mesh_outline
+from petcontact.mesh.curve_mesh import line_numbers
+from petcontact.mesh.grading import mesh_outline
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(8.0, 4.0))
 RING = SideBySide(

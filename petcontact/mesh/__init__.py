@@ -1,0 +1,1 @@
+"""Boundary meshes: elements, bases, grading."""
