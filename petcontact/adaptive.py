@@ -19,11 +19,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .boundary import evaluate_boundary
+from .contact.methods.registry import carried_over
+from .contact.state import ContactState
 from .estimate import ContactLine, relative_difference, transition, without_specks
-from .history import ContactState
 from .marking import LADDER, Body, Rung, first_rung, marks_for
 from .mesh.hp_grading import graded_mesh
-from .methods import carried_over
 from .model.case import Case
 from .model.problem import Problem
 from .operators import BoundaryOperators

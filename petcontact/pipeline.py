@@ -14,17 +14,17 @@ from numpy.typing import NDArray
 
 from . import __version__
 from .boundary import evaluate_boundary
+from .contact.friction_law import contact_norm, projection_residual
+from .contact.methods.registry import run_method
+from .contact.rho_rules import Rule
+from .contact.state import ContactState, History
 from .errors import InputError, SolverError
 from .formulations import CondensedSystem, FullSystem
-from .friction import contact_norm, projection_residual
-from .history import ContactState, History
 from .marking import mesh_of
-from .methods import run_method
 from .model.case import Case
 from .model.problem import Contact, Problem
 from .model.solver_options import Bem, Method
 from .operators import BoundaryOperators
-from .rules import Rule
 from .runtime import threads as _threads
 from .runtime.petsc import options, petsc, reason_name, stage
 from .runtime.signals import Interrupted, check, held

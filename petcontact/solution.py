@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .boundary import BoundaryData
-from .friction import balanced_rho, contact_norm, contact_state, projection_residual
-from .history import ContactState, History
+from .contact.friction_law import balanced_rho, contact_norm, contact_state, projection_residual
+from .contact.state import ContactState, History
 from .mesh.curve_mesh import BoundaryMesh
 from .model.case import Case
 

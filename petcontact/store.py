@@ -13,8 +13,8 @@ from typing import Any
 import h5py
 import numpy as np
 
+from .contact.state import COLUMNS, History
 from .errors import PetcontactError, ResultError
-from .history import COLUMNS, History
 from .mesh.curve_mesh import BoundaryMesh
 from .model.base import parse
 from .model.case import Case

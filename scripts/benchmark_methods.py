@@ -19,7 +19,7 @@ import numpy as np
 import scipy.linalg
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
-from petcontact.methods import run_method
+from petcontact.contact.methods.registry import run_method
 from petcontact.model.case import Case
 from petcontact.operators import BoundaryOperators
 from petcontact.pipeline import discretise, prepare
@@ -115,8 +115,8 @@ def newton_cholesky(dual: Dual) -> Array:
 
 def eigenprojection(dual: Dual) -> Array:
     """The paper's method with rule (4.3) on one eigendecomposition of S, at a tolerance that leaves a true error of 1e-8."""
-    from petcontact.friction import contact_norm, projection_residual
-    from petcontact.rules import Modified, usable_balance
+    from petcontact.contact.friction_law import contact_norm, projection_residual
+    from petcontact.contact.rho_rules import Modified, usable_balance
 
     root = np.sqrt(dual.weight)
     values, vectors = scipy.linalg.eigh(dual.compliance_matrix * root[:, None] / root, check_finite=False)
@@ -138,7 +138,7 @@ def eigenprojection(dual: Dual) -> Array:
 
 def tao_solver(kind: str) -> Callable[[Dual], Array]:
     """TAO alone on the dual problem, without the Newton steps that petcontact adds."""
-    from petcontact import tao
+    from petcontact.contact.methods import tao
 
     def solve(dual: Dual) -> Array:
         tao.DEFAULT_TYPE = kind

@@ -14,8 +14,8 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, Method
-from petcontact.friction import contact_norm
-from petcontact.methods import run_method
+from petcontact.contact.friction_law import contact_norm
+from petcontact.contact.methods.registry import run_method
 from petcontact.pipeline import prepare
 
 RULES = ("fixed", "self-adaptive", "modified", "modified-safeguarded")

@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 import pydantic
 
-from ..rules import Fixed, Modified, ModifiedSafeguarded, Rule, SelfAdaptive
+from ..contact.rho_rules import Fixed, Modified, ModifiedSafeguarded, Rule, SelfAdaptive
 from .base import Model, Positive
 
 RuleName = Literal["fixed", "self-adaptive", "modified", "modified-safeguarded"]

@@ -10,12 +10,12 @@ from conftest import example
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import petcontact.compliance
+import petcontact.contact.restricted
 from petcontact import MeshOptions
-from petcontact.active_set import initial_set, pivots, revised_set, solve_box
-from petcontact.newton import semismooth_newton
+from petcontact.contact.active_set import initial_set, pivots, revised_set, solve_box
+from petcontact.contact.methods.newton import semismooth_newton
+from petcontact.contact.methods.projection import Criterion
 from petcontact.pipeline import prepare
-from petcontact.projection import Criterion
 
 CRITERION = Criterion(1e-10)
 
@@ -108,7 +108,7 @@ def test_examples_from_full_stick(number, mesh, most, comm):
 def test_krylov_solves_find_the_same_in_three_steps(size, comm, monkeypatch):
     prepared = prepare(example(1, mesh=MeshOptions(element_size=size)), comm)
     direct = semismooth_newton(prepared.system, criterion=CRITERION, max_iterations=50, predict=False)
-    monkeypatch.setattr(petcontact.compliance, "DIRECT_SIZE", 0)
+    monkeypatch.setattr(petcontact.contact.restricted, "DIRECT_SIZE", 0)
     before = prepared.system.applications
     krylov = semismooth_newton(prepared.system, criterion=CRITERION, max_iterations=50, predict=True)
     assert krylov.converged and len(krylov.history) <= 4

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from petcontact.friction import balanced_rho, contact_norm, contact_state, project_ball, projection_residual
+from petcontact.contact.friction_law import balanced_rho, contact_norm, contact_state, project_ball, projection_residual
 
 # squares of numbers below 1e-60 underflow in any norm
 sizes = st.one_of(st.just(0.0), st.floats(1e-60, 1e6))

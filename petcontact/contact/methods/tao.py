@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError, SolverError
-from .friction import balanced_rho, contact_norm, projection_residual
-from .history import ContactState, History
+from ...errors import InputError, SolverError
+from ...runtime.petsc import petsc
+from ...system import ContactSystem
+from ..friction_law import balanced_rho, contact_norm, projection_residual
+from ..state import ContactState, History
 from .newton import semismooth_newton
 from .projection import Criterion
-from .runtime.petsc import petsc
-from .system import ContactSystem
 
 Array = NDArray[np.float64]
 

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from conftest import example
 
-import petcontact.compliance
+import petcontact.contact.restricted
 from petcontact import MeshOptions
-from petcontact.friction import contact_norm
-from petcontact.newton import semismooth_newton
-from petcontact.operator_robin import operator_robin
+from petcontact.contact.friction_law import contact_norm
+from petcontact.contact.methods.newton import semismooth_newton
+from petcontact.contact.methods.operator_robin import operator_robin
+from petcontact.contact.methods.projection import Criterion
 from petcontact.pipeline import prepare
-from petcontact.projection import Criterion
 
 MESHES = {
     "h=0.2": MeshOptions(element_size=0.2), "h=0.05": MeshOptions(element_size=0.05),
@@ -56,7 +56,7 @@ def test_converges_for_every_relaxation(omega, comm):
 def test_krylov_and_direct_steps_agree(comm, monkeypatch):
     prepared = prepare(example(1), comm)
     direct = solve(prepared, 1e-8)
-    monkeypatch.setattr(petcontact.compliance, "DIRECT_SIZE", 0)
+    monkeypatch.setattr(petcontact.contact.restricted, "DIRECT_SIZE", 0)
     krylov = solve(prepared, 1e-8)
     assert len(krylov.history) == len(direct.history)
     assert np.allclose(krylov.u_t, direct.u_t, atol=1e-10 * np.abs(direct.u_t).max())

@@ -12,16 +12,16 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from .active_set import solve_box
-from .compliance import contact_compliance
-from .errors import SolverError
-from .friction import balanced_rho, contact_norm, projection_residual
-from .history import ContactState, History
-from .layer_operator import LayerOperator
+from ...errors import SolverError
+from ...layer_operator import LayerOperator
+from ...system import ContactSystem
+from ..active_set import solve_box
+from ..friction_law import balanced_rho, contact_norm, projection_residual
+from ..restricted import contact_compliance
+from ..rho_rules import usable_balance
+from ..state import ContactState, History
 from .newton import first_guess
 from .projection import Criterion
-from .rules import usable_balance
-from .system import ContactSystem
 
 Array = NDArray[np.float64]
 

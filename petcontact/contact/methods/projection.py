@@ -9,11 +9,11 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import SolverError
-from .friction import balanced_rho, contact_norm, projection_residual
-from .history import ContactState, History
-from .rules import Rule, usable_balance
-from .system import ContactSystem
+from ...errors import SolverError
+from ...system import ContactSystem
+from ..friction_law import balanced_rho, contact_norm, projection_residual
+from ..rho_rules import Rule, usable_balance
+from ..state import ContactState, History
 
 Array = NDArray[np.float64]
 Stop = Literal["both", "displacement", "residual"]

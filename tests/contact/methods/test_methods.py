@@ -7,13 +7,13 @@ import pytest
 from conftest import example
 
 from petcontact import Bem, Contact, Displacement, InputError, MeshOptions, Method, Polygon, Traction
-from petcontact.active_set import solve_box
-from petcontact.friction import contact_norm
+from petcontact.contact.active_set import solve_box
+from petcontact.contact.friction_law import contact_norm
+from petcontact.contact.methods.registry import run_method
+from petcontact.contact.methods.tao import minimise
 from petcontact.layer_operator import LayerOperator
-from petcontact.methods import run_method
 from petcontact.model.solver_options import DEFAULT_METHOD
 from petcontact.pipeline import prepare
-from petcontact.tao import minimise
 
 NAMES = ("projection", "operator-robin", "semismooth-newton", "tao")
 

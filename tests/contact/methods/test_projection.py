@@ -7,11 +7,11 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, Method, SolverError, solve
+from petcontact.contact.friction_law import contact_norm, projection_residual
+from petcontact.contact.methods.projection import Criterion, project
+from petcontact.contact.rho_rules import Fixed, Modified
 from petcontact.formulations import CondensedSystem
-from petcontact.friction import contact_norm, projection_residual
 from petcontact.pipeline import discretise, prepare, run
-from petcontact.projection import Criterion, project
-from petcontact.rules import Fixed, Modified
 
 COARSE = MeshOptions(element_size=0.4)
 

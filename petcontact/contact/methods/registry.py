@@ -8,16 +8,16 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError
-from .history import ContactState
-from .mesh.curve_mesh import BoundaryMesh
-from .model.solver_options import Method
+from ...errors import InputError
+from ...mesh.curve_mesh import BoundaryMesh
+from ...model.solver_options import Method
+from ...solution import Contact
+from ...system import ContactSystem
+from ..rho_rules import Rule
+from ..state import ContactState
 from .newton import semismooth_newton
 from .operator_robin import operator_robin
 from .projection import Criterion, project
-from .rules import Rule
-from .solution import Contact
-from .system import ContactSystem
 from .tao import tao
 
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ def initial_functions(system: ContactSystem, name: str) -> tuple[Array, Array] |
         return system.u_0, np.zeros_like(system.u_0)
     if not Path(name).exists():
         raise InputError(f'method.start: {name!r} is neither "zero", "frictionless" nor a result file')
-    from .store import read_solution
+    from ...store import read_solution
 
     operators = system.operators
     return carried_over(read_solution(name).contact, operators.mesh, operators.data.contact_nodes)

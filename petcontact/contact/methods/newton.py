@@ -13,13 +13,13 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from .active_set import Active, Predictor, initial_set, pivots, solve_box
-from .compliance import ContactCompliance, contact_compliance
-from .friction import balanced_rho, contact_norm, projection_residual
-from .history import ContactState, History
-from .layer_operator import LayerOperator
+from ...layer_operator import LayerOperator
+from ...system import ContactSystem
+from ..active_set import Active, Predictor, initial_set, pivots, solve_box
+from ..friction_law import balanced_rho, contact_norm, projection_residual
+from ..restricted import ContactCompliance, contact_compliance
+from ..state import ContactState, History
 from .projection import Criterion
-from .system import ContactSystem
 
 Array = NDArray[np.float64]
 PLAIN_SIZE = 300

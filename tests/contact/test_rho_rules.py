@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from petcontact.rules import Fixed, Modified, ModifiedSafeguarded, SelfAdaptive, usable_balance
+from petcontact.contact.rho_rules import Fixed, Modified, ModifiedSafeguarded, SelfAdaptive, usable_balance
 
 
 def test_fixed_keeps_rho():

@@ -1,0 +1,1 @@
+"""The methods, one a module, chosen by name."""
