@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .boundary import evaluate_boundary
+from .bem.boundary_data import evaluate_boundary
+from .bem.operators import BoundaryOperators
 from .contact.methods.registry import carried_over
 from .contact.state import ContactState
 from .estimate import ContactLine, relative_difference, transition, without_specks
@@ -26,7 +27,6 @@ from .marking import LADDER, Body, Rung, first_rung, marks_for
 from .mesh.hp_grading import graded_mesh
 from .model.case import Case
 from .model.problem import Problem
-from .operators import BoundaryOperators
 from .pipeline import prepare_operators, probed, run
 from .runtime.petsc import petsc
 from .runtime.signals import Interrupted

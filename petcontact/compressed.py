@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .bem.operators import BoundaryOperators
 from .compression.hodlr import HODLR, compress, factor
 from .errors import SolverError
 from .layer_operator import RobinPreconditioner, robin_preconditioner
 from .linalg.ksp import LinearSolver
 from .model.solver_options import Bem
-from .operators import BoundaryOperators
 from .runtime.petsc import petsc, stage
 from .runtime.threads import one_blas_thread, threads_per_rank
 from .system import EliminatedSystem

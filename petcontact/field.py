@@ -8,9 +8,9 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
+from .bem.kelvin2d.integrals import integrals
+from .bem.kelvin2d.stress import stress_integrals
 from .errors import InputError
-from .interior import stress_integrals
-from .kernels import integrals
 from .mesh.curve_mesh import BoundaryMesh
 from .mesh.elements import Targets
 from .model.problem import Material

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .dense import assemble_dense
+from .bem.dense_assembly import assemble_dense
+from .bem.operators import BoundaryOperators
 from .linalg.ksp import LinearSolver
-from .operators import BoundaryOperators
 from .runtime.petsc import petsc, stage
 from .system import EliminatedSystem, SystemBase
 

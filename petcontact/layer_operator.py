@@ -7,9 +7,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .bem.operators import BoundaryOperators
 from .layer import layer_factor, strips
 from .layer_strips import FourierStrip, StripOperator, strip_operator
-from .operators import BoundaryOperators
 from .system import ContactVectors
 
 Array = NDArray[np.float64]

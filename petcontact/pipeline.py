@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import __version__
-from .boundary import evaluate_boundary
+from .bem.boundary_data import evaluate_boundary
+from .bem.operators import BoundaryOperators
 from .contact.friction_law import contact_norm, projection_residual
 from .contact.methods.registry import run_method
 from .contact.rho_rules import Rule
@@ -24,7 +25,6 @@ from .marking import mesh_of
 from .model.case import Case
 from .model.problem import Contact, Problem
 from .model.solver_options import Bem, Method
-from .operators import BoundaryOperators
 from .runtime import threads as _threads
 from .runtime.petsc import options, petsc, reason_name, stage
 from .runtime.signals import Interrupted, check, held

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .boundary import evaluate_boundary
+from .bem.boundary_data import evaluate_boundary
 from .geometry.outline import Outline, Side
 from .mesh.curve_mesh import build_mesh
 from .mesh.grading import at_ends, turn

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .boundary import BoundaryData
+from .bem.boundary_data import BoundaryData
 from .contact.friction_law import balanced_rho, contact_norm, contact_state, projection_residual
 from .contact.state import ContactState, History
 from .mesh.curve_mesh import BoundaryMesh

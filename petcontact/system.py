@@ -12,8 +12,8 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .bem.operators import BoundaryOperators
 from .linalg.row_layout import even_ranges, node_ranges, redistribute
-from .operators import BoundaryOperators
 from .runtime.petsc import petsc
 
 Array = NDArray[np.float64]

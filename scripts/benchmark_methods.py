@@ -19,9 +19,9 @@ import numpy as np
 import scipy.linalg
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
+from petcontact.bem.operators import BoundaryOperators
 from petcontact.contact.methods.registry import run_method
 from petcontact.model.case import Case
-from petcontact.operators import BoundaryOperators
 from petcontact.pipeline import discretise, prepare
 from petcontact.runtime.petsc import petsc
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from petcontact.kernels import Elements, Targets
+from petcontact.bem.kelvin2d.integrals import Elements, Targets
 
 Real, Complex = np.longdouble, np.clongdouble
 PI = 4 * np.arctan(Real(1))

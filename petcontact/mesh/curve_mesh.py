@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from ..bem.kelvin2d.integrals import Elements, Targets
 from ..geometry.outline import Outline, Side
-from ..kernels import Elements, Targets
 from .basis import gauss
 
 Array = NDArray[np.float64]

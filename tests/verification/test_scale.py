@@ -22,10 +22,10 @@ from petcontact import (
     Traction,
     solve,
 )
-from petcontact.boundary import evaluate_boundary
+from petcontact.bem.boundary_data import evaluate_boundary
+from petcontact.bem.operators import BoundaryOperators
 from petcontact.field import field_at
 from petcontact.mesh.grading import mesh_outline
-from petcontact.operators import BoundaryOperators
 
 
 def toe(length, stress, **mesh):

@@ -8,8 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from kernel_oracle import Element, block_error, free, nearest, reference_stress
 
-from petcontact.interior import stress_integrals
-from petcontact.kernels import Elements, integrals
+from petcontact.bem.kelvin2d.integrals import Elements, integrals
+from petcontact.bem.kelvin2d.stress import stress_integrals
 from petcontact.mesh.basis import gauss
 
 RATIO = 0.3

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .boundary import BoundaryData
-from .kernels import integrals
-from .mesh.curve_mesh import Batch, BoundaryMesh
-from .model.problem import Material
-from .tiles import Tile, as_slice, common, put, some
+from ..mesh.curve_mesh import Batch, BoundaryMesh
+from ..model.problem import Material
+from .boundary_data import BoundaryData
+from .column_blocks import Tile, as_slice, common, put, some
+from .kelvin2d.integrals import integrals
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

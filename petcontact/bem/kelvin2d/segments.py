@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...mesh.basis import gauss
+from ...mesh.elements import Array, Complex, Index, Mask
 from . import moments
-from .mesh.basis import gauss
-from .mesh.elements import Array, Complex, Index, Mask
 from .moments import RULES, Moments, Parts
 
 Pairs = tuple[Index, Index]

@@ -13,12 +13,12 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...mesh.basis import gauss
+from ...mesh.elements import Array, Elements, Index, Targets
 from .arcs import Arcs
-from .combine import Result
-from .constant import constant
-from .mesh.basis import gauss
-from .mesh.elements import Array, Elements, Index, Targets
+from .constant_elements import constant
 from .segments import Segments
+from .tensors import Result
 
 __all__ = ["Elements", "Targets", "integrals"]
 

@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from kernel_oracle import Element, basis, block_error, free, kelvin, nearest, reference, reference_self
 
-from petcontact import kernels
-from petcontact.kernels import Elements, Targets, integrals
+from petcontact.bem.kelvin2d import integrals as kernels
+from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
 from petcontact.mesh.basis import gauss, lagrange
 
 ORDERS = range(6)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .mesh.curve_mesh import Batch
+from ..mesh.curve_mesh import Batch
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

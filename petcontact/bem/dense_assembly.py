@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from .linalg.row_layout import even_ranges, node_ranges
+from ..linalg.row_layout import even_ranges, node_ranges
+from ..runtime.petsc import petsc
 from .operators import TILE, BoundaryOperators
-from .runtime.petsc import petsc
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from kernel_oracle import Element, block_error, free, nearest, reference, reference_self
 
-from petcontact.arcs import Arcs
-from petcontact.kernels import Elements, Targets, integrals
+from petcontact.bem.kelvin2d.arcs import Arcs
+from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
 from petcontact.mesh.basis import gauss
 
 ORDERS = range(6)

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...mesh.basis import gauss, product_weights
+from ...mesh.elements import Array, Complex, Elements, Index
 from .arcs import Arcs
-from .kernels import shape_of
-from .mesh.basis import gauss, product_weights
-from .mesh.elements import Array, Complex, Elements, Index
+from .integrals import shape_of
 from .segments import Segments
 
 FAR_RADIUS, FAR, MIDDLE, CLOSE_SUM = 12.0, 1, 24, 2.9

@@ -7,7 +7,7 @@ import pytest
 from conftest import example
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Traction
-from petcontact.dense import assemble_dense
+from petcontact.bem.dense_assembly import assemble_dense
 from petcontact.pipeline import discretise
 
 PENTAGON = Polygon(vertices=((0, 0), (3, 0.2), (3.5, 2), (1.4, 3.1), (-0.4, 1.3)), parts=("a", "b", "c", "d", "e"))
@@ -106,7 +106,7 @@ sys.path.insert(0, sys.argv[1])
 from conftest import example
 from petcontact import MeshOptions
 from petcontact.runtime.petsc import petsc
-from petcontact.dense import assemble_dense
+from petcontact.bem.dense_assembly import assemble_dense
 from petcontact.pipeline import discretise
 comm = petsc().COMM_SELF
 small = assemble_dense(discretise(example(1, mesh=MeshOptions(element_size=0.2))), comm)
@@ -123,6 +123,6 @@ print(peak / (8 * (4 * n * n + 2 * n * m + 2 * n)))
 """
     from pathlib import Path
 
-    done = subprocess.run([sys.executable, "-c", program, str(Path(__file__).parent)], capture_output=True, text=True,
+    done = subprocess.run([sys.executable, "-c", program, str(Path(__file__).parents[1])], capture_output=True, text=True,
                           timeout=120, check=True)  # fmt: skip
     assert 0.9 < float(done.stdout) < 1.3

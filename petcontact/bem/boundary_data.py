@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import InputError
-from .mesh.curve_mesh import BoundaryMesh
-from .model.expressions import evaluate
-from .model.problem import Contact, Displacement, Problem, Traction
+from ..errors import InputError
+from ..mesh.curve_mesh import BoundaryMesh
+from ..model.expressions import evaluate
+from ..model.problem import Contact, Displacement, Problem, Traction
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -19,7 +19,7 @@ from petcontact import (
     SideBySide,
     Traction,
 )
-from petcontact.boundary import evaluate_boundary
+from petcontact.bem.boundary_data import evaluate_boundary
 from petcontact.mesh.grading import mesh_outline
 from petcontact.pipeline import discretise
 

@@ -1,0 +1,1 @@
+"""Kelvin's solution in the plane, integrated over elements in closed form."""
