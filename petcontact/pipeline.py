@@ -15,12 +15,14 @@ from numpy.typing import NDArray
 from . import __version__
 from .bem.boundary_data import evaluate_boundary
 from .bem.operators import BoundaryOperators
+from .compliance.base import ContactSystem
+from .compliance.condensed import CondensedSystem, FullSystem
+from .compliance.spectral import shared_by
 from .contact.friction_law import contact_norm, projection_residual
 from .contact.methods.registry import run_method
 from .contact.rho_rules import Rule
 from .contact.state import ContactState, History
 from .errors import InputError, SolverError
-from .formulations import CondensedSystem, FullSystem
 from .marking import mesh_of
 from .model.case import Case
 from .model.problem import Contact, Problem
@@ -29,8 +31,6 @@ from .runtime import threads as _threads
 from .runtime.petsc import options, petsc, reason_name, stage
 from .runtime.signals import Interrupted, check, held
 from .solution import Solution, contact_fields
-from .spectral import shared_by
-from .system import ContactSystem
 
 Array = NDArray[np.float64]
 PROBED_NODES = 24
@@ -104,7 +104,7 @@ def _build_system(
             raise InputError('method.formulation: "full" is dense; use "condensed" with bem.mat_type = "hodlr"')
         return FullSystem(operators, comm, timings)
     if compressed:
-        from .compressed import CompressedSystem
+        from .compliance.compressed import CompressedSystem
 
         return CompressedSystem(operators, comm, bem, timings)
     return CondensedSystem(operators, comm, timings)

@@ -16,7 +16,8 @@ import numpy as np
 import pytest
 from conftest import example
 
-from petcontact import MeshOptions, SolverError, formulations, pipeline, read_solution, solve, write_solution
+from petcontact import MeshOptions, SolverError, pipeline, read_solution, solve, write_solution
+from petcontact.compliance import condensed as formulations
 from petcontact.pipeline import prepare, run
 from petcontact.runtime import signals
 from petcontact.runtime.signals import Interrupted, deferred, install

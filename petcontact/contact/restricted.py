@@ -12,10 +12,10 @@ import numpy as np
 import scipy.linalg
 from numpy.typing import NDArray
 
+from ..compliance.base import ContactSystem
+from ..compliance.layer.operator import LayerOperator
 from ..errors import SolverError
-from ..layer_operator import LayerOperator
 from ..linalg.matrix_free import Krylov
-from ..system import ContactSystem
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

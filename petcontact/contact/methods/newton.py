@@ -13,8 +13,8 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from ...layer_operator import LayerOperator
-from ...system import ContactSystem
+from ...compliance.base import ContactSystem
+from ...compliance.layer.operator import LayerOperator
 from ..active_set import Active, Predictor, initial_set, pivots, solve_box
 from ..friction_law import balanced_rho, contact_norm, projection_residual
 from ..restricted import ContactCompliance, contact_compliance

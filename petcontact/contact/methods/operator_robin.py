@@ -12,9 +12,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compliance.base import ContactSystem
+from ...compliance.layer.operator import LayerOperator
 from ...errors import SolverError
-from ...layer_operator import LayerOperator
-from ...system import ContactSystem
 from ..active_set import solve_box
 from ..friction_law import balanced_rho, contact_norm, projection_residual
 from ..restricted import contact_compliance

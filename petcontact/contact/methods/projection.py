@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compliance.base import ContactSystem
 from ...errors import SolverError
-from ...system import ContactSystem
 from ..friction_law import balanced_rho, contact_norm, projection_residual
 from ..rho_rules import Rule, usable_balance
 from ..state import ContactState, History

@@ -8,11 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compliance.base import ContactSystem
 from ...errors import InputError
 from ...mesh.curve_mesh import BoundaryMesh
 from ...model.solver_options import Method
 from ...solution import Contact
-from ...system import ContactSystem
 from ..rho_rules import Rule
 from ..state import ContactState
 from .newton import semismooth_newton

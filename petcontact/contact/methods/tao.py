@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...compliance.base import ContactSystem
 from ...errors import InputError, SolverError
 from ...runtime.petsc import petsc
-from ...system import ContactSystem
 from ..friction_law import balanced_rho, contact_norm, projection_residual
 from ..state import ContactState, History
 from .newton import semismooth_newton

@@ -7,11 +7,11 @@ import pytest
 from conftest import example
 
 from petcontact import Bem, Contact, Displacement, InputError, MeshOptions, Method, Polygon, Traction
+from petcontact.compliance.layer.operator import LayerOperator
 from petcontact.contact.active_set import solve_box
 from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.methods.registry import run_method
 from petcontact.contact.methods.tao import minimise
-from petcontact.layer_operator import LayerOperator
 from petcontact.model.solver_options import DEFAULT_METHOD
 from petcontact.pipeline import prepare
 

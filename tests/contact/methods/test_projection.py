@@ -7,10 +7,10 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, Method, SolverError, solve
+from petcontact.compliance.condensed import CondensedSystem
 from petcontact.contact.friction_law import contact_norm, projection_residual
 from petcontact.contact.methods.projection import Criterion, project
 from petcontact.contact.rho_rules import Fixed, Modified
-from petcontact.formulations import CondensedSystem
 from petcontact.pipeline import discretise, prepare, run
 
 COARSE = MeshOptions(element_size=0.4)

@@ -7,7 +7,7 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, SolverError
-from petcontact.formulations import CondensedSystem, FullSystem
+from petcontact.compliance.condensed import CondensedSystem, FullSystem
 from petcontact.pipeline import discretise
 from petcontact.runtime.petsc import options
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .bem.dense_assembly import assemble_dense
-from .bem.operators import BoundaryOperators
-from .linalg.ksp import LinearSolver
-from .runtime.petsc import petsc, stage
-from .system import EliminatedSystem, SystemBase
+from ..bem.dense_assembly import assemble_dense
+from ..bem.operators import BoundaryOperators
+from ..linalg.ksp import LinearSolver
+from ..runtime.petsc import petsc, stage
+from .base import EliminatedSystem, SystemBase
 
 Array = NDArray[np.float64]
 

@@ -10,8 +10,8 @@ import scipy.fft
 import scipy.linalg
 from numpy.typing import NDArray
 
-from .layer import Strip, layer_matrix
-from .linalg.matrix_free import Krylov
+from ...linalg.matrix_free import Krylov
+from .kernel import Strip, layer_matrix
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -148,7 +148,7 @@ class HodlrStrip:
 
     def _compress(self, rho: float | None) -> Any:
         """T, or I + ρT."""
-        from .compression.hodlr import compress
+        from ...compression.hodlr import compress
 
         def entries(rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Array:
             block = layer_matrix(self._strip, self._layer_factor, rows, columns)
@@ -163,7 +163,7 @@ class HodlrStrip:
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """T⁻¹ x, or (I + ρT)⁻¹ x."""
-        from .compression.hodlr import factor
+        from ...compression.hodlr import factor
 
         if rho not in self._factors:
             for other in [key for key in self._factors if key is not None]:

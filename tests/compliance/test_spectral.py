@@ -7,12 +7,12 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions
-from petcontact.compressed import CompressedSystem
-from petcontact.formulations import CondensedSystem
+from petcontact.compliance.compressed import CompressedSystem
+from petcontact.compliance.condensed import CondensedSystem
+from petcontact.compliance.spectral import SpectralSystem
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline import discretise, prepare, run
 from petcontact.runtime.petsc import options
-from petcontact.spectral import SpectralSystem
 
 MESHES = [MeshOptions(element_size=0.1), MeshOptions(element_size=0.4, order=3),
           MeshOptions(order=2, grading=0.4, levels=5)]  # fmt: skip

@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .bem.operators import BoundaryOperators
-from .mesh.basis import gauss, lagrange, lagrange_coefficients
-from .mesh.curve_mesh import BoundaryMesh
-from .model.problem import Material
+from ...bem.operators import BoundaryOperators
+from ...mesh.basis import gauss, lagrange, lagrange_coefficients
+from ...mesh.curve_mesh import BoundaryMesh
+from ...model.problem import Material
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -12,15 +12,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .bem.operators import BoundaryOperators
-from .compression.hodlr import HODLR, compress, factor
-from .errors import SolverError
-from .layer_operator import RobinPreconditioner, robin_preconditioner
-from .linalg.ksp import LinearSolver
-from .model.solver_options import Bem
-from .runtime.petsc import petsc, stage
-from .runtime.threads import one_blas_thread, threads_per_rank
-from .system import EliminatedSystem
+from ..bem.operators import BoundaryOperators
+from ..compression.hodlr import HODLR, compress, factor
+from ..errors import SolverError
+from ..linalg.ksp import LinearSolver
+from ..model.solver_options import Bem
+from ..runtime.petsc import petsc, stage
+from ..runtime.threads import one_blas_thread, threads_per_rank
+from .base import EliminatedSystem
+from .layer.operator import RobinPreconditioner, robin_preconditioner
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

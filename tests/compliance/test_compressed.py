@@ -11,15 +11,15 @@ import pytest
 from conftest import example
 
 from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
-from petcontact.compressed import CompressedSystem
-from petcontact.formulations import CondensedSystem
+from petcontact.compliance.compressed import CompressedSystem
+from petcontact.compliance.condensed import CondensedSystem
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline import discretise, prepare, resolved_bem, run
 from petcontact.runtime.petsc import options
 from petcontact.sweep_config import load_sweep
 from petcontact.sweep_plan import group_cases
 
-CONFIGS = Path(__file__).parents[1] / "configs"
+CONFIGS = Path(__file__).parents[2] / "configs"
 MESHES = [MeshOptions(element_size=0.05), MeshOptions(element_size=0.4, order=3),
           MeshOptions(order=2, grading=0.4, levels=9)]  # fmt: skip
 

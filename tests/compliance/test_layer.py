@@ -7,11 +7,11 @@ import pytest
 import scipy.integrate
 from conftest import example
 
-import petcontact.layer_strips
+import petcontact.compliance.layer.strips
 from petcontact import Contact, Displacement, MeshOptions, Polygon
-from petcontact.layer import Strip, body_thickness, layer_matrix, log_moments, strips
-from petcontact.layer_operator import LayerOperator, robin_preconditioner
-from petcontact.layer_strips import FourierStrip
+from petcontact.compliance.layer.kernel import Strip, body_thickness, layer_matrix, log_moments, strips
+from petcontact.compliance.layer.operator import LayerOperator, robin_preconditioner
+from petcontact.compliance.layer.strips import FourierStrip
 from petcontact.mesh.basis import gauss, lagrange
 from petcontact.pipeline import discretise, prepare
 from petcontact.runtime.petsc import petsc
@@ -117,7 +117,7 @@ def test_compressed_strip_is_the_dense_one(monkeypatch):
     """To the tolerance of the compression; its own products and solves belong together to round-off."""
     operators = discretise(example(1, mesh=MeshOptions(order=3, element_size=0.2, grading=0.35)))
     dense = LayerOperator(operators)
-    monkeypatch.setattr(petcontact.layer_strips, "LONG_SIZE", 100)
+    monkeypatch.setattr(petcontact.compliance.layer.strips, "LONG_SIZE", 100)
     compressed = LayerOperator(operators)
     rng = np.random.default_rng(11)
     x, stick = rng.standard_normal(dense.size), rng.random(dense.size) < 0.7

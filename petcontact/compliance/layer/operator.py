@@ -7,10 +7,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .bem.operators import BoundaryOperators
-from .layer import layer_factor, strips
-from .layer_strips import FourierStrip, StripOperator, strip_operator
-from .system import ContactVectors
+from ...bem.operators import BoundaryOperators
+from ..base import ContactVectors
+from .kernel import layer_factor, strips
+from .strips import FourierStrip, StripOperator, strip_operator
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]

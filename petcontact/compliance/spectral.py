@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .errors import SolverError
-from .runtime.petsc import petsc, stage
-from .system import ContactSystem, EliminatedSystem
+from ..errors import SolverError
+from ..runtime.petsc import petsc, stage
+from .base import ContactSystem, EliminatedSystem
 
 Array = NDArray[np.float64]
 

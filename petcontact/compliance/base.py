@@ -12,9 +12,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from .bem.operators import BoundaryOperators
-from .linalg.row_layout import even_ranges, node_ranges, redistribute
-from .runtime.petsc import petsc
+from ..bem.operators import BoundaryOperators
+from ..linalg.row_layout import even_ranges, node_ranges, redistribute
+from ..runtime.petsc import petsc
 
 Array = NDArray[np.float64]
 

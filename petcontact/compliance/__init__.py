@@ -1,0 +1,1 @@
+"""Bodies eliminated to their contact parts: u = u_0 + S sigma."""

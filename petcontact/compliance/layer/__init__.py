@@ -1,0 +1,1 @@
+"""The operator T of an elastic layer, spectrally near to S."""
