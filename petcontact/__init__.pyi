@@ -3,8 +3,8 @@ from .errors import InputError as InputError
 from .errors import PetcontactError as PetcontactError
 from .errors import ResultError as ResultError
 from .errors import SolverError as SolverError
-from .field import field_at as field_at
-from .field import field_on_grid as field_on_grid
+from .fields.interior import field_at as field_at
+from .fields.interior import field_on_grid as field_on_grid
 from .geometry.arcs import Circle as Circle
 from .geometry.arcs import OutlineSide as OutlineSide
 from .geometry.arcs import SideBySide as SideBySide

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .field import Field, field_on_grid
-from .grid import loops, on_element
+from .fields.interior import Field, field_on_grid
+from .fields.interior_grid import loops, on_element
 from .mesh.basis import lagrange
 from .plot import save
 from .solution import Solution

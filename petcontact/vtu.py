@@ -10,8 +10,8 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from .field import Field
-from .grid import on_element
+from .fields.interior import Field
+from .fields.interior_grid import on_element
 from .mesh.basis import lagrange
 from .mesh.curve_mesh import BoundaryMesh
 from .store import temporary_name

@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
-    from ..field import field_on_grid
+    from ..fields.interior import field_on_grid
     from ..store import read_solution
     from ..vtu import write_boundary_vtu, write_vtu
 

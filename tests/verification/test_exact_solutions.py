@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from petcontact import Case, Contact, Displacement, Material, MeshOptions, Method, SideBySide, Traction, solve
-from petcontact.field import field_at
+from petcontact.fields.interior import field_at
 
 STEEL = Material(young_modulus=200.0, poisson_ratio=0.3)
 METHOD = Method(name="projection", rule="modified", rho=100.0, tolerance=1e-10, max_iterations=5000)

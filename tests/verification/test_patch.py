@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from petcontact import Case, Contact, Displacement, Material, MeshOptions, Method, SideBySide, Traction, solve
-from petcontact.field import field_at
+from petcontact.fields.interior import field_at
 
 POINTS = ((1.0, 0.0), (6.0, 0.0), (7.0, 2.5), (4.0, 2.0), (3.0, 4.5), (0.5, 3.0))
 NAMES = ("foot", "right", "notch", "roof", "top", "left")

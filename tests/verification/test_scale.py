@@ -24,7 +24,7 @@ from petcontact import (
 )
 from petcontact.bem.boundary_data import evaluate_boundary
 from petcontact.bem.operators import BoundaryOperators
-from petcontact.field import field_at
+from petcontact.fields.interior import field_at
 from petcontact.mesh.grading import mesh_outline
 
 

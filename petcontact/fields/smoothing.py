@@ -12,8 +12,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .mesh.basis import lagrange
-from .mesh.curve_mesh import BoundaryMesh
+from ..mesh.basis import lagrange
+from ..mesh.curve_mesh import BoundaryMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -7,8 +7,8 @@ import shapely
 from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
-from .errors import InputError
-from .mesh.curve_mesh import BoundaryMesh
+from ..errors import InputError
+from ..mesh.curve_mesh import BoundaryMesh
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

@@ -8,12 +8,12 @@ import numpy as np
 import shapely
 from numpy.typing import NDArray
 
-from .bem.kelvin2d.integrals import integrals
-from .bem.kelvin2d.stress import stress_integrals
-from .errors import InputError
-from .mesh.curve_mesh import BoundaryMesh
-from .mesh.elements import Targets
-from .model.problem import Material
+from ..bem.kelvin2d.integrals import integrals
+from ..bem.kelvin2d.stress import stress_integrals
+from ..errors import InputError
+from ..mesh.curve_mesh import BoundaryMesh
+from ..mesh.elements import Targets
+from ..model.problem import Material
 from .smoothing import smoothed
 
 Array = NDArray[np.float64]
@@ -167,7 +167,7 @@ def field_on_grid(
     InputError
         If the resolution is too small.
     """
-    from .grid import triangulate
+    from .interior_grid import triangulate
 
     points, cells = triangulate(mesh, resolution)
     displacement, stress = field_at(mesh, u, traction, material, points)

@@ -20,11 +20,11 @@ from petcontact import (
     solve,
     write_solution,
 )
-from petcontact.field import Field, field_at, field_on_grid, principal_stresses, von_mises
-from petcontact.grid import body_polygon, loops, triangulate
+from petcontact.fields.interior import Field, field_at, field_on_grid, principal_stresses, von_mises
+from petcontact.fields.interior_grid import body_polygon, loops, triangulate
+from petcontact.fields.smoothing import smoothed
 from petcontact.mesh.grading import mesh_outline
 from petcontact.plot_field import deformed_figure
-from petcontact.smoothing import smoothed
 from petcontact.vtu import write_boundary_vtu, write_vtu
 
 STEEL = Material(young_modulus=200.0, poisson_ratio=0.3)
@@ -167,7 +167,7 @@ def test_many_points_in_pieces_are_the_same_as_one_by_one(monkeypatch):
     mesh = meshed(element_size=0.4, order=1)
     data = boundary_data(mesh)
     whole = field_at(mesh, *data, STEEL, POINTS)
-    monkeypatch.setattr("petcontact.field.ENTRIES", 3 * mesh.n_nodes)
+    monkeypatch.setattr("petcontact.fields.interior.ENTRIES", 3 * mesh.n_nodes)
     assert all(np.allclose(a, b, rtol=1e-12) for a, b in zip(whole, field_at(mesh, *data, STEEL, POINTS), strict=True))
 
 

@@ -1,0 +1,1 @@
+"""Displacement and stress inside a body."""
