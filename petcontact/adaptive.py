@@ -22,12 +22,12 @@ from .bem.boundary_data import evaluate_boundary
 from .bem.operators import BoundaryOperators
 from .contact.methods.registry import carried_over
 from .contact.state import ContactState
-from .estimate import ContactLine, relative_difference, transition, without_specks
-from .marking import LADDER, Body, Rung, first_rung, marks_for
 from .mesh.hp_grading import graded_mesh
 from .model.case import Case
 from .model.problem import Problem
 from .pipeline import prepare_operators, probed, run
+from .refinement.contact_line import ContactLine, relative_difference, transition, without_specks
+from .refinement.marks import LADDER, Body, Rung, first_rung, marks_for
 from .runtime.petsc import petsc
 from .runtime.signals import Interrupted
 from .solution import Solution, Zone

@@ -23,10 +23,10 @@ from .contact.methods.registry import run_method
 from .contact.rho_rules import Rule
 from .contact.state import ContactState, History
 from .errors import InputError, SolverError
-from .marking import mesh_of
 from .model.case import Case
 from .model.problem import Contact, Problem
 from .model.solver_options import Bem, Method
+from .refinement.marks import mesh_of
 from .runtime import threads as _threads
 from .runtime.petsc import options, petsc, reason_name, stage
 from .runtime.signals import Interrupted, check, held

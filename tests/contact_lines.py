@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from petcontact.estimate import ContactLine
 from petcontact.mesh.curve_mesh import BoundaryMesh
+from petcontact.refinement.contact_line import ContactLine
 
 
 def line_of(solution) -> ContactLine:

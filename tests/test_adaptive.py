@@ -11,9 +11,9 @@ from contact_lines import line_of
 
 from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, adaptive, solve
 from petcontact.adaptive import estimated_error, solve_level
-from petcontact.estimate import ContactLine, displacement, slip_at_end, transition, without_specks
-from petcontact.marking import LADDER, Body, marks_for
 from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
+from petcontact.refinement.contact_line import ContactLine, displacement, slip_at_end, transition, without_specks
+from petcontact.refinement.marks import LADDER, Body, marks_for
 from petcontact.runtime.signals import Interrupted
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better

@@ -7,13 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .estimate import ContactLine, slip_at_end, transition
-from .geometry.outline import Outline
-from .mesh.curve_mesh import BoundaryMesh
-from .mesh.grading import mesh_outline, points_on_sides, singular_ends
-from .mesh.hp_grading import Grading, Marks, balanced, graded_mesh
-from .model.problem import Contact, Problem
-from .singular import RIGHT_ANGLE, corner_powers, kinks
+from ..geometry.outline import Outline
+from ..mesh.curve_mesh import BoundaryMesh
+from ..mesh.grading import mesh_outline, points_on_sides, singular_ends
+from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
+from ..model.problem import Contact, Problem
+from .contact_line import ContactLine, slip_at_end, transition
+from .singular_points import RIGHT_ANGLE, corner_powers, kinks
 
 Array = NDArray[np.float64]
 CORNER_SIZE = 0.015 ** (1.0 / RIGHT_ANGLE)

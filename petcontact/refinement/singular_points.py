@@ -7,11 +7,11 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from .bem.boundary_data import evaluate_boundary
-from .geometry.outline import Outline, Side
-from .mesh.curve_mesh import build_mesh
-from .mesh.grading import at_ends, turn
-from .model.problem import Problem, Traction
+from ..bem.boundary_data import evaluate_boundary
+from ..geometry.outline import Outline, Side
+from ..mesh.curve_mesh import build_mesh
+from ..mesh.grading import at_ends, turn
+from ..model.problem import Problem, Traction
 
 Array = NDArray[np.float64]
 

@@ -9,10 +9,10 @@ import pytest
 from contact_lines import line_of
 
 from petcontact import Contact, Displacement, Material, Polygon, Problem, Traction, adapt, load
-from petcontact.estimate import displacement
-from petcontact.singular import RIGHT_ANGLE, corner_powers, kinks
+from petcontact.refinement.contact_line import displacement
+from petcontact.refinement.singular_points import RIGHT_ANGLE, corner_powers, kinks
 
-CONFIGS = Path(__file__).parents[1] / "configs"
+CONFIGS = Path(__file__).parents[2] / "configs"
 
 
 def l_shaped(friction_bound: float | str) -> Problem:

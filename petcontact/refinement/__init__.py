@@ -1,0 +1,1 @@
+"""Singular points, estimates, and the meshes they ask for."""
