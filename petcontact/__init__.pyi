@@ -22,13 +22,13 @@ from .model.problem import Traction as Traction
 from .model.solver_options import Bem as Bem
 from .model.solver_options import Method as Method
 from .pipeline import solve as solve
-from .plot import plot_all as plot_all
-from .plot_field import deformed_figure as deformed_figure
+from .results.field_figure import deformed_figure as deformed_figure
+from .results.figures import plot_all as plot_all
+from .results.hdf5 import read_solution as read_solution
+from .results.hdf5 import write_solution as write_solution
+from .results.solution import Solution as Solution
+from .results.vtu import write_boundary_vtu as write_boundary_vtu
+from .results.vtu import write_vtu as write_vtu
 from .runtime.petsc import initialise as initialise
-from .solution import Solution as Solution
-from .store import read_solution as read_solution
-from .store import write_solution as write_solution
-from .vtu import write_boundary_vtu as write_boundary_vtu
-from .vtu import write_vtu as write_vtu
 
 __version__: str

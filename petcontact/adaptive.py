@@ -28,9 +28,9 @@ from .model.problem import Problem
 from .pipeline import prepare_operators, probed, run
 from .refinement.contact_line import ContactLine, relative_difference, transition, without_specks
 from .refinement.marks import LADDER, Body, Rung, first_rung, marks_for
+from .results.solution import Solution, Zone
 from .runtime.petsc import petsc
 from .runtime.signals import Interrupted
-from .solution import Solution, Zone
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]

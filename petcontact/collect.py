@@ -13,7 +13,7 @@ from typing import Any
 import h5py
 
 from .errors import ResultError
-from .store import FORMAT_VERSION, opened, temporary_name
+from .results.hdf5 import FORMAT_VERSION, opened, temporary_name
 from .sweep_config import Sweep
 from .sweep_folder import INDEX_FORMAT, SweepFolder, index_text
 

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from .compare import Row
-from .plot import save
 from .report import aligned
+from .results.figures import save
 
 COLUMNS = ("problem", "contender", "rho", "converged", "iterations", "elastic_solves", "applications", "seconds",
            "residual", "error_u", "error_sigma")  # fmt: skip

@@ -27,10 +27,10 @@ from .model.case import Case
 from .model.problem import Contact, Problem
 from .model.solver_options import Bem, Method
 from .refinement.marks import mesh_of
+from .results.solution import Solution, contact_fields
 from .runtime import threads as _threads
 from .runtime.petsc import options, petsc, reason_name, stage
 from .runtime.signals import Interrupted, check, held
-from .solution import Solution, contact_fields
 
 Array = NDArray[np.float64]
 PROBED_NODES = 24

@@ -10,8 +10,8 @@ from typing import Any
 
 from . import pipeline
 from .collect import Collector
-from .solution import Solution
-from .store import write_failure, write_solution
+from .results.hdf5 import write_failure, write_solution
+from .results.solution import Solution
 from .sweep_config import Sweep
 from .sweep_folder import SweepFolder
 from .sweep_plan import Group, describe, estimate, group_cases

@@ -12,7 +12,7 @@ from typing import Any
 
 from .board import Board
 from .errors import InputError, ResultError
-from .store import FORMAT, FORMAT_VERSION, opened, temporary_name
+from .results.hdf5 import FORMAT, FORMAT_VERSION, opened, temporary_name
 from .sweep_config import Sweep, SweepCase
 
 FINISHED = ("converged", "not converged")

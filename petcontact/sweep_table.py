@@ -14,7 +14,7 @@ from .errors import InputError, ResultError
 from .model.base import parse
 from .model.case import Case
 from .published import published_count
-from .store import opened
+from .results.hdf5 import opened
 from .sweep_config import short_number
 from .sweep_folder import SweepFolder, read_attributes
 

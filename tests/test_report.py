@@ -18,7 +18,7 @@ from petcontact.cli import main
 from petcontact.errors import InputError, ResultError
 from petcontact.published import example_number, published_count, published_counts
 from petcontact.report import csv_text, html, markdown, representatives
-from petcontact.store import write_failure
+from petcontact.results.hdf5 import write_failure
 from petcontact.sweep import run_sweep
 from petcontact.sweep_config import load_sweep
 from petcontact.sweep_table import Row, make_cell, make_tables, read_rows, text

@@ -20,7 +20,7 @@ from petcontact import pipeline, sweep_folder, sweep_plan
 from petcontact.board import Board, State, most_useful
 from petcontact.errors import InputError, ResultError, SolverError
 from petcontact.pipeline import prepare, solve
-from petcontact.store import read_solution
+from petcontact.results.hdf5 import read_solution
 from petcontact.sweep import run_sweep
 from petcontact.sweep_config import build_sweep, load_sweep, read_files, short_number
 from petcontact.sweep_folder import SweepFolder

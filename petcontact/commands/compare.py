@@ -30,8 +30,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..compare import CONTENDERS, RHOS, Row, compare
     from ..compare_report import csv_text, markdown, write_figures
     from ..model import case as config
+    from ..results.hdf5 import temporary_name
     from ..runtime.petsc import initialise, petsc
-    from ..store import temporary_name
     from .solve import report_unused
 
     names = arguments.methods.split(",") if arguments.methods else list(CONTENDERS)

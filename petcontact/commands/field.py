@@ -21,8 +21,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
     from ..fields.interior import field_on_grid
-    from ..store import read_solution
-    from ..vtu import write_boundary_vtu, write_vtu
+    from ..results.hdf5 import read_solution
+    from ..results.vtu import write_boundary_vtu, write_vtu
 
     resolution = grid(arguments.grid)
     solution = read_solution(arguments.result, arguments.case)
@@ -34,7 +34,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         write_boundary_vtu(arguments.boundary, solution)
         print(arguments.boundary)
     if arguments.figure:
-        from ..plot_field import deformed_figure
+        from ..results.field_figure import deformed_figure
 
         print(deformed_figure(solution, arguments.figure, field=field))
     return 0

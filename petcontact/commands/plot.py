@@ -15,8 +15,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Draw; needs no PETSc."""
-    from ..plot import plot_all
-    from ..store import read_solution
+    from ..results.figures import plot_all
+    from ..results.hdf5 import read_solution
 
     for name in arguments.result:
         solution = read_solution(name, arguments.case)

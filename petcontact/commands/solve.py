@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
     refuse_existing(output, arguments.force)
     accuracy = wanted_accuracy(arguments)
-    from ..store import write_solution
+    from ..results.hdf5 import write_solution
 
     with agreed(comm) as late:
         progress = Progress(case.method.tolerance, enabled=first)
@@ -58,7 +58,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         print(solution.verdict())
         print(f"  result: {output}")
         if not (arguments.no_figures or number):
-            from ..plot import plot_all
+            from ..results.figures import plot_all
 
             folder = Path(arguments.figures) if arguments.figures else output.parent
             for path in plot_all(solution, folder, output.stem):

@@ -24,8 +24,8 @@ from petcontact.fields.interior import Field, field_at, field_on_grid, principal
 from petcontact.fields.interior_grid import body_polygon, loops, triangulate
 from petcontact.fields.smoothing import smoothed
 from petcontact.mesh.grading import mesh_outline
-from petcontact.plot_field import deformed_figure
-from petcontact.vtu import write_boundary_vtu, write_vtu
+from petcontact.results.field_figure import deformed_figure
+from petcontact.results.vtu import write_boundary_vtu, write_vtu
 
 STEEL = Material(young_modulus=200.0, poisson_ratio=0.3)
 TOE = (

@@ -19,7 +19,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent))
 import launch
 
-from petcontact.store import read_solution
+from petcontact.results.hdf5 import read_solution
 
 pytestmark = pytest.mark.mpi
 CONFIGS = Path(__file__).parents[2] / "configs"

@@ -12,7 +12,7 @@ from ...compliance.base import ContactSystem
 from ...errors import InputError
 from ...mesh.curve_mesh import BoundaryMesh
 from ...model.solver_options import Method
-from ...solution import Contact
+from ...results.solution import Contact
 from ..rho_rules import Rule
 from ..state import ContactState
 from .newton import semismooth_newton
@@ -77,7 +77,7 @@ def initial_functions(system: ContactSystem, name: str) -> tuple[Array, Array] |
         return system.u_0, np.zeros_like(system.u_0)
     if not Path(name).exists():
         raise InputError(f'method.start: {name!r} is neither "zero", "frictionless" nor a result file')
-    from ...store import read_solution
+    from ...results.hdf5 import read_solution
 
     operators = system.operators
     return carried_over(read_solution(name).contact, operators.mesh, operators.data.contact_nodes)

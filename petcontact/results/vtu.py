@@ -10,11 +10,11 @@ import meshio
 import numpy as np
 from numpy.typing import NDArray
 
-from .fields.interior import Field
-from .fields.interior_grid import on_element
-from .mesh.basis import lagrange
-from .mesh.curve_mesh import BoundaryMesh
-from .store import temporary_name
+from ..fields.interior import Field
+from ..fields.interior_grid import on_element
+from ..mesh.basis import lagrange
+from ..mesh.curve_mesh import BoundaryMesh
+from .hdf5 import temporary_name
 
 if TYPE_CHECKING:
     from .solution import Solution

@@ -17,9 +17,9 @@ from conftest import example
 
 from petcontact import MeshOptions, Polygon, solve
 from petcontact.errors import ResultError
-from petcontact.store import FORMAT, read_solution, temporary_name, write_atomically, write_solution
+from petcontact.results.hdf5 import FORMAT, read_solution, temporary_name, write_atomically, write_solution
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -125,7 +125,7 @@ import sys
 import tempfile
 import numpy as np
 from petcontact.errors import ResultError
-from petcontact.store import read_solution
+from petcontact.results.hdf5 import read_solution
 source, scratch = sys.argv[1:]
 content = np.fromfile(source, dtype=np.uint8)
 random = np.random.default_rng(0)

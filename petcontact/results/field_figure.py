@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .fields.interior import Field, field_on_grid
-from .fields.interior_grid import loops, on_element
-from .mesh.basis import lagrange
-from .plot import save
+from ..fields.interior import Field, field_on_grid
+from ..fields.interior_grid import loops, on_element
+from ..mesh.basis import lagrange
+from .figures import save
 from .solution import Solution
 
 Array = NDArray[np.float64]

@@ -13,12 +13,12 @@ from typing import Any
 import h5py
 import numpy as np
 
-from .contact.state import COLUMNS, History
-from .errors import PetcontactError, ResultError
-from .mesh.curve_mesh import BoundaryMesh
-from .model.base import parse
-from .model.case import Case
-from .runtime.signals import deferred
+from ..contact.state import COLUMNS, History
+from ..errors import PetcontactError, ResultError
+from ..mesh.curve_mesh import BoundaryMesh
+from ..model.base import parse
+from ..model.case import Case
+from ..runtime.signals import deferred
 from .solution import Contact, Solution, Zone
 
 FORMAT = "petcontact result"

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .bem.boundary_data import BoundaryData
-from .contact.friction_law import balanced_rho, contact_norm, contact_state, projection_residual
-from .contact.state import ContactState, History
-from .mesh.curve_mesh import BoundaryMesh
-from .model.case import Case
+from ..bem.boundary_data import BoundaryData
+from ..contact.friction_law import balanced_rho, contact_norm, contact_state, projection_residual
+from ..contact.state import ContactState, History
+from ..mesh.curve_mesh import BoundaryMesh
+from ..model.case import Case
 
 Array = NDArray[np.float64]
 
@@ -129,7 +129,7 @@ class Solution:
 
     def verdict(self) -> str:
         """A few lines that say how the solve ended."""
-        from .verdict import verdict
+        from .summary import verdict
 
         return verdict(self)
 

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .hdf5 import temporary_name
 from .solution import Contact, Solution
-from .store import temporary_name
 
 Array = NDArray[np.float64]
 SLIP, STICK = "#f3d9c4", "#d5e3ef"
