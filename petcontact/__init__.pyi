@@ -1,4 +1,3 @@
-from .adaptive import adapt as adapt
 from .errors import InputError as InputError
 from .errors import PetcontactError as PetcontactError
 from .errors import ResultError as ResultError
@@ -21,7 +20,8 @@ from .model.problem import Problem as Problem
 from .model.problem import Traction as Traction
 from .model.solver_options import Bem as Bem
 from .model.solver_options import Method as Method
-from .pipeline import solve as solve
+from .pipeline.adaptive import adapt as adapt
+from .pipeline.run import solve as solve
 from .results.field_figure import deformed_figure as deformed_figure
 from .results.figures import plot_all as plot_all
 from .results.hdf5 import read_solution as read_solution

@@ -21,7 +21,7 @@ from .contact.methods.registry import initial_functions, run_method
 from .contact.state import ContactState
 from .model.case import Case
 from .model.solver_options import Method
-from .pipeline import Prepared, prepare
+from .pipeline.run import Prepared, prepare
 from .runtime.petsc import options
 
 Array = NDArray[np.float64]

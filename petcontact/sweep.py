@@ -8,8 +8,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from . import pipeline
 from .collect import Collector
+from .pipeline import run as pipeline
 from .results.hdf5 import write_failure, write_solution
 from .results.solution import Solution
 from .sweep_config import Sweep

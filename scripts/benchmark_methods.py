@@ -22,7 +22,7 @@ from petcontact import Contact, Displacement, Material, MeshOptions, Method, Rec
 from petcontact.bem.operators import BoundaryOperators
 from petcontact.contact.methods.registry import run_method
 from petcontact.model.case import Case
-from petcontact.pipeline import discretise, prepare
+from petcontact.pipeline.run import discretise, prepare
 from petcontact.runtime.petsc import petsc
 
 Array = np.ndarray

@@ -19,7 +19,7 @@ from petcontact import InputError, SolverError
 from petcontact.cli import main
 from petcontact.model.case import load, parse_case
 from petcontact.model.expressions import evaluate
-from petcontact.pipeline import ELASTIC_LIMIT, discretise, solve
+from petcontact.pipeline.run import ELASTIC_LIMIT, discretise, solve
 
 EXAMPLE = tomllib.loads((Path(__file__).parents[1] / "configs" / "example1.toml").read_text())
 EXAMPLE["mesh"]["element_size"] = 1.0

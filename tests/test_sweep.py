@@ -16,10 +16,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpi4py import MPI
 
-from petcontact import pipeline, sweep_folder, sweep_plan
+from petcontact import sweep_folder, sweep_plan
 from petcontact.board import Board, State, most_useful
 from petcontact.errors import InputError, ResultError, SolverError
-from petcontact.pipeline import prepare, solve
+from petcontact.pipeline import run as pipeline
+from petcontact.pipeline.run import prepare, solve
 from petcontact.results.hdf5 import read_solution
 from petcontact.sweep import run_sweep
 from petcontact.sweep_config import build_sweep, load_sweep, read_files, short_number

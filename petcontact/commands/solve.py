@@ -83,11 +83,11 @@ def wanted_accuracy(arguments: argparse.Namespace) -> float | None:
 def solved(case: Any, accuracy: float | None, comm: Any, monitor: Monitor) -> Any:
     """The solution on the config's own mesh, or on adaptive ones where an accuracy is wanted."""
     if accuracy is not None:
-        from ..adaptive import adapt
+        from ..pipeline.adaptive import adapt
 
         return adapt(case, accuracy, comm=comm, monitor=monitor, keep_interrupted=True)
-    from ..pipeline import prepare
-    from ..pipeline import run as run_case
+    from ..pipeline.run import prepare
+    from ..pipeline.run import run as run_case
 
     prepared = prepare(case, comm)
     try:

@@ -14,7 +14,7 @@ from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
 from petcontact.compliance.compressed import CompressedSystem
 from petcontact.compliance.condensed import CondensedSystem
 from petcontact.model.solver_options import Bem
-from petcontact.pipeline import discretise, prepare, resolved_bem, run
+from petcontact.pipeline.run import discretise, prepare, resolved_bem, run
 from petcontact.runtime.petsc import options
 from petcontact.sweep_config import load_sweep
 from petcontact.sweep_plan import group_cases

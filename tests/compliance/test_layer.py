@@ -13,7 +13,7 @@ from petcontact.compliance.layer.kernel import Strip, body_thickness, layer_matr
 from petcontact.compliance.layer.operator import LayerOperator, robin_preconditioner
 from petcontact.compliance.layer.strips import FourierStrip
 from petcontact.mesh.basis import gauss, lagrange
-from petcontact.pipeline import discretise, prepare
+from petcontact.pipeline.run import discretise, prepare
 from petcontact.runtime.petsc import petsc
 
 GRADED = MeshOptions(order=3)

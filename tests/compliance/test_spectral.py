@@ -11,7 +11,7 @@ from petcontact.compliance.compressed import CompressedSystem
 from petcontact.compliance.condensed import CondensedSystem
 from petcontact.compliance.spectral import SpectralSystem
 from petcontact.model.solver_options import Bem
-from petcontact.pipeline import discretise, prepare, run
+from petcontact.pipeline.run import discretise, prepare, run
 from petcontact.runtime.petsc import options
 
 MESHES = [MeshOptions(element_size=0.1), MeshOptions(element_size=0.4, order=3),

@@ -8,7 +8,7 @@ from conftest import example
 
 from petcontact import MeshOptions, SolverError
 from petcontact.compliance.condensed import CondensedSystem, FullSystem
-from petcontact.pipeline import discretise
+from petcontact.pipeline.run import discretise
 from petcontact.runtime.petsc import options
 
 

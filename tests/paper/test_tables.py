@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from petcontact.pipeline import prepare, run
+from petcontact.pipeline.run import prepare, run
 from petcontact.published import published_counts
 from petcontact.sweep import run_sweep
 from petcontact.sweep_config import load_sweep

@@ -13,7 +13,7 @@ from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.methods.registry import run_method
 from petcontact.contact.methods.tao import minimise
 from petcontact.model.solver_options import DEFAULT_METHOD
-from petcontact.pipeline import prepare
+from petcontact.pipeline.run import prepare
 
 NAMES = ("projection", "operator-robin", "semismooth-newton", "tao")
 
@@ -150,6 +150,6 @@ def test_box_problem_of_the_layer_is_its_contact_problem():
 
 
 def prepare_operators():
-    from petcontact.pipeline import discretise
+    from petcontact.pipeline.run import discretise
 
     return discretise(example(1))

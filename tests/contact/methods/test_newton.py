@@ -15,7 +15,7 @@ from petcontact import MeshOptions
 from petcontact.contact.active_set import initial_set, pivots, revised_set, solve_box
 from petcontact.contact.methods.newton import semismooth_newton
 from petcontact.contact.methods.projection import Criterion
-from petcontact.pipeline import prepare
+from petcontact.pipeline.run import prepare
 
 CRITERION = Criterion(1e-10)
 

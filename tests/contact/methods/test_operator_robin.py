@@ -12,7 +12,7 @@ from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.methods.newton import semismooth_newton
 from petcontact.contact.methods.operator_robin import operator_robin
 from petcontact.contact.methods.projection import Criterion
-from petcontact.pipeline import prepare
+from petcontact.pipeline.run import prepare
 
 MESHES = {
     "h=0.2": MeshOptions(element_size=0.2), "h=0.05": MeshOptions(element_size=0.05),

@@ -11,7 +11,7 @@ from petcontact.compliance.condensed import CondensedSystem
 from petcontact.contact.friction_law import contact_norm, projection_residual
 from petcontact.contact.methods.projection import Criterion, project
 from petcontact.contact.rho_rules import Fixed, Modified
-from petcontact.pipeline import discretise, prepare, run
+from petcontact.pipeline.run import discretise, prepare, run
 
 COARSE = MeshOptions(element_size=0.4)
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from digests import digest
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 PROGRAM = """
 from petcontact.runtime.petsc import petsc
 from digests import digest

@@ -16,13 +16,14 @@ import numpy as np
 import pytest
 from conftest import example
 
-from petcontact import MeshOptions, SolverError, pipeline, read_solution, solve, write_solution
+from petcontact import MeshOptions, SolverError, read_solution, solve, write_solution
 from petcontact.compliance import condensed as formulations
-from petcontact.pipeline import prepare, run
+from petcontact.pipeline import run as pipeline
+from petcontact.pipeline.run import prepare, run
 from petcontact.runtime import signals
 from petcontact.runtime.signals import Interrupted, deferred, install
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 COARSE = MeshOptions(element_size=0.5)
 # ρ far too small and fixed: hundreds of thousands of iterations
 ENDLESS = ["--set", "mesh.element_size=0.5", "--set", "method.rule=fixed", "--set", "method.rho=1e-6", "--set",

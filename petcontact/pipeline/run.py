@@ -12,25 +12,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import __version__
-from .bem.boundary_data import evaluate_boundary
-from .bem.operators import BoundaryOperators
-from .compliance.base import ContactSystem
-from .compliance.condensed import CondensedSystem, FullSystem
-from .compliance.spectral import shared_by
-from .contact.friction_law import contact_norm, projection_residual
-from .contact.methods.registry import run_method
-from .contact.rho_rules import Rule
-from .contact.state import ContactState, History
-from .errors import InputError, SolverError
-from .model.case import Case
-from .model.problem import Contact, Problem
-from .model.solver_options import Bem, Method
-from .refinement.marks import mesh_of
-from .results.solution import Solution, contact_fields
-from .runtime import threads as _threads
-from .runtime.petsc import options, petsc, reason_name, stage
-from .runtime.signals import Interrupted, check, held
+from .. import __version__
+from ..bem.boundary_data import evaluate_boundary
+from ..bem.operators import BoundaryOperators
+from ..compliance.base import ContactSystem
+from ..compliance.condensed import CondensedSystem, FullSystem
+from ..compliance.spectral import shared_by
+from ..contact.friction_law import contact_norm, projection_residual
+from ..contact.methods.registry import run_method
+from ..contact.rho_rules import Rule
+from ..contact.state import ContactState, History
+from ..errors import InputError, SolverError
+from ..model.case import Case
+from ..model.problem import Contact, Problem
+from ..model.solver_options import Bem, Method
+from ..refinement.marks import mesh_of
+from ..results.solution import Solution, contact_fields
+from ..runtime import threads as _threads
+from ..runtime.petsc import options, petsc, reason_name, stage
+from ..runtime.signals import Interrupted, check, held
 
 Array = NDArray[np.float64]
 PROBED_NODES = 24
@@ -104,7 +104,7 @@ def _build_system(
             raise InputError('method.formulation: "full" is dense; use "condensed" with bem.mat_type = "hodlr"')
         return FullSystem(operators, comm, timings)
     if compressed:
-        from .compliance.compressed import CompressedSystem
+        from ..compliance.compressed import CompressedSystem
 
         return CompressedSystem(operators, comm, bem, timings)
     return CondensedSystem(operators, comm, timings)

@@ -16,7 +16,7 @@ from conftest import example
 from petcontact import MeshOptions, Method
 from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.methods.registry import run_method
-from petcontact.pipeline import prepare
+from petcontact.pipeline.run import prepare
 
 RULES = ("fixed", "self-adaptive", "modified", "modified-safeguarded")
 ROUND_OFF = 1e-11

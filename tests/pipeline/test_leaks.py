@@ -13,7 +13,7 @@ from conftest import example
 
 from petcontact import MeshOptions, solve
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 MESH = MeshOptions(element_size=0.4)
 
 

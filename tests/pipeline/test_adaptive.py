@@ -9,9 +9,10 @@ import pytest
 from conftest import example
 from contact_lines import line_of
 
-from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, adaptive, solve
-from petcontact.adaptive import estimated_error, solve_level
+from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, solve
 from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
+from petcontact.pipeline import adaptive
+from petcontact.pipeline.adaptive import estimated_error, solve_level
 from petcontact.refinement.contact_line import ContactLine, displacement, slip_at_end, transition, without_specks
 from petcontact.refinement.marks import LADDER, Body, marks_for
 from petcontact.runtime.signals import Interrupted
@@ -63,7 +64,7 @@ def test_displacement_between_nodes_is_as_good_as_at_them(best, comm):
 
 
 def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
-    monkeypatch.setattr("petcontact.adaptive.LADDER", LADDER[:2])
+    monkeypatch.setattr("petcontact.pipeline.adaptive.LADDER", LADDER[:2])
     solution = adapt(example(1), 1e-5, comm=comm)
     assert solution.status == "not converged"
     assert "1e-05" in solution.reason

@@ -18,19 +18,19 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .bem.boundary_data import evaluate_boundary
-from .bem.operators import BoundaryOperators
-from .contact.methods.registry import carried_over
-from .contact.state import ContactState
-from .mesh.hp_grading import graded_mesh
-from .model.case import Case
-from .model.problem import Problem
-from .pipeline import prepare_operators, probed, run
-from .refinement.contact_line import ContactLine, relative_difference, transition, without_specks
-from .refinement.marks import LADDER, Body, Rung, first_rung, marks_for
-from .results.solution import Solution, Zone
-from .runtime.petsc import petsc
-from .runtime.signals import Interrupted
+from ..bem.boundary_data import evaluate_boundary
+from ..bem.operators import BoundaryOperators
+from ..contact.methods.registry import carried_over
+from ..contact.state import ContactState
+from ..mesh.hp_grading import graded_mesh
+from ..model.case import Case
+from ..model.problem import Problem
+from ..refinement.contact_line import ContactLine, relative_difference, transition, without_specks
+from ..refinement.marks import LADDER, Body, Rung, first_rung, marks_for
+from ..results.solution import Solution, Zone
+from ..runtime.petsc import petsc
+from ..runtime.signals import Interrupted
+from .run import prepare_operators, probed, run
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
