@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from .compare import Row
-from .report import aligned
 from .results.figures import save
+from .sweep.report import aligned
 
 COLUMNS = ("problem", "contender", "rho", "converged", "iterations", "elastic_solves", "applications", "seconds",
            "residual", "error_u", "error_sigma")  # fmt: skip

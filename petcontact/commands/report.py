@@ -17,8 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print and write; needs no PETSc."""
-    from ..report import csv_text, html, markdown, write_text
-    from ..sweep_table import make_tables, read_rows
+    from ..sweep.report import csv_text, html, markdown, write_text
+    from ..sweep.table import make_tables, read_rows
 
     title, rows = read_rows(arguments.sweep)
     tables = make_tables(rows, _names(arguments.rows), _names(arguments.columns))

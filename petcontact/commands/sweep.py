@@ -27,7 +27,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """List or compute."""
-    from ..sweep_config import load_sweep
+    from ..sweep.cases import load_sweep
 
     if arguments.list:
         for case in load_sweep(arguments.config).only(arguments.only).cases:
@@ -38,9 +38,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..runtime.petsc import initialise, petsc
 
     initialise(petsc_words)
-    from ..sweep import run_sweep
-    from ..sweep_config import build_sweep, read_files
-    from ..team import shared
+    from ..sweep.cases import build_sweep, read_files
+    from ..sweep.rank_team import shared
+    from ..sweep.run import run_sweep
     from .solve import report_unused
 
     world = petsc().COMM_WORLD.tompi4py()

@@ -16,8 +16,8 @@ from petcontact.compliance.condensed import CondensedSystem
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline.run import discretise, prepare, resolved_bem, run
 from petcontact.runtime.petsc import options
-from petcontact.sweep_config import load_sweep
-from petcontact.sweep_plan import group_cases
+from petcontact.sweep.cases import load_sweep
+from petcontact.sweep.cost import group_cases
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 MESHES = [MeshOptions(element_size=0.05), MeshOptions(element_size=0.4, order=3),

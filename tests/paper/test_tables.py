@@ -9,11 +9,11 @@ import pytest
 from mpi4py import MPI
 
 from petcontact.pipeline.run import prepare, run
-from petcontact.published import published_counts
-from petcontact.sweep import run_sweep
-from petcontact.sweep_config import load_sweep
-from petcontact.sweep_plan import group_cases
-from petcontact.sweep_table import make_tables, read_rows
+from petcontact.sweep.cases import load_sweep
+from petcontact.sweep.cost import group_cases
+from petcontact.sweep.published import published_counts
+from petcontact.sweep.run import run_sweep
+from petcontact.sweep.table import make_tables, read_rows
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 KINDS = [("example1", "self-adaptive"), ("example1", "modified"), ("example2", "self-adaptive"), ("example2", "modified")]

@@ -10,10 +10,10 @@ import time
 from pathlib import Path
 from typing import Any
 
-from .board import Board
-from .errors import InputError, ResultError
-from .results.hdf5 import FORMAT, FORMAT_VERSION, opened, temporary_name
-from .sweep_config import Sweep, SweepCase
+from ..errors import InputError, ResultError
+from ..results.hdf5 import FORMAT, FORMAT_VERSION, opened, temporary_name
+from .cases import Sweep, SweepCase
+from .claims import Board
 
 FINISHED = ("converged", "not converged")
 INDEX_FORMAT = "petcontact sweep"

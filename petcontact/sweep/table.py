@@ -9,14 +9,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .collect import read_index
-from .errors import InputError, ResultError
-from .model.base import parse
-from .model.case import Case
+from ..errors import InputError, ResultError
+from ..model.base import parse
+from ..model.case import Case
+from ..results.hdf5 import opened
+from .cases import short_number
+from .folder import SweepFolder, read_attributes
 from .published import published_count
-from .results.hdf5 import opened
-from .sweep_config import short_number
-from .sweep_folder import SweepFolder, read_attributes
+from .results_file import read_index
 
 Key = tuple[Any, ...]
 FACTS = ("status", "reason", "iterations", "rho", "residual", "elastic_residual")

@@ -17,11 +17,11 @@ from typing import Annotated, Any
 
 import pydantic
 
-from .errors import InputError
-from .model.base import Model, parse
-from .model.case import Case, parse_case, read_toml
-from .model.mesh_options import MeshOptions
-from .model.solver_options import Bem, Method
+from ..errors import InputError
+from ..model.base import Model, parse
+from ..model.case import Case, parse_case, read_toml
+from ..model.mesh_options import MeshOptions
+from ..model.solver_options import Bem, Method
 
 SECTIONS: dict[str, type[Model]] = {"method": Method, "mesh": MeshOptions, "bem": Bem}
 LONGEST_VALUE = 24

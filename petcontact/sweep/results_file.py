@@ -12,10 +12,10 @@ from typing import Any
 
 import h5py
 
-from .errors import ResultError
-from .results.hdf5 import FORMAT_VERSION, opened, temporary_name
-from .sweep_config import Sweep
-from .sweep_folder import INDEX_FORMAT, SweepFolder, index_text
+from ..errors import ResultError
+from ..results.hdf5 import FORMAT_VERSION, opened, temporary_name
+from .cases import Sweep
+from .folder import INDEX_FORMAT, SweepFolder, index_text
 
 INDEX, FACTS = ".index", ".facts"
 """Data sets of results.h5 beside the cases, whose ids never begin with a dot."""

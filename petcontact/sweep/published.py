@@ -8,7 +8,7 @@ import math
 from importlib.resources import files
 from typing import Any
 
-from .model.case import Case
+from ..model.case import Case
 
 SOURCE = "Zhang & Ran (2019), Tables 1 and 2"
 # E, ν, corner of the rectangle at the origin, g, traction on the left and right sides: sections 5.1 and 5.2

@@ -8,15 +8,15 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from .collect import Collector
-from .pipeline import run as pipeline
-from .results.hdf5 import write_failure, write_solution
-from .results.solution import Solution
-from .sweep_config import Sweep
-from .sweep_folder import SweepFolder
-from .sweep_plan import Group, describe, estimate, group_cases
-from .sweep_progress import Progress
-from .team import Team, all_meet, shared
+from ..pipeline import run as pipeline
+from ..results.hdf5 import write_failure, write_solution
+from ..results.solution import Solution
+from .cases import Sweep
+from .cost import Group, describe, estimate, group_cases
+from .folder import SweepFolder
+from .progress import Progress
+from .rank_team import Team, all_meet, shared
+from .results_file import Collector
 
 
 @dataclass

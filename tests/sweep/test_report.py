@@ -16,14 +16,14 @@ from mpi4py import MPI
 from petcontact import Contact, Material, MeshOptions, Rectangle
 from petcontact.cli import main
 from petcontact.errors import InputError, ResultError
-from petcontact.published import example_number, published_count, published_counts
-from petcontact.report import csv_text, html, markdown, representatives
 from petcontact.results.hdf5 import write_failure
-from petcontact.sweep import run_sweep
-from petcontact.sweep_config import load_sweep
-from petcontact.sweep_table import Row, make_cell, make_tables, read_rows, text
+from petcontact.sweep.cases import load_sweep
+from petcontact.sweep.published import example_number, published_count, published_counts
+from petcontact.sweep.report import csv_text, html, markdown, representatives
+from petcontact.sweep.run import run_sweep
+from petcontact.sweep.table import Row, make_cell, make_tables, read_rows, text
 
-CONFIGS = Path(__file__).parents[1] / "configs"
+CONFIGS = Path(__file__).parents[2] / "configs"
 SWEEP = """
 title = "A <b>small</b> & quick sweep | two bodies"
 problems = ["example1.toml", "example2.toml"]

@@ -16,19 +16,20 @@ from hypothesis import given
 from hypothesis import strategies as st
 from mpi4py import MPI
 
-from petcontact import sweep_folder, sweep_plan
-from petcontact.board import Board, State, most_useful
 from petcontact.errors import InputError, ResultError, SolverError
 from petcontact.pipeline import run as pipeline
 from petcontact.pipeline.run import prepare, solve
 from petcontact.results.hdf5 import read_solution
-from petcontact.sweep import run_sweep
-from petcontact.sweep_config import build_sweep, load_sweep, read_files, short_number
-from petcontact.sweep_folder import SweepFolder
-from petcontact.sweep_plan import Group, describe, estimate, group_cases
-from petcontact.sweep_progress import Progress
+from petcontact.sweep import cost as sweep_plan
+from petcontact.sweep import folder as sweep_folder
+from petcontact.sweep.cases import build_sweep, load_sweep, read_files, short_number
+from petcontact.sweep.claims import Board, State, most_useful
+from petcontact.sweep.cost import Group, describe, estimate, group_cases
+from petcontact.sweep.folder import SweepFolder
+from petcontact.sweep.progress import Progress
+from petcontact.sweep.run import run_sweep
 
-CONFIGS = Path(__file__).parents[1] / "configs"
+CONFIGS = Path(__file__).parents[2] / "configs"
 SMALL = """
 title = "small"
 problems = ["example1.toml"]
@@ -409,7 +410,7 @@ def test_a_folder_that_cannot_be_made(small, tmp_path):
 
 
 def command(*words: str, cwd: Path) -> subprocess.CompletedProcess:
-    root = Path(__file__).parents[1]
+    root = Path(__file__).parents[2]
     return subprocess.run([sys.executable, "-m", "petcontact", "sweep", *words], cwd=cwd, capture_output=True, text=True,
                           timeout=120, env={**os.environ, "PYTHONPATH": str(root)})  # fmt: skip
 

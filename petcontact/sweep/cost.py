@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .compliance.spectral import shares
-from .errors import PetcontactError
-from .model.case import Case
-from .pipeline.run import CROSSOVER, resolved_bem
-from .refinement.marks import mesh_of
-from .sweep_config import SweepCase
+from ..compliance.spectral import shares
+from ..errors import PetcontactError
+from ..model.case import Case
+from ..pipeline.run import CROSSOVER, resolved_bem
+from ..refinement.marks import mesh_of
+from .cases import SweepCase
 
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios matter, they decide the
 # order of the groups and who joins whom.

@@ -12,10 +12,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .errors import ResultError
+from ..errors import ResultError
+from ..results.hdf5 import read_solution
 from .published import SOURCE, example_number
-from .results.hdf5 import read_solution
-from .sweep_table import Row, Table, make_cell, text
+from .table import Row, Table, make_cell, text
 
 DRAWN = {
     "deformed": "initial and deformed outline",
@@ -167,7 +167,7 @@ def _rank(row: Row, rules: list[Any]) -> tuple[float, float, float]:
 
 
 def _figures(path: Path, row: Row) -> list[Figure]:
-    from .results.figures import plot_all
+    from ..results.figures import plot_all
 
     solution = read_solution(path / "cases" / f"{row.id}.h5") if path.is_dir() else read_solution(path, row.id)
     number = example_number(solution.case)
@@ -191,7 +191,7 @@ def write_text(path: str | Path, content: str) -> None:
     ResultError
         If it cannot be written.
     """
-    from .results.hdf5 import temporary_name
+    from ..results.hdf5 import temporary_name
 
     if not Path(path).parent.is_dir():
         raise ResultError(f"{path}: the folder {Path(path).parent} does not exist")

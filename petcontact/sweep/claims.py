@@ -13,7 +13,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from .sweep_plan import Group
+from .cost import Group
 
 
 @dataclass

@@ -8,9 +8,9 @@ import time
 from collections.abc import Sequence
 from types import TracebackType
 
-from .board import Board
-from .runtime.terminal import on_terminal
-from .sweep_plan import Group
+from ..runtime.terminal import on_terminal
+from .claims import Board
+from .cost import Group
 
 ON_TERMINAL, PLAIN = 0.5, 30.0
 """Seconds between two looks at the board."""
