@@ -27,8 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Run, print, write; exit status 0 however the contenders fare."""
-    from ..compare import CONTENDERS, RHOS, Row, compare
-    from ..compare_report import csv_text, markdown, write_figures
+    from ..compare.report import csv_text, markdown, write_figures
+    from ..compare.run import CONTENDERS, RHOS, Row, compare
     from ..model import case as config
     from ..results.hdf5 import temporary_name
     from ..runtime.petsc import initialise, petsc

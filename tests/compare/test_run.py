@@ -14,10 +14,10 @@ from conftest import example
 
 from petcontact import InputError, MeshOptions
 from petcontact.commands.compare import _numbers
-from petcontact.compare import CONTENDERS, compare
-from petcontact.compare_report import COLUMNS, csv_text, markdown, write_figures
+from petcontact.compare.report import COLUMNS, csv_text, markdown, write_figures
+from petcontact.compare.run import CONTENDERS, compare
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 
 
 @pytest.fixture(scope="module")

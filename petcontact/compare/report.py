@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from .compare import Row
-from .results.figures import save
-from .sweep.report import aligned
+from ..results.figures import save
+from ..sweep.report import aligned
+from .run import Row
 
 COLUMNS = ("problem", "contender", "rho", "converged", "iterations", "elastic_solves", "applications", "seconds",
            "residual", "error_u", "error_sigma")  # fmt: skip

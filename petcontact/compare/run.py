@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .contact.friction_law import balanced_rho, contact_norm
-from .contact.methods.projection import Criterion
-from .contact.methods.registry import initial_functions, run_method
-from .contact.state import ContactState
-from .model.case import Case
-from .model.solver_options import Method
-from .pipeline.run import Prepared, prepare
-from .runtime.petsc import options
+from ..contact.friction_law import balanced_rho, contact_norm
+from ..contact.methods.projection import Criterion
+from ..contact.methods.registry import initial_functions, run_method
+from ..contact.state import ContactState
+from ..model.case import Case
+from ..model.solver_options import Method
+from ..pipeline.run import Prepared, prepare
+from ..runtime.petsc import options
 
 Array = NDArray[np.float64]
 

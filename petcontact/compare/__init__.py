@@ -1,0 +1,1 @@
+"""Methods, rules and formulations side by side."""
