@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from petcontact.doctor import gather, judge
+from petcontact.doctor.findings import gather, judge
 
 HEALTHY = {
     "python": "3.11.2", "missing": [], "versions": {"numpy": "1.24.2"}, "cores": 4, "ranks": 1, "errors": {},
@@ -61,7 +61,7 @@ def test_64_bit_integers_are_named():
 
 def test_an_installation_without_petsc_is_still_examined(tmp_path, monkeypatch):
     (tmp_path / "petsc4py.py").write_text("raise ImportError('libpetsc.so: cannot open shared object file')")
-    monkeypatch.setattr("petcontact.doctor._environment", lambda: {**os.environ, "PYTHONPATH": _paths(tmp_path)})
+    monkeypatch.setattr("petcontact.doctor.findings._environment", lambda: {**os.environ, "PYTHONPATH": _paths(tmp_path)})
     findings = list(judge(gather()))
     assert [f for f in findings if f.subject == "petsc" and f.level == "error" and "cannot open" in f.text]
     assert [f for f in findings if f.subject == "hdf5" and f.level == "ok"]
@@ -69,12 +69,12 @@ def test_an_installation_without_petsc_is_still_examined(tmp_path, monkeypatch):
 
 def test_a_library_that_crashes_does_not_take_the_doctor_with_it(tmp_path, monkeypatch):
     (tmp_path / "petsc4py.py").write_text("import os; os.abort()")
-    monkeypatch.setattr("petcontact.doctor._environment", lambda: {**os.environ, "PYTHONPATH": _paths(tmp_path)})
+    monkeypatch.setattr("petcontact.doctor.findings._environment", lambda: {**os.environ, "PYTHONPATH": _paths(tmp_path)})
     assert "status -6" in gather()["errors"]["petsc"]
 
 
 def _paths(first):
-    return os.pathsep.join([str(first), str(Path(__file__).parents[1])])
+    return os.pathsep.join([str(first), str(Path(__file__).parents[2])])
 
 
 def test_the_command_on_this_installation():

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from . import __version__
-from ._probe import PARTS
-from .runtime.threads import available_cores, local_ranks
+from .. import __version__
+from ..runtime.threads import available_cores, local_ranks
+from .probe import PARTS
 
 TIMEOUT = 60.0
 PACKAGES = ("numpy", "scipy", "h5py", "mpi4py", "pydantic", "simpleeval", "meshio", "shapely", "tomli_w", "jinja2",
@@ -176,7 +176,7 @@ def _run(words: list[str]) -> tuple[int, str, str]:
 
 
 def _probe(part: str) -> dict[str, Any]:
-    status, out, err = _run([sys.executable, "-m", "petcontact._probe", part])
+    status, out, err = _run([sys.executable, "-m", "petcontact.doctor.probe", part])
     line = next((line for line in reversed(out.splitlines()) if line.startswith("{")), "")
     if status or not line:
         reason = err.strip().splitlines()[-1] if err.strip() else "no output"
