@@ -1,5 +1,5 @@
 """`python -m petcontact`."""
 
-from .cli import entry
+from .commands.main import entry
 
 entry()

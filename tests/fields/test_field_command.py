@@ -8,7 +8,7 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, solve, write_solution
-from petcontact.cli import main
+from petcontact.commands.main import main
 
 
 @pytest.fixture(scope="module")

@@ -22,7 +22,7 @@ SOON = 40.0  # seconds: start-up of a loaded machine, and the patience of the gu
 # one rank fails in the middle of the iteration, while the others wait for it in a reduction
 ONE_RANK = """
 import os, signal, sys
-from petcontact import cli
+from petcontact.commands import main as cli
 from petcontact.runtime.petsc import petsc
 from petcontact.commands import solve
 def fail(self, state):
@@ -88,7 +88,7 @@ def test_a_result_that_cannot_be_written_ends_the_job(tmp_path):
 # a signal, and lines of two ranks may run into one another
 ITERATING = """
 import pathlib, sys
-from petcontact import cli
+from petcontact.commands import main as cli
 from petcontact.runtime.petsc import petsc
 from petcontact.commands import solve
 def told(self, state):

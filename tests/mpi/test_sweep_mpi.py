@@ -231,7 +231,7 @@ def test_cases_that_fail_are_recorded_and_the_rest_goes_on(tmp_path, team):
 
 RAISING = """
 import sys
-from petcontact import cli
+from petcontact.commands import main as cli
 from petcontact.sweep import run as sweep
 from petcontact.pipeline import run as pipeline
 from petcontact.errors import ResultError

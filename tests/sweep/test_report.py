@@ -14,7 +14,7 @@ from conftest import example
 from mpi4py import MPI
 
 from petcontact import Contact, Material, MeshOptions, Rectangle
-from petcontact.cli import main
+from petcontact.commands.main import main
 from petcontact.errors import InputError, ResultError
 from petcontact.results.hdf5 import write_failure
 from petcontact.sweep.cases import load_sweep

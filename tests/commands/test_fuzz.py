@@ -16,12 +16,12 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from petcontact import InputError, SolverError
-from petcontact.cli import main
+from petcontact.commands.main import main
 from petcontact.model.case import load, parse_case
 from petcontact.model.expressions import evaluate
 from petcontact.pipeline.run import ELASTIC_LIMIT, discretise, solve
 
-EXAMPLE = tomllib.loads((Path(__file__).parents[1] / "configs" / "example1.toml").read_text())
+EXAMPLE = tomllib.loads((Path(__file__).parents[2] / "configs" / "example1.toml").read_text())
 EXAMPLE["mesh"]["element_size"] = 1.0
 PATIENT = settings(max_examples=150, deadline=5000, suppress_health_check=list(HealthCheck), derandomize=True)
 LONGEST = 2.0

@@ -11,9 +11,9 @@ from pathlib import Path
 import h5py
 import pytest
 
-from petcontact.cli import COMMANDS, main, split_arguments
+from petcontact.commands.main import COMMANDS, main, split_arguments
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 EXAMPLE = (ROOT / "configs" / "example1.toml").read_text()
 COARSE = ("--set", "mesh.element_size=0.5")
 
@@ -45,7 +45,7 @@ class Blocked:
         if name.split(".")[0] in ("petsc4py", "mpi4py"):
             raise ImportError(name + " is blocked")
 sys.meta_path.insert(0, Blocked())
-from petcontact.cli import entry, main
+from petcontact.commands.main import entry, main
 """
 
 

@@ -9,8 +9,8 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from . import __version__
-from .guard import guarded
+from .. import __version__
+from .failures import guarded
 
 COMMANDS = {
     "solve": "solve one problem, print a verdict, write the result and figures",
@@ -112,7 +112,7 @@ def _command(arguments: Sequence[str]) -> int:
             parser.parse_all(ours)
         near = difflib.get_close_matches(name, COMMANDS, n=1)
         parser.error(f"unknown command {name!r}" + (f", did you mean {near[0]!r}?" if near else ""))
-    module = importlib.import_module(f".commands.{name}", __package__)
+    module = importlib.import_module(f".{name}", __package__)
     command = Parser(prog=f"petcontact {name}", description=module.__doc__,
                      formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
     module.add_arguments(command)

@@ -10,9 +10,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from .errors import PetcontactError
-from .runtime.petsc import failure_comm, solver_error
-from .runtime.signals import Interrupted, install
+from ..errors import PetcontactError
+from ..runtime.petsc import failure_comm, solver_error
+from ..runtime.signals import Interrupted, install
 
 PATIENCE = 3.0
 """Seconds that a failed rank waits for the others to fail likewise before it ends the job."""
