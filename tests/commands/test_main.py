@@ -236,7 +236,7 @@ def test_an_unexpected_exception_is_one_line(folder, monkeypatch, capsys):
     monkeypatch.setattr("petcontact.model.case.load", lambda *words: 1 / 0)
     assert main(["solve", str(folder / "case.toml")]) == 1
     text = capsys.readouterr().err
-    assert text.count("\n") == 1 and "ZeroDivisionError: division by zero (test_cli.py:" in text
+    assert text.count("\n") == 1 and "ZeroDivisionError: division by zero (test_main.py:" in text
     monkeypatch.setenv("PETCONTACT_TRACEBACK", "1")
     assert main(["solve", str(folder / "case.toml")]) == 1
     assert "Traceback" in capsys.readouterr().err
