@@ -5,15 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Index, Mask
 from ..errors import InputError
 from ..mesh.curve_mesh import BoundaryMesh
 from ..model.expressions import evaluate
 from ..model.problem import Contact, Displacement, Problem, Traction
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -41,7 +38,7 @@ class BoundaryData:
     """
 
     frame: Array
-    traction_known: NDArray[np.bool_]
+    traction_known: Mask
     value: Array
     contact_nodes: Index
     contact_direction: Index

@@ -6,12 +6,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Index, Mask
 from ..mesh.curve_mesh import Batch
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 
 @dataclass(frozen=True)
@@ -40,7 +37,7 @@ class Tile:
     batch: Batch
     place: Any
     pick: Index | None
-    known: NDArray[np.bool_]
+    known: Mask
     frame: Array
     given: Array
     moved: Array
@@ -70,7 +67,7 @@ def some(kernel: Array | None, columns: Index) -> Array:
     return kernel if len(columns) == kernel.shape[2] else kernel[:, :, columns]
 
 
-def put(out: Array, where: tuple[Any, ...], kernel: Array | None, direction: Array, chosen: NDArray[np.bool_]) -> None:
+def put(out: Array, where: tuple[Any, ...], kernel: Array | None, direction: Array, chosen: Mask) -> None:
     """kernel · direction into out[where, :, a] for the chosen columns; axis-parallel directions cost a copy."""
     if kernel is None or not chosen.any():
         return

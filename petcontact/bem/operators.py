@@ -13,16 +13,13 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Index
 from ..mesh.curve_mesh import Batch, BoundaryMesh
 from ..model.problem import Material
 from .boundary_data import BoundaryData
 from .column_blocks import Tile, as_slice, common, put, some
 from .kelvin2d.integrals import integrals
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 TILE = (512, 96)
 """Targets and nodes of one tile: its temporaries fit a core's second-level cache."""

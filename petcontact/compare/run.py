@@ -13,8 +13,8 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..contact.friction_law import balanced_rho, contact_norm
 from ..contact.methods.projection import Criterion
 from ..contact.methods.registry import initial_functions, run_method
@@ -23,8 +23,6 @@ from ..model.case import Case
 from ..model.solver_options import Method
 from ..pipeline.run import Prepared, prepare
 from ..runtime.petsc import options
-
-Array = NDArray[np.float64]
 
 RHOS = tuple(10.0**k for k in range(8))
 """ρ_0 of the paper's tables [daN/mm³]."""

@@ -10,13 +10,11 @@ import abc
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..bem.operators import BoundaryOperators
 from ..linalg.row_layout import even_ranges, node_ranges, redistribute
 from ..runtime.petsc import petsc
-
-Array = NDArray[np.float64]
 
 
 class ContactSystem(Protocol):

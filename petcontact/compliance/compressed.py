@@ -10,8 +10,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..bem.operators import BoundaryOperators
 from ..compression.hodlr import HODLR, compress, factor
 from ..errors import SolverError
@@ -22,8 +22,6 @@ from ..runtime.threads import one_blas_thread, threads_per_rank
 from .base import EliminatedSystem
 from .layer.operator import RobinPreconditioner, robin_preconditioner
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 ALLOWED_MISS = 100.0
 """How far a random probe may lie over the tolerance: it is a bound on samples, and the probe sees all rows."""
 THREADED = 20_000

@@ -6,15 +6,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..bem.dense_assembly import assemble_dense
 from ..bem.operators import BoundaryOperators
 from ..linalg.ksp import LinearSolver
 from ..runtime.petsc import petsc, stage
 from .base import EliminatedSystem, SystemBase
-
-Array = NDArray[np.float64]
 
 
 class CondensedSystem(EliminatedSystem):

@@ -9,13 +9,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import SolverError
 from ..runtime.petsc import petsc, stage
 from .base import ContactSystem, EliminatedSystem
-
-Array = NDArray[np.float64]
 
 FEWEST_CASES = 3
 """Cases from which the eigendecomposition, some forty times an LU of I + ρS, pays."""

@@ -17,13 +17,10 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
-Active = NDArray[np.int8]
+from ..arrays import Array, Mask, States
 
-Predictor = Callable[[Array, Array, Active], tuple[Active, Array]]
+Predictor = Callable[[Array, Array, States], tuple[States, Array]]
 
 PATIENCE = 8
 """Full exchanges that may fail to reduce the number of wrong nodes."""
@@ -44,17 +41,17 @@ class Pivot:
 
     sigma: Array
     u: Array
-    active: Active
+    active: States
     wrong: int
 
 
-def initial_set(sigma: Array, u: Array, bound: Array, rho: float) -> Active:
+def initial_set(sigma: Array, u: Array, bound: Array, rho: float) -> States:
     """The set on which the projection of (2.10) is active: sign of σ - ρu where it exceeds g, else 0."""
     trial = sigma - rho * u
     return np.where(np.abs(trial) > bound, np.sign(trial), 0.0).astype(np.int8)
 
 
-def revised_set(active: Active, sigma: Array, u: Array, bound: Array, noise: float) -> Active:
+def revised_set(active: States, sigma: Array, u: Array, bound: Array, noise: float) -> States:
     """Sticking nodes with |σ| > g slip along σ; slipping nodes that move along their σ stick. Nodes with g = 0 stay."""
     revised = active.copy()
     over = (active == 0) & (np.abs(sigma) > bound * (1.0 + EXCESS))
@@ -64,7 +61,7 @@ def revised_set(active: Active, sigma: Array, u: Array, bound: Array, noise: flo
 
 
 def pivots(
-    operator: Compliance, base: Array, bound: Array, active: Active, sigma: Array, *,
+    operator: Compliance, base: Array, bound: Array, active: States, sigma: Array, *,
     noise: float = 1e-13, predict: Predictor | None = None,
 ) -> Iterator[Pivot]:  # fmt: skip
     """Steps until no node is wrong; the last one solves u = base + S σ with the friction condition.
@@ -115,7 +112,7 @@ def pivots(
 
 
 def solve_box(
-    operator: Compliance, base: Array, bound: Array, active: Active, sigma: Array, limit: int | None = None
+    operator: Compliance, base: Array, bound: Array, active: States, sigma: Array, limit: int | None = None
 ) -> Pivot:
     """The last of `pivots`, or of the first `limit` of them.
 

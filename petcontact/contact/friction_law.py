@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from ..arrays import Array, States
 
 
 def project_ball(x: Array, radius: Array) -> Array:
@@ -83,8 +82,8 @@ def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float) -> 
     return sigma / u if u > 0.0 and sigma > 0.0 else fallback
 
 
-def contact_state(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float) -> NDArray[np.int8]:
+def contact_state(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float) -> States:
     """1 where a node slips, 0 where it sticks: |σ_t - ρ u_t| > g, the set on which the projection is active."""
     size = np.sqrt(np.sum((sigma_t - rho * u_t) ** 2, axis=1))
-    state: NDArray[np.int8] = (size > friction_bound).astype(np.int8)
+    state: States = (size > friction_bound).astype(np.int8)
     return state

@@ -10,15 +10,12 @@ from typing import Any, Protocol
 
 import numpy as np
 import scipy.linalg
-from numpy.typing import NDArray
 
+from ..arrays import Array, Mask
 from ..compliance.base import ContactSystem
 from ..compliance.layer.operator import LayerOperator
 from ..errors import SolverError
 from ..linalg.matrix_free import Krylov
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 DIRECT_SIZE = 512
 """Contact nodes up to which LU on a block beats Krylov iterations on it (with a fast T)."""

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 
+from ..arrays import Array, Index
 from ..bem.kelvin2d.integrals import integrals
 from ..bem.kelvin2d.stress import stress_integrals
 from ..errors import InputError
@@ -16,8 +16,6 @@ from ..mesh.elements import Targets
 from ..model.problem import Material
 from .smoothing import smoothed
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 ENTRIES = 400_000
 """Pairs of a node and a point that are taken at once, so that memory stays small."""
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import numpy as np
 import shapely
-from numpy.typing import NDArray
 from scipy.spatial import Delaunay
 
+from ..arrays import Array, Index
 from ..errors import InputError
 from ..mesh.curve_mesh import BoundaryMesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 INSET = 1e-3
 """Distance of the outermost points from the boundary, in grid spacings."""
 KEPT_OFF = 0.45

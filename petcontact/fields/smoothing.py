@@ -10,13 +10,11 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Index, Mask
 from ..mesh.basis import lagrange
 from ..mesh.curve_mesh import BoundaryMesh
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 SMOOTH = np.cos(np.radians(10.0))
 
 
@@ -60,7 +58,7 @@ def smoothed(mesh: BoundaryMesh, u: Array, traction: Array) -> tuple[BoundaryMes
     return finer, new_u, new_t
 
 
-def _neighbours(mesh: BoundaryMesh) -> tuple[NDArray[np.bool_], NDArray[np.bool_], Index, Index]:
+def _neighbours(mesh: BoundaryMesh) -> tuple[Mask, Mask, Index, Index]:
     """Elements before and after each one round its loop, and whether the data run on smoothly to them."""
     place = {(float(x), float(y)): k for k, (x, y) in enumerate(mesh.start)}
     after = np.array([place[(float(x), float(y))] for x, y in mesh.end], dtype=np.int64)
@@ -77,7 +75,7 @@ def _neighbours(mesh: BoundaryMesh) -> tuple[NDArray[np.bool_], NDArray[np.bool_
 
 
 def _end_values(
-    mesh: BoundaryMesh, values: Array, joined_before: NDArray[np.bool_], joined_after: NDArray[np.bool_],
+    mesh: BoundaryMesh, values: Array, joined_before: Mask, joined_after: Mask,
     before: Index, after: Index,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Values at the start and end of each element: interpolated between neighbours that run on, else extrapolated."""

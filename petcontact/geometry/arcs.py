@@ -7,13 +7,12 @@ from typing import Literal
 
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..model.base import Finite, Model, Point, Positive
 from .outline import Outline, Side, oriented
 
-Array = NDArray[np.float64]
 LARGEST_TURN = 0.5 * math.pi
 """Arcs are cut into pieces that turn by no more: near half a circle the chord says nothing about the angle."""
 

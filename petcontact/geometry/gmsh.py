@@ -8,15 +8,12 @@ from typing import Any, Literal
 import meshio
 import numpy as np
 import pydantic
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..model.base import Model
 from .arcs import arc_through
 from .outline import Outline, Side, oriented
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 """Corners of the cells whose edges say where the boundary is; corners come first in a cell's list of nodes."""

@@ -10,13 +10,11 @@ from typing import Literal
 import numpy as np
 import pydantic
 import shapely
-from numpy.typing import NDArray
 from shapely.validation import explain_validity
 
+from ..arrays import Array
 from ..errors import InputError
 from ..model.base import LARGEST_COORDINATE, Model, Point
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -5,13 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..errors import SolverError
 from ..runtime.petsc import has_scalapack, options_error, petsc, reason_name, solver_error
 from .row_layout import even_ranges, redistribute
 
-Array = NDArray[np.float64]
 RTOL = 1e-12
 
 

@@ -6,12 +6,10 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..runtime.petsc import petsc
 from .ksp import LinearSolver
-
-Array = NDArray[np.float64]
 
 
 class Krylov:

@@ -5,12 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
+from ..arrays import Array, Index, Mask
 
 
 @dataclass(frozen=True)

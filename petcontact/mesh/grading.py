@@ -8,15 +8,14 @@ from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..errors import InputError
 from ..geometry.outline import Outline, Side
 from ..model.mesh_options import MeshOptions
 from .curve_mesh import BoundaryMesh, build_mesh
 
 T = TypeVar("T")
-Array = NDArray[np.float64]
 CORNER = math.radians(10.0)
 """A joint that turns by more is a corner [rad]."""
 LARGEST_ELEMENT_TURN = math.pi / 6.0

@@ -11,14 +11,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Index
 from ..geometry.outline import Outline
 from .curve_mesh import BoundaryMesh, build_mesh
 from .grading import largest_turn
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 SLOPE = 0.7
 """Orders gained from one element to the next away from a mark: elements next to it are small and need no high order."""

@@ -16,8 +16,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Index
 from ..bem.boundary_data import evaluate_boundary
 from ..bem.operators import BoundaryOperators
 from ..contact.methods.registry import carried_over
@@ -31,9 +31,6 @@ from ..results.solution import Solution, Zone
 from ..runtime.petsc import petsc
 from ..runtime.signals import Interrupted
 from .run import prepare_operators, probed, run
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 UNTRIED = 0.8
 """Pace, of the ladder's own, that is expected of a body on which only two rungs were compared."""

@@ -10,9 +10,9 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import __version__
+from ..arrays import Array
 from ..bem.boundary_data import evaluate_boundary
 from ..bem.operators import BoundaryOperators
 from ..compliance.base import ContactSystem
@@ -32,7 +32,6 @@ from ..runtime import threads as _threads
 from ..runtime.petsc import options, petsc, reason_name, stage
 from ..runtime.signals import Interrupted, check, held
 
-Array = NDArray[np.float64]
 PROBED_NODES = 24
 CROSSOVER = 1200
 """Nodes above which `mat_type = "auto"` compresses."""

@@ -11,10 +11,8 @@ import itertools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
+from ..arrays import Array, Index
 
 NEIGHBOURS = 3
 """Nodes borrowed on either side of an element."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..geometry.outline import Outline
 from ..mesh.curve_mesh import BoundaryMesh
 from ..mesh.grading import mesh_outline, points_on_sides, singular_ends
@@ -15,7 +15,6 @@ from ..model.problem import Contact, Problem
 from .contact_line import ContactLine, slip_at_end, transition
 from .singular_points import RIGHT_ANGLE, corner_powers, kinks
 
-Array = NDArray[np.float64]
 CORNER_SIZE = 0.015 ** (1.0 / RIGHT_ANGLE)
 """Size of the smallest elements, in thicknesses of the body, that leaves an error of 1e-4 at a corner of power 1."""
 UNSEEN = 24

@@ -5,15 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Mask
 from ..bem.boundary_data import evaluate_boundary
 from ..geometry.outline import Outline, Side
 from ..mesh.curve_mesh import build_mesh
 from ..mesh.grading import at_ends, turn
 from ..model.problem import Problem, Traction
-
-Array = NDArray[np.float64]
 
 RIGHT_ANGLE = 0.7
 """1/(2λ) of a right angle clamped on one side and free on the other, λ = 0.71 (ν = 0.3): the mildest that is assumed."""
@@ -91,7 +89,7 @@ def _data(problem: Problem, outline: Outline, side: int, low: float, high: float
     return 0.5 * (ends[1:] + ends[:-1]), values[first : first + count]
 
 
-def _prominent(values: Array) -> NDArray[np.bool_]:
+def _prominent(values: Array) -> Mask:
     """Which second differences (k-2,) of (k, c) data stand out from their neighbours."""
     second = np.abs(np.diff(values, 2, axis=0))
     padded = np.pad(second, ((WINDOW, WINDOW), (0, 0)), mode="reflect")

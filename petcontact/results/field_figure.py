@@ -6,15 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array
 from ..fields.interior import Field, field_on_grid
 from ..fields.interior_grid import loops, on_element
 from ..mesh.basis import lagrange
 from .figures import save
 from .solution import Solution
 
-Array = NDArray[np.float64]
 MAGNIFIED = 0.06
 """Largest displacement drawn, as a fraction of the body's diameter, where no magnification is given."""
 BRIGHTEST = 99.0

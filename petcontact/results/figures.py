@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Mask
 from .hdf5 import temporary_name
 from .solution import Contact, Solution
 
-Array = NDArray[np.float64]
 SLIP, STICK = "#f3d9c4", "#d5e3ef"
 
 
@@ -118,7 +117,7 @@ def draw_history(figure: Any, solution: Solution) -> None:
     right.legend(fontsize="small")
 
 
-def _panels(figure: Any, solution: Solution) -> list[tuple[Any, str, NDArray[np.bool_]]]:
+def _panels(figure: Any, solution: Solution) -> list[tuple[Any, str, Mask]]:
     """One panel a contact part, its stick and slip zones shaded."""
     contact: Contact = solution.contact
     parts = list(dict.fromkeys(contact.part.tolist()))

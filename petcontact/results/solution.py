@@ -6,15 +6,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Index, Names, States
 from ..bem.boundary_data import BoundaryData
 from ..contact.friction_law import balanced_rho, contact_norm, contact_state, projection_residual
 from ..contact.state import ContactState, History
 from ..mesh.curve_mesh import BoundaryMesh
 from ..model.case import Case
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -53,7 +51,7 @@ class Contact:
     part : (m,) array of str
     """
 
-    nodes: NDArray[np.int64]
+    nodes: Index
     x: Array
     tangent: Array
     weight: Array
@@ -62,8 +60,8 @@ class Contact:
     sigma_t: Array
     sigma_n: Array
     friction_bound: Array
-    state: NDArray[np.int8]
-    part: NDArray[np.str_]
+    state: States
+    part: Names
 
 
 @dataclass(frozen=True)

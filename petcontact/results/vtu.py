@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 import meshio
 import numpy as np
-from numpy.typing import NDArray
 
+from ..arrays import Array, Index
 from ..fields.interior import Field
 from ..fields.interior_grid import on_element
 from ..mesh.basis import lagrange
@@ -19,7 +19,6 @@ from .hdf5 import temporary_name
 if TYPE_CHECKING:
     from .solution import Solution
 
-Array = NDArray[np.float64]
 
 
 def write_vtu(path: str | Path, field: Field) -> None:
@@ -84,7 +83,7 @@ def write_boundary_vtu(path: str | Path, solution: Solution) -> None:
     ))  # fmt: skip
 
 
-def _element(mesh: BoundaryMesh, k: int, u: Array, traction: Array, state: NDArray[np.int64]) -> dict[str, Array]:
+def _element(mesh: BoundaryMesh, k: int, u: Array, traction: Array, state: Index) -> dict[str, Array]:
     """Points along an element and the boundary data there."""
     order, nodes = int(mesh.order[k]), slice(int(mesh.first_node[k]), int(mesh.first_node[k + 1]))
     turn = abs(float(mesh.curvature[k] * mesh.length[k]))

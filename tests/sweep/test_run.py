@@ -435,7 +435,8 @@ def test_the_command_lists_computes_and_says_what_it_did(tmp_path):
 def test_results_that_do_not_fit_the_disk_end_in_one_line_and_lose_no_case(small, tmp_path):
     """A limit on the size of a file stands for a full disk: the cases fit it, what collects them does not."""
     program = (
-        "import resource, sys\nfrom petcontact.commands import main as cli\nfrom petcontact.runtime.petsc import initialise\n"
+        "import resource, sys\nfrom petcontact.commands import main as cli\n"
+        "from petcontact.runtime.petsc import initialise\n"
         "initialise()\nresource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))\n"
         "sys.argv[0] = 'petcontact'\ncli.entry()\n"
     )

@@ -17,8 +17,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import Array, Complex, Index, Mask
 from ...mesh.basis import gauss, product_weights
-from ...mesh.elements import Array, Complex, Index, Mask
 from . import moments
 from .moments import RULES, Moments, Parts
 

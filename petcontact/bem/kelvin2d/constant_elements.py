@@ -15,10 +15,10 @@ where vectors are complex numbers and D(m) = [[Re m, Im m], [Im m, -Re m]].
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Pairs = tuple[NDArray[np.int64], NDArray[np.int64]]
+from ...arrays import Array, Index
+
+Pairs = tuple[Index, Index]
 
 
 def constant(

@@ -13,8 +13,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ...arrays import Array, Index
 from ...mesh.basis import gauss
-from ...mesh.elements import Array, Elements, Index, Targets
+from ...mesh.elements import Elements, Targets
 from .arcs import Arcs
 from .constant_elements import constant
 from .segments import Segments

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import Array, Complex, Mask
 from ...mesh.basis import lagrange_coefficients, product_weights
-from ...mesh.elements import Array, Complex, Mask
 
 
 @dataclass(frozen=True)

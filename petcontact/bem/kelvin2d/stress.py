@@ -15,8 +15,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from ...arrays import Array, Complex, Index
 from ...mesh.basis import gauss, product_weights
-from ...mesh.elements import Array, Complex, Elements, Index
+from ...mesh.elements import Elements
 from .arcs import Arcs
 from .integrals import shape_of
 from .segments import Segments

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...mesh.elements import Array, Complex, Index
+from ...arrays import Array, Complex, Index
 from .moments import Moments
 
 

@@ -12,15 +12,12 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, Index, Mask
 from ...bem.operators import BoundaryOperators
 from ...mesh.basis import gauss, lagrange, lagrange_coefficients
 from ...mesh.curve_mesh import BoundaryMesh
 from ...model.problem import Material
-
-Array = NDArray[np.float64]
-Index = NDArray[np.int64]
 
 RAYS = 32
 SMOOTH = 0.8
@@ -112,7 +109,7 @@ def smooth_stretches(operators: BoundaryOperators) -> list[Index]:
     return runs
 
 
-def _meet(mesh: BoundaryMesh, one: Index, other: Index) -> NDArray[np.bool_]:
+def _meet(mesh: BoundaryMesh, one: Index, other: Index) -> Mask:
     """Whether elements end where others begin, in about the same direction."""
     gap = np.hypot(*(mesh.end[one] - mesh.start[other]).T)
     turn = np.sum(mesh.normal[mesh.first_node[one + 1] - 1] * mesh.normal[mesh.first_node[other]], axis=1)

@@ -5,15 +5,12 @@ from __future__ import annotations
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, Index, Mask
 from ...bem.operators import BoundaryOperators
 from ..base import ContactVectors
 from .kernel import layer_factor, strips
 from .strips import FourierStrip, StripOperator, strip_operator
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 TIGHT = 1e-11
 SPREAD = 1.5
@@ -38,7 +35,7 @@ class LayerOperator:
         factor = layer_factor(operators.material)
         weight = operators.mesh.weight[operators.data.contact_nodes]
         self.size, self._weight = len(weight), weight
-        self._parts: list[tuple[NDArray[np.int64], StripOperator]] = []
+        self._parts: list[tuple[Index, StripOperator]] = []
         for strip in strips(operators):
             points = operators.mesh.x[operators.data.contact_nodes[strip.nodes]]
             self._parts.append((strip.nodes, strip_operator(strip, factor, weight[strip.nodes], points)))

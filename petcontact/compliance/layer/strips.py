@@ -8,13 +8,10 @@ from typing import Any, Protocol
 import numpy as np
 import scipy.fft
 import scipy.linalg
-from numpy.typing import NDArray
 
+from ...arrays import Array, Complex, Index, Mask
 from ...linalg.matrix_free import Krylov
 from .kernel import Strip, layer_matrix
-
-Array = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 DENSE_SIZE = 256
 """Nodes of equal elements up to which a Cholesky factor of the stick block beats conjugate gradients."""
@@ -91,7 +88,7 @@ class FourierStrip:
         ratio = weight[: self._nodes] / weight[: self._nodes, None]
         symbol = 0.5 * (symbol + np.conj(symbol.transpose(0, 2, 1)) * ratio)
         self._symbol = np.ascontiguousarray(symbol.transpose(1, 2, 0))
-        self._inverse: dict[float | None, NDArray[np.complex128]] = {}
+        self._inverse: dict[float | None, Complex] = {}
         self._dense: Array | None = None
 
     def apply(self, x: Array) -> Array:
@@ -108,7 +105,7 @@ class FourierStrip:
             self._inverse[rho] = np.ascontiguousarray(inverse.transpose(1, 2, 0))
         return self._convolve(self._inverse[rho], x)
 
-    def _convolve(self, symbol: NDArray[np.complex128], x: Array) -> Array:
+    def _convolve(self, symbol: Complex, x: Array) -> Array:
         # the transformed axis last and contiguous: scipy's transforms spend less on it than numpy's
         pieces = x.reshape(self._elements, self._nodes).T
         if self._open:
@@ -150,7 +147,7 @@ class HodlrStrip:
         """T, or I + ρT."""
         from ...compression.hodlr import compress
 
-        def entries(rows: NDArray[np.int64], columns: NDArray[np.int64]) -> Array:
+        def entries(rows: Index, columns: Index) -> Array:
             block = layer_matrix(self._strip, self._layer_factor, rows, columns)
             return block if rho is None else rho * block + (rows[:, None] == columns)
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .clusters import Indices, Reals
+from ...arrays import Array, Index
 
 GROWTH = 1.12  # blocks of one stack differ by less than this factor in rows and in columns
 
@@ -16,16 +15,16 @@ GROWTH = 1.12  # blocks of one stack differ by less than this factor in rows and
 class Block:
     """A dense block (p, q) with the places of its p rows and q columns in the vectors it connects."""
 
-    rows: Indices
-    columns: Indices
-    values: Reals
+    rows: Index
+    columns: Index
+    values: Array
 
 
 @dataclass(frozen=True)
 class _Stack:
-    rows: NDArray[np.int64]
-    columns: NDArray[np.int64]
-    values: NDArray[np.float64]
+    rows: Index
+    columns: Index
+    values: Array
 
 
 class Batches:
@@ -74,18 +73,18 @@ class Batches:
         """Memory of the stacks [bytes]."""
         return sum(s.rows.nbytes + s.columns.nbytes + s.values.nbytes for s in self._stacks)
 
-    def add(self, x: Reals, y: Reals, sign: float = 1.0) -> None:
+    def add(self, x: Array, y: Array, sign: float = 1.0) -> None:
         """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s)."""
         for stack in self._stacks:
             _accumulate(y, stack.rows, stack.values @ x[stack.columns], sign)
 
-    def add_transpose(self, x: Reals, y: Reals, sign: float = 1.0) -> None:
+    def add_transpose(self, x: Array, y: Array, sign: float = 1.0) -> None:
         """y (n_columns+1, s) += sign · blocksᵀ @ x (n_rows+1, s)."""
         for stack in self._stacks:
             _accumulate(y, stack.columns, stack.values.transpose(0, 2, 1) @ x[stack.rows], sign)
 
 
-def _accumulate(y: Reals, where: Indices, values: Reals, sign: float) -> None:
+def _accumulate(y: Array, where: Index, values: Array, sign: float) -> None:
     if sign < 0.0:
         y[where] -= values
     else:

@@ -5,15 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Indices = NDArray[np.int64]
-Reals = NDArray[np.float64]
+from ...arrays import Array, Index
 
 PIECES = 16  # boxes by which the place of one cluster is known
 
 
-def halved(start: int, stop: int, leaf: int) -> Indices:
+def halved(start: int, stop: int, leaf: int) -> Index:
     """Bounds (2^d + 1,) of equal ranges of start..stop, halved until none holds more than `leaf` nodes."""
     depth = 0
     while (stop - start) > leaf << depth:
@@ -25,18 +23,18 @@ def halved(start: int, stop: int, leaf: int) -> Indices:
 class Boxes:
     """Boxes that cover each of c clusters: corners low and high (c, b, 2), and the clusters' diameters (c,) [length]."""
 
-    low: Reals
-    high: Reals
-    diameter: Reals
+    low: Array
+    high: Array
+    diameter: Array
 
-    def least(self, owner: Indices, *targets: tuple[Reals, Reals]) -> Reals:
+    def least(self, owner: Index, *targets: tuple[Array, Array]) -> Array:
         """Least sum of the distances (k,) from a box of cluster owner[i] to the i-th of several lists of target boxes."""
         total = np.zeros((len(owner), self.low.shape[1]))
         for low, high in targets:
             gap = np.maximum(low[:, None] - self.high[owner], self.low[owner] - high[:, None])
             np.maximum(gap, 0.0, out=gap)
             total += np.sqrt(gap[..., 0] ** 2 + gap[..., 1] ** 2)
-        least: Reals = total.min(axis=1)
+        least: Array = total.min(axis=1)
         return least
 
 
@@ -58,7 +56,7 @@ class Outline:
         Mean distance of a node to its two neighbours [length].
     """
 
-    def __init__(self, points: Reals) -> None:
+    def __init__(self, points: Array) -> None:
         self.points = np.ascontiguousarray(points, dtype=np.float64)
         n = len(self.points)
         steps = np.hypot(*np.diff(self.points, axis=0).T)
@@ -73,7 +71,7 @@ class Outline:
         neighbourhood = np.stack([self.points, self.points[previous], self.points[following]])
         self._low, self._high = neighbourhood.min(axis=0), neighbourhood.max(axis=0)
 
-    def boxes(self, start: Indices, stop: Indices) -> Boxes:
+    def boxes(self, start: Index, stop: Index) -> Boxes:
         """Boxes of clusters.
 
         Parameters

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import Array, Index
 from .block_batches import Batches, Block
-from .clusters import Indices, Reals
 from .levels import Level, Stack
 from .skeleton import Cluster
 
@@ -19,7 +19,7 @@ class Schur:
     """What is left of a cluster: a block between its kept unknowns, which come first, and those that wait."""
 
     kept: int
-    values: Reals
+    values: Array
 
 
 @dataclass(frozen=True)
@@ -43,8 +43,8 @@ class Elimination:
     """
 
     level: Level
-    wait_rows: Indices
-    wait_columns: Indices
+    wait_rows: Index
+    wait_columns: Index
     inverse: Batches
     forth: Batches
     back: Batches
@@ -54,7 +54,7 @@ class Elimination:
         """Memory beyond that of the level [bytes]."""
         return self.inverse.nbytes + self.forth.nbytes + self.back.nbytes
 
-    def reduce(self, b: Reals, transpose: bool) -> Reals:
+    def reduce(self, b: Array, transpose: bool) -> Array:
         """Right-hand side of the level above. Leaves in b what `expand` goes on with."""
         level = self.level
         kept, wait = (level.kept_columns, self.wait_columns) if transpose else (level.kept_rows, self.wait_rows)
@@ -74,7 +74,7 @@ class Elimination:
             b[:] = x
         return above
 
-    def expand(self, b: Reals, above: Reals, transpose: bool) -> Reals:
+    def expand(self, b: Array, above: Array, transpose: bool) -> Array:
         """Solution from what `reduce` left in b and from the solution above, which it spoils."""
         level = self.level
         kept, wait = (level.kept_rows, self.wait_rows) if transpose else (level.kept_columns, self.wait_columns)
@@ -104,7 +104,7 @@ class FactorStack:
         What the root leaves: one, of no rows if all is eliminated.
     """
 
-    def __init__(self, levels: list[Elimination], entry: Indices, slots: int, left: list[Schur]) -> None:
+    def __init__(self, levels: list[Elimination], entry: Index, slots: int, left: list[Schur]) -> None:
         self.levels, self.left = levels, left
         self._entry, self._slots = entry, slots
 
@@ -113,7 +113,7 @@ class FactorStack:
         """Memory beyond that of the matrix [bytes]."""
         return sum(level.nbytes for level in self.levels)
 
-    def ascend(self, x: Reals, transpose: bool) -> tuple[list[Reals], Reals]:
+    def ascend(self, x: Array, transpose: bool) -> tuple[list[Array], Array]:
         """Reduced right-hand sides of x (n, s): one a level, and what the root leaves, kept before waiting."""
         seen = []
         above = np.zeros((self._slots, x.shape[1]))
@@ -124,13 +124,13 @@ class FactorStack:
         kept = self.left[0].kept
         return seen, np.concatenate([above[:kept], above[kept + 1 : -1]])
 
-    def descend(self, seen: list[Reals], outside: Reals, transpose: bool) -> Reals:
+    def descend(self, seen: list[Array], outside: Array, transpose: bool) -> Array:
         """Solution (n, s) from what `ascend` gave and from that of what the root left. Spoils `seen`."""
         kept, zero = self.left[0].kept, np.zeros((1, outside.shape[1]))
         above = np.concatenate([outside[:kept], zero, outside[kept:], zero])
         for level, b in zip(reversed(self.levels), reversed(seen), strict=True):
             above = level.expand(b, above, transpose)
-        solution: Reals = above[self._entry]
+        solution: Array = above[self._entry]
         return solution
 
 
@@ -151,7 +151,7 @@ def eliminate(stack: Stack, below: list[Schur]) -> FactorStack:
     return FactorStack(levels, entry, slots, below)
 
 
-def _entry(level: Level, below: list[Schur]) -> tuple[Indices, int]:
+def _entry(level: Level, below: list[Schur]) -> tuple[Index, int]:
     """Slots of the unknowns that subtrees hand over one after another (of all, if there are none), and how many."""
     n = level.near.shape[0]
     if not below:
@@ -204,7 +204,7 @@ def _eliminate(level: Level, below: list[Schur]) -> tuple[Elimination, list[Schu
     ), left  # fmt: skip
 
 
-def _assemble(cluster: Cluster, children: list[Schur]) -> Reals:
+def _assemble(cluster: Cluster, children: list[Schur]) -> Array:
     """The block between a cluster's active unknowns and then those that wait from below."""
     active = len(cluster.rows)
     size = active + sum(len(child.values) - child.kept for child in children)
@@ -220,7 +220,7 @@ def _assemble(cluster: Cluster, children: list[Schur]) -> Reals:
     return block
 
 
-def _combine(cluster: Cluster, block: Reals) -> tuple[Reals, Reals, Reals, Reals, Indices, Indices]:
+def _combine(cluster: Cluster, block: Array) -> tuple[Array, Array, Array, Array, Index, Index]:
     """E, F, G and D before any waits, and the rows and columns of E."""
     extra = np.arange(len(cluster.rows), len(block))
     by_row, by_column = cluster.row_basis, cluster.column_basis
@@ -238,7 +238,7 @@ def _combine(cluster: Cluster, block: Reals) -> tuple[Reals, Reals, Reals, Reals
     return e, f, g, d, rows, columns
 
 
-def _pivots(e: Reals, scale: Reals, may_wait: bool) -> tuple[Reals, Indices, Indices, Indices, Indices]:
+def _pivots(e: Array, scale: Array, may_wait: bool) -> tuple[Array, Index, Index, Index, Index]:
     """Inverse of E (m, m) without the rows and columns that must wait; those that need not, and those that must."""
     rows = columns = np.arange(len(e))
     late_rows: list[int] = []

@@ -6,7 +6,7 @@ import time
 
 import numpy as np
 
-from .clusters import Reals
+from ...arrays import Array
 from .elimination import eliminate
 from .matrix import HODLR
 from .subtrees import Forest
@@ -26,11 +26,11 @@ class Factorisation:
         self.shape, self.seconds = matrix.shape, seconds
         self._forest = forest
 
-    def solve(self, b: Reals) -> Reals:
+    def solve(self, b: Array) -> Array:
         """H⁻¹ b for this rank's share of b (n,), or of several columns (n, s). Collective."""
         return self._forest.sweep(b)
 
-    def solve_transpose(self, b: Reals) -> Reals:
+    def solve_transpose(self, b: Array) -> Array:
         """H⁻ᵀ b for this rank's share of b (n,), or of several columns (n, s). Collective."""
         return self._forest.sweep(b, transpose=True)
 

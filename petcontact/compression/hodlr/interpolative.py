@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import lapack
 
-from .clusters import Indices, Reals
+from ...arrays import Array, Index
 
 OVERSAMPLING = 12  # rows of a sketch beyond the rank it is expected to show
 SPARE = 6  # rows that must be left over for the rank to be believed
 
 
 @functools.lru_cache(maxsize=4)
-def _gaussian(rows: int, columns: int) -> Reals:
+def _gaussian(rows: int, columns: int) -> Array:
     return np.random.default_rng(2019).standard_normal((rows, columns))
 
 
@@ -27,12 +27,12 @@ def _next_power(count: int) -> int:
 class PivotedQR:
     """Pivoted QR of a block or of a sketch of it: triangle r (l, n), pivots (n,), numerical rank, largest column."""
 
-    r: Reals
-    pivots: Indices
+    r: Array
+    pivots: Index
     rank: int
     scale: float
 
-    def interpolation(self, rank: int) -> tuple[Indices, Indices, Reals]:
+    def interpolation(self, rank: int) -> tuple[Index, Index, Array]:
         """Kept (k,) and other (n-k,) columns, both increasing, and Z (k, n-k) with block[:, other] ≈ block[:, kept] Z."""
         kept, other = self.pivots[:rank], self.pivots[rank:]
         # Columns kept beyond the numerical rank take no part: what they would contribute is noise over noise.
@@ -43,7 +43,7 @@ class PivotedQR:
         return kept[by_kept], other[by_other], np.ascontiguousarray(z[by_kept][:, by_other])
 
 
-def pivoted_qr(block: Reals, weights: Reals, tolerance: float, guess: int) -> PivotedQR:
+def pivoted_qr(block: Array, weights: Array, tolerance: float, guess: int) -> PivotedQR:
     """Pivoted QR of a Gaussian sketch of a block (m, n) with weighted rows, made larger until it shows the rank.
 
     Parameters

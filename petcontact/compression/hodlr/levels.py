@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ...arrays import Array, Index
 from .block_batches import Batches, Block
-from .clusters import Indices, Reals, halved
+from .clusters import halved
 from .skeleton import Basis, Cluster, Operator
 
 
@@ -31,8 +32,8 @@ class Level:
     """
 
     near: Batches
-    kept_rows: Indices
-    kept_columns: Indices
+    kept_rows: Index
+    kept_columns: Index
     row_combine: Batches
     column_combine: Batches
     clusters: list[Cluster]
@@ -83,7 +84,7 @@ def pack(clusters: list[Cluster], like: Level | None = None) -> Level:
     return level
 
 
-def padded(x: Reals) -> Reals:
+def padded(x: Array) -> Array:
     """A copy of x (n, s) with the zero slot that Batches wants."""
     return np.concatenate([x, np.zeros((1, x.shape[1]))])
 
@@ -109,7 +110,7 @@ class Stack:
         """Memory of the blocks [bytes]."""
         return sum(level.nbytes for level in self.levels)
 
-    def ascend(self, x: Reals, transpose: bool) -> tuple[list[Reals], Reals]:
+    def ascend(self, x: Array, transpose: bool) -> tuple[list[Array], Array]:
         """What each level sees of x (n, s) on the leaves' columns (rows if transposed), and what the outside sees."""
         seen, above = [], padded(x)
         for level in self.levels:
@@ -122,7 +123,7 @@ class Stack:
                 level.column_combine.add(seen[-1], above)
         return seen, above[:-1]
 
-    def descend(self, seen: list[Reals], outside: Reals, transpose: bool) -> Reals:
+    def descend(self, seen: list[Array], outside: Array, transpose: bool) -> Array:
         """Product on the leaves' rows (columns if transposed) from what `ascend` gave and from outside the root."""
         above = padded(outside)
         for level, x in zip(reversed(self.levels), reversed(seen), strict=True):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .clusters import Indices, Reals
+from ...arrays import Array, Index
 from .levels import Stack, build_part, build_top
 from .skeleton import Entries, ManyEntries, Operator
 from .subtrees import Forest
@@ -48,7 +48,7 @@ class LevelRanks:
 class Split:
     """How the nodes are shared out: bounds (ranks + 1,), this rank's ranges, one a subtree, and the size of a leaf."""
 
-    bounds: Indices
+    bounds: Index
     ranges: list[tuple[int, int]]
     leaf: int
 
@@ -83,11 +83,11 @@ class HODLR:
         first = sum(workers.gather([len(parts)])[: workers.rank])
         self.forest = Forest(list(parts), top, workers, (lengths[1], lengths[0]), (kept[0], kept[1]), first)
 
-    def mult(self, x: Reals) -> Reals:
+    def mult(self, x: Array) -> Array:
         """H x for x (n,), or for several columns (n, s). Collective."""
         return self.forest.sweep(x)
 
-    def mult_transpose(self, x: Reals) -> Reals:
+    def mult_transpose(self, x: Array) -> Array:
         """Hᵀ x for x (m,), or for several columns (m, s). Collective."""
         return self.forest.sweep(x, transpose=True)
 

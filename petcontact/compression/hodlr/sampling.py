@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .clusters import Boxes, Indices, Outline, halved
+from ...arrays import Array, Index, Mask
+from .clusters import Boxes, Outline, halved
 
 CELL = 8  # nodes of the finest cell: next to a cluster all of them are taken
 ELLIPSE = 3.0  # a cell is sampled, not split, if the kernel is analytic on it inside this Bernstein ellipse
@@ -18,8 +18,6 @@ MAX_PIECES = 8  # a cell cut into more pieces than this by breaks is sampled wit
 FEW = 2  # a cell that gives no more nodes than this is not probed for certain
 SHARED = 0.7  # of the nodes by which a cluster sees what is far away, the part that one distant cell must give
 
-Reals = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -30,9 +28,9 @@ class Sample:
     has all the nodes there are.
     """
 
-    nodes: Indices
-    weights: Reals
-    probes: Reals
+    nodes: Index
+    weights: Array
+    probes: Array
     complete: bool
 
 
@@ -40,12 +38,12 @@ class Sample:
 class _Cells:
     """Places first..last of cells outside clusters `owner`, and the nodes wanted from each for one digit."""
 
-    owner: Indices
-    first: Indices
-    last: Indices
-    nodes: Reals
+    owner: Index
+    first: Index
+    last: Index
+    nodes: Array
 
-    def pick(self, which: Indices | Mask) -> _Cells:
+    def pick(self, which: Index | Mask) -> _Cells:
         return _Cells(self.owner[which], self.first[which], self.last[which], self.nodes[which])
 
 
@@ -61,14 +59,14 @@ class Sampler:
         Nodes at which the kernel may jump: a new side, part or kind of unknown.
     """
 
-    def __init__(self, outline: Outline, carriers: Indices, breaks: Indices) -> None:
+    def __init__(self, outline: Outline, carriers: Index, breaks: Index) -> None:
         self.carriers = carriers
         self._breaks = np.unique(np.searchsorted(carriers, breaks))
         self._points = outline.points[carriers]
         steps = np.hypot(*np.diff(self._points, axis=0).T)
         self._path = np.concatenate([[0.0], np.cumsum(steps)])
         self._length = np.concatenate([[0.0], np.cumsum(outline.spacing[carriers])])
-        self._levels: list[tuple[Indices, Reals, Reals]] = []
+        self._levels: list[tuple[Index, Array, Array]] = []
         finest = halved(0, len(carriers), CELL)
         stride = len(finest) - 1 if len(carriers) else 0
         while stride:
@@ -78,7 +76,7 @@ class Sampler:
             stride //= 2
 
     def sample(
-        self, start: Indices, stop: Indices, boxes: Boxes, density: float, probes: int, rng: np.random.Generator
+        self, start: Index, stop: Index, boxes: Boxes, density: float, probes: int, rng: np.random.Generator
     ) -> list[Sample]:
         """Samples for several clusters in one pass.
 
@@ -123,7 +121,7 @@ class Sampler:
             result.append(Sample(self.carriers[places], weights, at_random, bool(whole[c].all())))
         return result
 
-    def _cells(self, start: Indices, stop: Indices, boxes: Boxes) -> _Cells:
+    def _cells(self, start: Index, stop: Index, boxes: Boxes) -> _Cells:
         """Cells outside each cluster, fine near it and coarse far away."""
         found: list[_Cells] = []
         own_first, own_last = np.searchsorted(self.carriers, start), np.searchsorted(self.carriers, stop)
@@ -165,7 +163,7 @@ class Sampler:
         last = np.where(rank == pieces[source] - 1, cells.last[source], padded[np.minimum(at + 1, len(padded) - 1)])
         return _Cells(cells.owner[source], first, last, cells.nodes[source])
 
-    def _spread(self, cells: _Cells, count: Indices, whole: Mask) -> tuple[Indices, Reals, Indices]:
+    def _spread(self, cells: _Cells, count: Index, whole: Mask) -> tuple[Index, Array, Index]:
         """Places spread over cells, the square root of the number of nodes that each stands for, and its cell.
 
         They are Chebyshev's in a coordinate that grows with the number of nodes and with the length, half and half:
@@ -184,13 +182,13 @@ class Sampler:
         share = -np.subtract(*ends) / np.pi * count[source]
         return position, 1.0 / np.sqrt(np.where(whole[source], 1.0, np.clip(share, _TINY, 1.0))), source
 
-    def _uneven(self, first: Indices, last: Indices, quarters: int) -> Reals:
+    def _uneven(self, first: Index, last: Index, quarters: int) -> Array:
         """Share of length less share of nodes up to some quarter of the nodes of cells."""
         at = first + (last - first) * quarters // 4
         along = (self._length[at] - self._length[first]) / (self._length[last] - self._length[first])
         return np.asarray(along - (at - first) / (last - first))
 
-    def _coordinate(self, first: Indices, last: Indices, at: Indices) -> Reals:
+    def _coordinate(self, first: Index, last: Index, at: Index) -> Array:
         along = (self._length[at] - self._length[first]) / (self._length[last] - self._length[first])
         return np.asarray(np.clip(0.5 * along + 0.5 * (at - first) / (last - first), 0.0, 1.0))
 
@@ -198,24 +196,24 @@ class Sampler:
 _TINY = np.finfo(np.float64).tiny
 
 
-def _ellipse(focal: Reals) -> Reals:
+def _ellipse(focal: Array) -> Array:
     """Sum of the half axes of the ellipse through points whose distances to the foci add up to 2·focal, foci at ±1."""
     bounded = np.clip(focal, 1.0, 1e8)
     return np.asarray(bounded + np.sqrt(bounded * bounded - 1.0))
 
 
-def _nodes(ellipse: Reals) -> Reals:
+def _nodes(ellipse: Array) -> Array:
     """Chebyshev nodes that a digit takes for a function analytic inside a Bernstein ellipse."""
     return np.asarray(1.0 / np.log10(np.maximum(ellipse, 1.1)))
 
 
-def _ranks(counts: Indices) -> tuple[Indices, Indices]:
+def _ranks(counts: Index) -> tuple[Index, Index]:
     """For each i, counts[i] times: i, and 0, 1, ..."""
     source = np.repeat(np.arange(len(counts)), counts)
     return source, np.arange(len(source)) - (np.cumsum(counts) - counts)[source]
 
 
-def _between(cells: _Cells, position: Indices, count: Indices, rng: np.random.Generator) -> tuple[Indices, Mask]:
+def _between(cells: _Cells, position: Index, count: Index, rng: np.random.Generator) -> tuple[Index, Mask]:
     """A place of each cell half-way between two of its samples that follow each other, and whether it is free."""
     end = np.cumsum(count)
     gap = rng.integers(0, count + 1)
@@ -226,7 +224,7 @@ def _between(cells: _Cells, position: Indices, count: Indices, rng: np.random.Ge
     return place, (place > below) & (place < above)
 
 
-def _choose(cells: Indices, near: Mask, count: int, rng: np.random.Generator) -> tuple[Indices, Reals]:
+def _choose(cells: Index, near: Mask, count: int, rng: np.random.Generator) -> tuple[Index, Array]:
     """The near ones of some cells and a few of the others, and how many cells each stands for."""
     every, others = cells[near], cells[~near]
     few = rng.permutation(others)[:count]

@@ -7,13 +7,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from ...arrays import Array, Index
 from .block_batches import Block
-from .clusters import Indices, Outline, Reals
+from .clusters import Outline
 from .interpolative import PivotedQR, pivoted_qr
 from .sampling import Sample, Sampler
 
-Entries = Callable[[Indices, Indices], Reals]
-ManyEntries = Callable[[Indices, Indices], list[Reals]]
+Entries = Callable[[Index, Index], Array]
+ManyEntries = Callable[[Index, Index], list[Array]]
 
 DENSITY = 0.7  # share of Chebyshev's number that a sample has of rows or columns: neighbouring cells help one another
 PROBES = 4
@@ -31,9 +32,9 @@ class Basis:
     Of rows: A[rest] ≈ combine A[kept], combine (m-k, k). Of columns: A[:, rest] ≈ A[:, kept] combine, combine (k, m-k).
     """
 
-    kept: Indices
-    rest: Indices
-    combine: Reals
+    kept: Index
+    rest: Index
+    combine: Array
 
 
 @dataclass
@@ -46,8 +47,8 @@ class Cluster:
 
     start: int
     stop: int
-    rows: Indices
-    columns: Indices
+    rows: Index
+    columns: Index
     near: list[Block] = field(default_factory=list)
     row_basis: Basis | None = None
     column_basis: Basis | None = None
@@ -69,7 +70,7 @@ class Axis:
     breaks : int array
     """
 
-    def __init__(self, offsets: Indices, outline: Outline, breaks: Indices) -> None:
+    def __init__(self, offsets: Index, outline: Outline, breaks: Index) -> None:
         self.offsets = np.asarray(offsets, dtype=np.int64)
         counts = np.diff(self.offsets)
         self.node = np.repeat(np.arange(len(counts)), counts)
@@ -78,33 +79,33 @@ class Axis:
         changes = np.flatnonzero(np.diff(carriers) > 1)
         self.sampler = Sampler(outline, carriers, np.union1d(breaks, carriers[changes + 1]))
 
-    def span(self, start: int, stop: int) -> Indices:
+    def span(self, start: int, stop: int) -> Index:
         """Degrees of freedom of nodes start..stop."""
         return np.arange(int(self.offsets[start]), int(self.offsets[stop]))
 
-    def of(self, nodes: Indices) -> Indices:
+    def of(self, nodes: Index) -> Index:
         """Degrees of freedom of some nodes."""
         spans = [self.span(int(node), int(node) + 1) for node in nodes]
         return np.concatenate([np.empty(0, dtype=np.int64), *spans])
 
-    def nodes_of(self, dofs: Indices) -> Indices:
+    def nodes_of(self, dofs: Index) -> Index:
         """Nodes of some increasing degrees of freedom, each once."""
         nodes = self.node[dofs]
         return nodes[np.diff(nodes, prepend=-1) > 0]
 
-    def count(self, nodes: Indices) -> int:
+    def count(self, nodes: Index) -> int:
         """Number of degrees of freedom of some nodes."""
         return int((self.offsets[nodes + 1] - self.offsets[nodes]).sum())
 
-    def places(self, nodes: Indices, dofs: Indices) -> Indices:
+    def places(self, nodes: Index, dofs: Index) -> Index:
         """Places of degrees of freedom among all those of some increasing nodes."""
         counts = self.offsets[nodes + 1] - self.offsets[nodes]
         first = np.cumsum(counts) - counts
         node = self.node[dofs]
-        places: Indices = first[np.searchsorted(nodes, node)] + dofs - self.offsets[node]
+        places: Index = first[np.searchsorted(nodes, node)] + dofs - self.offsets[node]
         return places
 
-    def spread(self, nodes: Indices, values: Reals) -> Reals:
+    def spread(self, nodes: Index, values: Array) -> Array:
         """Values of nodes, repeated for each of their degrees of freedom."""
         return np.repeat(values, self.offsets[nodes + 1] - self.offsets[nodes])
 
@@ -126,8 +127,8 @@ class Operator:
     """
 
     def __init__(
-        self, entries: Entries, points: Reals, row_offsets: Indices, column_offsets: Indices, breaks: Indices,
-        tolerance: float, served: tuple[ManyEntries, list[Indices]] | None = None,
+        self, entries: Entries, points: Array, row_offsets: Index, column_offsets: Index, breaks: Index,
+        tolerance: float, served: tuple[ManyEntries, list[Index]] | None = None,
     ) -> None:  # fmt: skip
         self.entries, self.tolerance, self.breaks = entries, tolerance, breaks
         self.outline = Outline(points)
@@ -140,11 +141,11 @@ class Operator:
             self._served_entries = served[0]
             self._served = [Axis(offsets, self.outline, breaks) for offsets in served[1]]
 
-    def beside(self, entries: Entries, column_offsets: Indices) -> Operator:
+    def beside(self, entries: Entries, column_offsets: Index) -> Operator:
         """Another operator with the same rows."""
         return Operator(entries, self.outline.points, self.row_axis.offsets, column_offsets, self.breaks, self.tolerance)
 
-    def block(self, rows: Indices, columns: Indices) -> Reals:
+    def block(self, rows: Index, columns: Index) -> Array:
         """Entries of some rows and columns."""
         row_nodes, column_nodes = self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns)
         values = self.between(row_nodes, column_nodes)
@@ -215,12 +216,12 @@ class Operator:
         qr = self._factored(values, axes, sample, guess)
         return self._judged(qr, qr.rank, values, axes, sample)
 
-    def _felt(self, cluster: Cluster, sample: Sample) -> Reals:
+    def _felt(self, cluster: Cluster, sample: Sample) -> Array:
         """A cluster's active columns at the rows of a sample."""
         nodes = self.column_axis.nodes_of(cluster.columns)
         return np.asarray(self.between(sample.nodes, nodes)[:, self.column_axis.places(nodes, cluster.columns)])
 
-    def _seen(self, cluster: Cluster, sample: Sample) -> Reals:
+    def _seen(self, cluster: Cluster, sample: Sample) -> Array:
         """The columns of a sample at a cluster's active rows, transposed."""
         nodes = self.row_axis.nodes_of(cluster.rows)
         if not len(nodes) or not len(sample.nodes):
@@ -228,12 +229,12 @@ class Operator:
         places = self.row_axis.places(nodes, cluster.rows)
         return np.concatenate([block[places].T for block in self._served_entries(nodes, sample.nodes)])
 
-    def _factored(self, values: Reals, axes: list[Axis], sample: Sample, guess: int) -> PivotedQR:
+    def _factored(self, values: Array, axes: list[Axis], sample: Sample, guess: int) -> PivotedQR:
         """Pivoted QR of values (k, n) at the degrees of freedom of a sample, one axis after another."""
         weights = np.concatenate([axis.spread(sample.nodes, sample.weights) for axis in axes])
         return pivoted_qr(values, weights, MARGIN * self.tolerance, guess)
 
-    def _judged(self, qr: PivotedQR, rank: int, values: Reals, axes: list[Axis], sample: Sample) -> _Fit:
+    def _judged(self, qr: PivotedQR, rank: int, values: Array, axes: list[Axis], sample: Sample) -> _Fit:
         """What was factored, cut to a rank, with the probes that it has to fit."""
         probes = np.concatenate([axis.spread(sample.nodes, sample.probes) for axis in axes])
         probed = np.flatnonzero(probes)
@@ -273,7 +274,7 @@ class Operator:
         ]
         return fits[0], fits[1]
 
-    def between(self, row_nodes: Indices, column_nodes: Indices) -> Reals:
+    def between(self, row_nodes: Index, column_nodes: Index) -> Array:
         """Entries of all rows of some nodes and all columns of others."""
         if len(row_nodes) and len(column_nodes):
             return self.entries(row_nodes, column_nodes)
@@ -282,11 +283,11 @@ class Operator:
 
 @dataclass(frozen=True)
 class _Fit:
-    kept: Indices
-    rest: Indices
-    z: Reals
+    kept: Index
+    rest: Index
+    z: Array
     allowed: float
-    probes: Reals
+    probes: Array
     ample: bool
 
     @property

@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from .clusters import Indices, Reals
+from ...arrays import Array, Index
 from .workers import Workers
 
 CHUNK = 64  # right-hand sides that go through the tree together
@@ -21,10 +21,10 @@ class Sweepable(Protocol):
     def nbytes(self) -> int:
         """Memory [bytes]."""
 
-    def ascend(self, x: Reals, transpose: bool) -> tuple[list[Reals], Reals]:
+    def ascend(self, x: Array, transpose: bool) -> tuple[list[Array], Array]:
         """What to keep for the way down, and what to hand to the tree above."""
 
-    def descend(self, seen: list[Reals], outside: Reals, transpose: bool) -> Reals:
+    def descend(self, seen: list[Array], outside: Array, transpose: bool) -> Array:
         """The result on the leaves from what was kept and from what the tree above handed down."""
 
 
@@ -46,14 +46,14 @@ class Forest:
     """
 
     def __init__(
-        self, parts: Sequence[Sweepable], top: Sweepable | None, workers: Workers, lengths: tuple[Indices, Indices],
-        handed: tuple[Indices, Indices], first: int,
+        self, parts: Sequence[Sweepable], top: Sweepable | None, workers: Workers, lengths: tuple[Index, Index],
+        handed: tuple[Index, Index], first: int,
     ) -> None:  # fmt: skip
         self.parts, self.top, self.workers, self.lengths = parts, top, workers, lengths
         self._first = first
         self._bounds = [np.concatenate([[0], np.cumsum(h)])[first : first + len(parts) + 1] for h in handed]
 
-    def like(self, parts: Sequence[Sweepable], top: Sweepable | None, handed: tuple[Indices, Indices]) -> Forest:
+    def like(self, parts: Sequence[Sweepable], top: Sweepable | None, handed: tuple[Index, Index]) -> Forest:
         """Other things to sweep over, of the same subtrees."""
         return Forest(parts, top, self.workers, self.lengths, handed, self._first)
 
@@ -62,7 +62,7 @@ class Forest:
         """Memory on this rank [bytes]."""
         return sum(part.nbytes for part in self.parts) + (self.top.nbytes if self.top else 0)
 
-    def sweep(self, x: Reals, transpose: bool = False) -> Reals:
+    def sweep(self, x: Array, transpose: bool = False) -> Array:
         """Up and down with this rank's share of a vector (n,) or of several (n, s). Collective.
 
         Raises
@@ -79,7 +79,7 @@ class Forest:
         result = np.hstack([self._sweep(columns[:, i : i + CHUNK], transpose) for i in cuts])
         return result.reshape(len(result), *x.shape[1:])
 
-    def _sweep(self, x: Reals, transpose: bool) -> Reals:
+    def _sweep(self, x: Array, transpose: bool) -> Array:
         pieces = np.split(x, np.cumsum(self.lengths[transpose])[:-1])
         risen = self.workers.map(lambda part, piece: part.ascend(piece, transpose), self.parts, pieces)
         outside = [border for _, border in risen]

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from .clusters import Indices
+from ...arrays import Index
 
 T = TypeVar("T")
 
@@ -48,7 +48,7 @@ class Workers:
         return result
 
 
-def even_bounds(count: int, size: int) -> Indices:
+def even_bounds(count: int, size: int) -> Index:
     """Bounds (size + 1,) of PETSc's own split of `count` things: the first ones have one more."""
     sizes = np.full(size, count // size, dtype=np.int64)
     sizes[: count % size] += 1

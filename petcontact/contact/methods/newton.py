@@ -11,17 +11,16 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, States
 from ...compliance.base import ContactSystem
 from ...compliance.layer.operator import LayerOperator
-from ..active_set import Active, Predictor, initial_set, pivots, solve_box
+from ..active_set import Predictor, initial_set, pivots, solve_box
 from ..friction_law import balanced_rho, contact_norm, projection_residual
 from ..restricted import ContactCompliance, contact_compliance
 from ..state import ContactState, History
 from .projection import Criterion
 
-Array = NDArray[np.float64]
 PLAIN_SIZE = 300
 """Contact nodes of a dense S up to which more of its own steps cost less than to set T up."""
 LOOSE, FORESIGHT = 1e-5, 20
@@ -69,7 +68,7 @@ def semismooth_newton(
         layer.rtol = LOOSE
     compliance = contact_compliance(system, layer)
 
-    def foretell(sigma: Array, u: Array, active: Active) -> tuple[Active, Array]:
+    def foretell(sigma: Array, u: Array, active: States) -> tuple[States, Array]:
         assert layer is not None
         step = solve_box(layer, u - layer.apply(sigma), bound, active, sigma, FORESIGHT)
         return step.active, step.sigma
@@ -99,7 +98,7 @@ def first_guess(layer: LayerOperator, compliance: ContactCompliance, base: Array
 
 def _iterate(
     system: ContactSystem, compliance: ContactCompliance, criterion: Criterion, max_iterations: int,
-    first: tuple[Array, Array, Active], foretell: Predictor | None,
+    first: tuple[Array, Array, States], foretell: Predictor | None,
     monitor: Monitor | None,
 ) -> ContactState:  # fmt: skip
     data = system.operators.data

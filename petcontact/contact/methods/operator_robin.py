@@ -10,8 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...compliance.base import ContactSystem
 from ...compliance.layer.operator import LayerOperator
 from ...errors import SolverError
@@ -22,8 +22,6 @@ from ..rho_rules import usable_balance
 from ..state import ContactState, History
 from .newton import first_guess
 from .projection import Criterion
-
-Array = NDArray[np.float64]
 
 
 def operator_robin(

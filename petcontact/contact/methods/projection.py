@@ -7,15 +7,14 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...compliance.base import ContactSystem
 from ...errors import SolverError
 from ..friction_law import balanced_rho, contact_norm, projection_residual
 from ..rho_rules import Rule, usable_balance
 from ..state import ContactState, History
 
-Array = NDArray[np.float64]
 Stop = Literal["both", "displacement", "residual"]
 SLACK = 1e3
 """How much larger than the tolerance the relative friction residual may be when the change has met it: a change that is

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array, Index
 from ...compliance.base import ContactSystem
 from ...errors import InputError
 from ...mesh.curve_mesh import BoundaryMesh
@@ -19,8 +19,6 @@ from .newton import semismooth_newton
 from .operator_robin import operator_robin
 from .projection import Criterion, project
 from .tao import tao
-
-Array = NDArray[np.float64]
 
 
 def run_method(
@@ -83,7 +81,7 @@ def initial_functions(system: ContactSystem, name: str) -> tuple[Array, Array] |
     return carried_over(read_solution(name).contact, operators.mesh, operators.data.contact_nodes)
 
 
-def carried_over(old: Contact, mesh: BoundaryMesh, nodes: NDArray[np.int64]) -> tuple[Array, Array]:
+def carried_over(old: Contact, mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Array]:
     """u_t and σ_t (m, 1) of a solution at the contact nodes of another mesh, by arc length along each part."""
     names = np.array(mesh.part_names)[mesh.node_part[nodes]]
     u, sigma = np.zeros((len(nodes), 1)), np.zeros((len(nodes), 1))

@@ -12,8 +12,8 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ...arrays import Array
 from ...compliance.base import ContactSystem
 from ...errors import InputError, SolverError
 from ...runtime.petsc import petsc
@@ -21,8 +21,6 @@ from ..friction_law import balanced_rho, contact_norm, projection_residual
 from ..state import ContactState, History
 from .newton import semismooth_newton
 from .projection import Criterion
-
-Array = NDArray[np.float64]
 
 DEFAULT_TYPE = "gpcg"
 LARGEST = 8000

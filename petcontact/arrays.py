@@ -1,0 +1,14 @@
+"""Types of numpy arrays, by what they hold."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Index = NDArray[np.int64]
+Mask = NDArray[np.bool_]
+States = NDArray[np.int8]
+"""Of contact nodes: stick, slip, open; or which way they slip."""
+Names = NDArray[np.str_]
