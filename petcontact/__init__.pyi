@@ -4,12 +4,6 @@ from .errors import ResultError as ResultError
 from .errors import SolverError as SolverError
 from .fields.interior import field_at as field_at
 from .fields.interior import field_on_grid as field_on_grid
-from .geometry.arcs import Circle as Circle
-from .geometry.arcs import OutlineSide as OutlineSide
-from .geometry.arcs import SideBySide as SideBySide
-from .geometry.gmsh import Gmsh as Gmsh
-from .geometry.outline import Polygon as Polygon
-from .geometry.outline import Rectangle as Rectangle
 from .model.case import Case as Case
 from .model.case import load as load
 from .model.mesh_options import MeshOptions as MeshOptions
@@ -18,6 +12,12 @@ from .model.problem import Displacement as Displacement
 from .model.problem import Material as Material
 from .model.problem import Problem as Problem
 from .model.problem import Traction as Traction
+from .model.shapes import Circle as Circle
+from .model.shapes import Gmsh as Gmsh
+from .model.shapes import OutlineSide as OutlineSide
+from .model.shapes import Polygon as Polygon
+from .model.shapes import Rectangle as Rectangle
+from .model.shapes import SideBySide as SideBySide
 from .model.solver_options import Bem as Bem
 from .model.solver_options import Method as Method
 from .pipeline.adaptive import adapt as adapt

@@ -12,3 +12,6 @@ Mask = NDArray[np.bool_]
 States = NDArray[np.int8]
 """Of contact nodes: stick, slip, open; or which way they slip."""
 Names = NDArray[np.str_]
+
+LARGEST_COORDINATE = 1e60
+"""Squares and products of coordinates must not overflow."""

@@ -11,6 +11,7 @@ from ..arrays import Array, Index
 from ..bem.kelvin2d.integrals import integrals
 from ..bem.kelvin2d.stress import stress_integrals
 from ..errors import InputError
+from ..geometry.outline import hull_scale
 from ..mesh.curve_mesh import BoundaryMesh
 from ..mesh.elements import Targets
 from ..model.problem import Material
@@ -109,7 +110,9 @@ def field_at(mesh: BoundaryMesh, u: Array, traction: Array, material: Material, 
     if points.ndim != 2 or points.shape[1] != 2 or not np.all(np.isfinite(points)):
         raise InputError(f"points: an array (m, 2) of finite coordinates is needed, got shape {points.shape}")
     mesh, u, traction = smoothed(mesh, u, traction)
-    scale, length = 2.0 * material.shear_modulus, log_length(mesh)
+    scale = 2.0 * material.shear_modulus
+    # any length will do where the boundary tractions are in equilibrium
+    length = hull_scale(shapely.MultiPoint(np.vstack([mesh.start, mesh.x])))
     scaled, ratio = traction / scale, material.plane_strain_ratio
     displacement, stress, wound = np.zeros((len(points), 2)), np.zeros((len(points), 3)), np.zeros(len(points))
     batches = mesh.batches()
@@ -141,11 +144,6 @@ def free_targets(points: Array) -> Targets:
     """Points that are nodes of no element."""
     nowhere = np.full(len(points), -1)
     return Targets(point=points, line=nowhere, element=nowhere, xi=np.zeros(len(points)))
-
-
-def log_length(mesh: BoundaryMesh) -> float:
-    """The unit of length of the kernel's logarithm; any will do where the boundary tractions are in equilibrium."""
-    return float(shapely.MultiPoint(np.vstack([mesh.start, mesh.x])).convex_hull.length) / 24.0
 
 
 def field_on_grid(

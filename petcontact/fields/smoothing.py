@@ -12,6 +12,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..arrays import Array, Index, Mask
+from ..geometry.arcs import end_tangents
 from ..mesh.basis import lagrange
 from ..mesh.curve_mesh import BoundaryMesh
 
@@ -60,17 +61,9 @@ def smoothed(mesh: BoundaryMesh, u: Array, traction: Array) -> tuple[BoundaryMes
 
 def _neighbours(mesh: BoundaryMesh) -> tuple[Mask, Mask, Index, Index]:
     """Elements before and after each one round its loop, and whether the data run on smoothly to them."""
-    place = {(float(x), float(y)): k for k, (x, y) in enumerate(mesh.start)}
-    after = np.array([place[(float(x), float(y))] for x, y in mesh.end], dtype=np.int64)
-    before = np.empty_like(after)
-    before[after] = np.arange(len(after))
-    chord = mesh.end - mesh.start
-    size = np.hypot(*chord.T)
-    angle = np.arcsin(np.clip(0.5 * mesh.curvature * size, -1.0, 1.0))
-    # tangents at start and end: the chord turned by half of the arc's angle
-    direction = (chord[:, 0] + 1j * chord[:, 1]) / size
-    first, last = direction * np.exp(-1j * angle), direction * np.exp(1j * angle)
-    runs_on = (mesh.part == mesh.part[after]) & ((last * first[after].conj()).real > SMOOTH)
+    before, after = mesh.neighbours()
+    first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
+    runs_on = (mesh.part == mesh.part[after]) & (np.sum(last * first[after], axis=1) > SMOOTH)
     return runs_on[before], runs_on, before, after
 
 

@@ -3,17 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import meshio
 import numpy as np
-import pydantic
 
 from ..arrays import Array
 from ..errors import InputError
-from ..model.base import Model
-from .arcs import arc_through
-from .outline import Outline, Side, oriented
+from .arcs import turn_through
+from .outline import Outline, Side, arc, oriented, shown
 
 CORNERS = {"triangle": 3, "triangle6": 3, "triangle7": 3, "quad": 4, "quad8": 4, "quad9": 4}
 """Corners of the cells whose edges say where the boundary is; corners come first in a cell's list of nodes."""
@@ -21,43 +19,31 @@ FLAT = 1e-10
 """Quadratic lines whose middle node lies off the chord by less than this fraction of it are straight."""
 
 
-class Gmsh(Model):
-    """`shape = "gmsh"`: a `.msh` file, format 2.2 or 4.1, ASCII or binary.
+def read_outline(file: str) -> Outline:
+    """The outline of a `.msh` file, format 2.2 or 4.1, ASCII or binary.
 
-    Each boundary line of the mesh is a side of its own and so one element at least; lines of second order become
-    circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
+    Each boundary line of the mesh is a side of its own; lines of second order become circular arcs through their three
+    nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
 
-    Attributes
-    ----------
-    file : str
-        Path of the file; in a config it is relative to the config's folder.
+    Raises
+    ------
+    InputError
+        If the file cannot be read, is not plane, names no part somewhere, or its boundary lines do not close.
     """
-
-    shape: Literal["gmsh"] = "gmsh"
-    file: str = pydantic.Field(min_length=1)
-
-    def outline(self) -> Outline:
-        """The outline.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read, is not plane, names no part somewhere, or its boundary lines do not close.
-        """
-        mesh = read_msh(self.file)
-        points = _plane(mesh.points, self.file)
-        lines = _lines(mesh, self.file)
-        edges = _boundary_edges(mesh)
-        if edges is not None:
-            missing = edges - set(lines)
-            if missing:
-                a, b = min(missing)
-                raise InputError(
-                    f"{self.file}: the boundary line from {_text(points[a])} to {_text(points[b])} is in no physical "
-                    "line group; each part of the boundary needs one"
-                )
-            lines = {edge: line for edge, line in lines.items() if edge in edges}
-        return Outline(oriented(_loops(lines, points, self.file)))
+    mesh = read_msh(file)
+    points = _plane(mesh.points, file)
+    lines = _lines(mesh, file)
+    edges = _boundary_edges(mesh)
+    if edges is not None:
+        missing = edges - set(lines)
+        if missing:
+            a, b = min(missing)
+            raise InputError(
+                f"{file}: the boundary line from {shown(points[a])} to {shown(points[b])} is in no physical "
+                "line group; each part of the boundary needs one"
+            )
+        lines = {edge: line for edge, line in lines.items() if edge in edges}
+    return Outline(oriented(_loops(lines, points, file)))
 
 
 def read_msh(file: str) -> Any:
@@ -139,7 +125,7 @@ def _loops(lines: dict[tuple[int, int], Line], points: Array, file: str) -> list
     for node, edges in at_node.items():
         if len(edges) != 2:
             raise InputError(
-                f"{file}: {len(edges)} boundary line{'s meet' if len(edges) > 1 else ' ends'} at {_text(points[node])}; "
+                f"{file}: {len(edges)} boundary line{'s meet' if len(edges) > 1 else ' ends'} at {shown(points[node])}; "
                 "the lines of the physical groups must form closed loops with shared nodes"
             )
     left = dict.fromkeys(lines)
@@ -175,9 +161,5 @@ def _side(start: Array, middle: Array | None, end: Array, part: str) -> list[Sid
     if middle is not None:
         offset = middle - start
         if abs(chord[0] * offset[1] - chord[1] * offset[0]) > FLAT * float(chord @ chord):
-            return arc_through(start, middle, end, part)
+            return arc(start, end, turn_through(start, middle, end), part)
     return [Side(start, end, part)]
-
-
-def _text(point: Array) -> str:
-    return f"({point[0]:g}, {point[1]:g})"

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import functools
+import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
-import pydantic
 import shapely
 from shapely.validation import explain_validity
 
-from ..arrays import Array
+from ..arrays import LARGEST_COORDINATE, Array, Index
 from ..errors import InputError
-from ..model.base import LARGEST_COORDINATE, Model, Point
+from .arcs import arc_lengths, divided, half_angles, on_arcs
 
 
 @dataclass(frozen=True)
@@ -37,36 +37,40 @@ class Side:
     part: str
     curvature: float = 0.0
 
-    @property
+    @functools.cached_property
     def half_angle(self) -> float:
         """Half of the angle through which the side turns, signed [rad]."""
-        return float(np.arcsin(np.clip(0.5 * self.curvature * np.hypot(*(self.end - self.start)), -1.0, 1.0)))
+        return float(half_angles(self._chord, self.curvature))
 
     @property
+    def _chord(self) -> Array:
+        return np.asarray(np.hypot(*(self.end - self.start)))
+
+    @functools.cached_property
     def length(self) -> float:
         """Arc length [length]."""
-        chord = float(np.hypot(*(self.end - self.start)))
-        return chord if self.curvature == 0.0 else 2.0 * self.half_angle / self.curvature
+        return float(arc_lengths(self._chord, self.half_angle))
 
     def point(self, fraction: Array) -> Array:
         """Points (n, 2) at fractions (n,) of the arc length; the ends are met exactly."""
-        t = np.asarray(fraction, dtype=float)[:, None]
+        t = np.asarray(fraction, dtype=float)
+        straight: Array = self.start * (1.0 - t[:, None]) + self.end * t[:, None]
         if self.curvature == 0.0:
-            straight: Array = self.start * (1.0 - t) + self.end * t
             return straight
-        chord, alpha = self.end - self.start, self.half_angle
-        # on a circle the chord of the sub-arc [0, t] is sin(αt)/sin(α) long and lies at -α(1-t) to the whole chord
-        turn, scale = alpha * (1.0 - t), np.sin(alpha * t) / np.sin(alpha)
-        rotated = np.hstack([
-            np.cos(turn) * chord[0] + np.sin(turn) * chord[1],
-            np.cos(turn) * chord[1] - np.sin(turn) * chord[0],
-        ])
-        points: Array = np.where(t == 1.0, self.end, self.start + scale * rotated)
-        return points
+        inner = (t > 0.0) & (t < 1.0)
+        points = on_arcs(self.start, self.end, self.half_angle, 2.0 * t - 1.0)[0]
+        return np.where(inner[:, None], points, straight)
 
     def reversed(self) -> Side:
         """The same side run through the other way."""
         return Side(self.end, self.start, self.part, -self.curvature)
+
+
+def arc(start: Array, end: Array, alpha: float, part: str) -> list[Side]:
+    """Sides along the arc that turns by 2α, each by a quarter circle at most; one straight side where α = 0."""
+    points = divided(start, end, alpha)
+    curvature = 2.0 * math.sin(alpha) / float(np.hypot(*(end - start)))
+    return [Side(a, b, part, curvature) for a, b in itertools.pairwise(points)]
 
 
 @dataclass(frozen=True)
@@ -85,11 +89,11 @@ class Outline:
         for loop in self.loops:
             for side, following in zip(loop, (*loop[1:], loop[0]), strict=True):
                 if not np.array_equal(side.end, following.start):
-                    raise InputError(f"geometry: the loop is open after side {side.part!r} at {_text(side.end)}")
+                    raise InputError(f"geometry: the loop is open after side {side.part!r} at {shown(side.end)}")
         self._check_digits()
         for side in self.sides:
             if side.length <= 1e-12 * self.diameter:
-                raise InputError(f"geometry: side {side.part!r} at {_text(side.start)} has no length")
+                raise InputError(f"geometry: side {side.part!r} at {shown(side.start)} has no length")
         self._check_simple()
 
     @functools.cached_property
@@ -117,7 +121,12 @@ class Outline:
         length is 0.083 for a thin body (whose lowest scale is 0.18 at ν = 0) and at most 0.131 for a disc (0.30 or more). It
         is 1 for both examples of the paper, whose digits depend on it through the discretisation error.
         """
-        return float(self.polygon().convex_hull.length) / 24.0
+        return hull_scale(self.polygon())
+
+    @functools.cached_property
+    def neighbours(self) -> tuple[Index, Index]:
+        """Numbers of the side before and of the side after each one."""
+        return round_loops([len(loop) for loop in self.loops])
 
     def polygon(self, points_per_arc: int = 64) -> shapely.Polygon:
         """The body as a shapely polygon, arcs as chords: for point-in-body tests and pictures."""
@@ -142,10 +151,23 @@ class Outline:
         raise InputError(f"geometry: loops cross or touch, or a hole lies outside ({explain_validity(body)})")
 
 
+def round_loops(counts: Sequence[int]) -> tuple[Index, Index]:
+    """Who comes before and who after each member of loops of so many members, numbered one loop after another."""
+    first = np.concatenate([[0], np.cumsum(counts)])
+    before, after = np.arange(first[-1]) - 1, np.arange(first[-1]) + 1
+    before[first[:-1]], after[first[1:] - 1] = first[1:] - 1, first[:-1]
+    return before, after
+
+
 def _ring(loop: Sequence[Side], points_per_arc: int) -> Array:
     """Corners of the loop, with points along its arcs (the first of each side, the last one is the next side's)."""
     arcs = np.linspace(0.0, 1.0, points_per_arc)[:-1]
     return np.vstack([side.start[None] if side.curvature == 0.0 else side.point(arcs) for side in loop])
+
+
+def hull_scale(shape: shapely.Geometry) -> float:
+    """1/24 of the convex hull's perimeter, see `Outline.log_length` [length]."""
+    return float(shape.convex_hull.length) / 24.0
 
 
 def oriented(loops: Sequence[Sequence[Side]]) -> tuple[tuple[Side, ...], ...]:
@@ -165,49 +187,6 @@ def _signed_area(ring: Array) -> float:
     return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 
-def _text(point: Array) -> str:
+def shown(point: Array) -> str:
+    """A point in an error message."""
     return f"({point[0]:g}, {point[1]:g})"
-
-
-class Rectangle(Model):
-    """`shape = "rectangle"`: axis-parallel, its sides named bottom, right, top, left."""
-
-    shape: Literal["rectangle"] = "rectangle"
-    lower_left: Point
-    upper_right: Point
-
-    @pydantic.model_validator(mode="after")
-    def _has_area(self) -> Rectangle:
-        if not (self.upper_right[0] > self.lower_left[0] and self.upper_right[1] > self.lower_left[1]):
-            raise ValueError("upper_right must lie to the right of and above lower_left")
-        return self
-
-    def outline(self) -> Outline:
-        """The outline, starting at the lower left corner."""
-        (x0, y0), (x1, y1) = self.lower_left, self.upper_right
-        return _polygon([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], ["bottom", "right", "top", "left"])
-
-
-class Polygon(Model):
-    """`shape = "polygon"`: straight sides between vertices, one part name a side (side k starts at vertex k)."""
-
-    shape: Literal["polygon"] = "polygon"
-    vertices: tuple[Point, ...] = pydantic.Field(min_length=3)
-    parts: tuple[str, ...]
-
-    @pydantic.model_validator(mode="after")
-    def _one_name_a_side(self) -> Polygon:
-        if len(self.parts) != len(self.vertices):
-            raise ValueError(f"{len(self.vertices)} vertices need as many part names in parts, got {len(self.parts)}")
-        return self
-
-    def outline(self) -> Outline:
-        """The outline; vertices given clockwise are turned round, each side keeping its name."""
-        return _polygon(self.vertices, self.parts)
-
-
-def _polygon(vertices: Sequence[Point], parts: Sequence[str]) -> Outline:
-    points = [np.array(v, dtype=float) for v in vertices]
-    following = [*points[1:], points[0]]
-    loop = [Side(a, b, part) for a, b, part in zip(points, following, parts, strict=True)]
-    return Outline(oriented([loop]))

@@ -8,9 +8,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import Array, Index
-from ..bem.kelvin2d.integrals import Elements, Targets
-from ..geometry.outline import Outline, Side
+from ..geometry.arcs import arc_lengths, half_angles, on_arcs
+from ..geometry.outline import Outline, Side, round_loops
 from .basis import gauss
+from .elements import Elements, Targets
 
 
 @dataclass(frozen=True)
@@ -45,6 +46,8 @@ class BoundaryMesh:
     element, xi : (n,) arrays
         The element of a node and the node's coordinate on it, in (-1, 1).
     first_node : (n_elements + 1,) array
+    half_angle : (n_elements,) array
+        Half the angle through which each element turns, signed like the curvature [rad].
     """
 
     start: Array
@@ -61,6 +64,7 @@ class BoundaryMesh:
     element: Index = field(init=False)
     xi: Array = field(init=False)
     first_node: Index = field(init=False)
+    half_angle: Array = field(init=False)
     length: Array = field(init=False)
 
     def __post_init__(self) -> None:
@@ -73,24 +77,13 @@ class BoundaryMesh:
             points, weights = gauss(int(order))
             repeat = np.count_nonzero(chosen) // len(points)
             xi[chosen], reference_weight[chosen] = np.tile(points, repeat), np.tile(weights, repeat)
-        chord = self.end - self.start
-        chord_length = np.hypot(*chord.T)
-        half_angle = np.arcsin(np.clip(0.5 * self.curvature * chord_length, -1.0, 1.0))
-        length = chord_length / np.sinc(half_angle / np.pi)
-        # node on the arc: from the element's middle, turn by half_angle·ξ; sin(a)/a keeps straight elements exact
-        tangent = chord[element] / chord_length[element, None]
-        left = np.column_stack([-tangent[:, 1], tangent[:, 0]])
-        a, k = half_angle[element], self.curvature[element]
-        turn = a * xi
-        along = 0.5 * length[element] * xi * np.sinc(turn / np.pi)
-        # rise = (cos(aξ) - cos a)/κ, to the right of the chord where the arc turns left
-        rise = np.where(k == 0.0, 0.0, 2.0 * np.sin(0.5 * (a + turn)) * np.sin(0.5 * (a - turn)) / np.where(k == 0, 1, k))
-        middle = 0.5 * (self.start + self.end)[element]
+        chord = np.hypot(*(self.end - self.start).T)
+        angle = half_angles(chord, self.curvature)
+        length = arc_lengths(chord, angle)
+        x, normal = on_arcs(self.start[element], self.end[element], angle[element], xi)
         values = {
-            "element": element, "first_node": first, "xi": xi, "length": length,
-            "x": middle + along[:, None] * tangent - rise[:, None] * left,
-            "normal": np.sin(turn)[:, None] * tangent - np.cos(turn)[:, None] * left,
-            "weight": 0.5 * length[element] * reference_weight,
+            "element": element, "first_node": first, "xi": xi, "half_angle": angle, "length": length,
+            "x": x, "normal": normal, "weight": 0.5 * length[element] * reference_weight,
         }  # fmt: skip
         for name, value in values.items():
             object.__setattr__(self, name, value)
@@ -140,9 +133,18 @@ class BoundaryMesh:
             result.append(Batch(self.elements(group), nodes))
         return result
 
-    def integrate(self, values: Array, nodes: Index) -> float:
-        """Integral of nodal values over the elements of `nodes`."""
-        return float(self.weight[nodes] @ values)
+    def loops(self) -> list[Index]:
+        """Numbers of the elements of each closed loop, in order, the outer loop first."""
+        ends = np.flatnonzero(np.any(self.end[:-1] != self.start[1:], axis=1)) + 1
+        return list(np.split(np.arange(self.n_elements), ends))
+
+    def neighbours(self) -> tuple[Index, Index]:
+        """The element before and the element after each one round its loop, two (n_elements,) arrays."""
+        return round_loops([len(loop) for loop in self.loops()])
+
+    def on_element(self, number: int, xi: Array) -> tuple[Array, Array]:
+        """Points (k, 2) of an element at places ξ in [-1, 1] and outward normals there."""
+        return on_arcs(self.start[number], self.end[number], self.half_angle[number], xi)
 
 
 def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index]) -> BoundaryMesh:

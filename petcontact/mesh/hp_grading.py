@@ -137,23 +137,13 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
     sides = outline.sides
     middles = [side.point(0.5 * (b[1:] + b[:-1])) for side, b in zip(sides, breaks, strict=True)]
     ends = [side.point(b) for side, b in zip(sides, breaks, strict=True)]
-    neighbours = _neighbours(outline)
+    before, after = outline.neighbours
     result = []
     for k, points in enumerate(middles):
-        others = [np.vstack([middles[j], ends[j]]) for j in range(len(sides)) if j not in neighbours[k]]
+        others = [np.vstack([middles[j], ends[j]]) for j in range(len(sides)) if j not in (before[k], k, after[k])]
         if not others:
             result.append(np.full(len(points), np.inf))
             continue
         away = points[:, None, :] - np.vstack(others)[None, :, :]
         result.append(np.sqrt(np.min(np.einsum("ijk,ijk->ij", away, away), axis=1)))
-    return result
-
-
-def _neighbours(outline: Outline) -> list[set[int]]:
-    """For each side itself and the two that it has a corner with."""
-    result, first = [], 0
-    for loop in outline.loops:
-        n = len(loop)
-        result += [{first + (k - 1) % n, first + k, first + (k + 1) % n} for k in range(n)]
-        first += n
     return result

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import pydantic
 
+from ..arrays import LARGEST_COORDINATE
 from ..errors import InputError
 
 if TYPE_CHECKING:
@@ -18,8 +19,6 @@ else:
 
 Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False)]
 Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False)]
-LARGEST_COORDINATE = 1e60
-"""Squares and products of coordinates must not overflow."""
 Coordinate = Annotated[
     float, pydantic.Field(strict=True, ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE, allow_inf_nan=False)
 ]

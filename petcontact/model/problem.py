@@ -6,11 +6,9 @@ from typing import Annotated, Literal
 
 import pydantic
 
-from ..geometry.arcs import SideBySide
-from ..geometry.gmsh import Gmsh
-from ..geometry.outline import Polygon, Rectangle
 from .base import Expression, Finite, Model, Positive
 from .mesh_options import MeshOptions
+from .shapes import Gmsh, Polygon, Rectangle, SideBySide
 
 
 class Material(Model):

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..arrays import Array
 from ..fields.interior import Field, field_on_grid
-from ..fields.interior_grid import loops, on_element
 from ..mesh.basis import lagrange
 from .figures import save
 from .solution import Solution
@@ -88,15 +87,15 @@ def _outlines(solution: Solution, factor: float) -> list[tuple[Array, Array]]:
     """Closed curves (k, 2), initial and deformed, one pair a loop."""
     mesh = solution.mesh
     pairs = []
-    for loop in loops(mesh):
+    for loop in mesh.loops():
         initial, deformed = [], []
         for k in loop.tolist():
             order = int(mesh.order[k])
             # constant elements by their middle, which is where their displacement is accurate
             xi = np.linspace(-1.0, 1.0, 7) if order else np.zeros(1)
-            place = on_element(mesh, k, xi)[0]
+            place = mesh.on_element(k, xi)[0]
             values = lagrange(order, xi).T @ solution.u[mesh.first_node[k] : mesh.first_node[k + 1]]
-            initial.append(on_element(mesh, k, np.linspace(-1.0, 1.0, 7))[0])
+            initial.append(mesh.on_element(k, np.linspace(-1.0, 1.0, 7))[0])
             deformed.append(place + factor * values)
         curves = [np.vstack(points) for points in (initial, deformed)]
         pairs.append((np.vstack([curves[0], curves[0][:1]]), np.vstack([curves[1], curves[1][:1]])))

@@ -11,7 +11,6 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..fields.interior import Field
-from ..fields.interior_grid import on_element
 from ..mesh.basis import lagrange
 from ..mesh.curve_mesh import BoundaryMesh
 from .hdf5 import temporary_name
@@ -89,7 +88,7 @@ def _element(mesh: BoundaryMesh, k: int, u: Array, traction: Array, state: Index
     turn = abs(float(mesh.curvature[k] * mesh.length[k]))
     count = max(1, 2 * order, int(np.ceil(turn / 0.1)))
     xi = np.linspace(-1.0, 1.0, count + 1)
-    place, normal = on_element(mesh, k, xi)
+    place, normal = mesh.on_element(k, xi)
     basis = lagrange(order, xi)
     nearest = np.abs(0.5 * (xi[1:] + xi[:-1])[:, None] - mesh.xi[nodes]).argmin(axis=1)
     return {

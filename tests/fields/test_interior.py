@@ -21,7 +21,7 @@ from petcontact import (
     write_solution,
 )
 from petcontact.fields.interior import Field, field_at, field_on_grid, principal_stresses, von_mises
-from petcontact.fields.interior_grid import body_polygon, loops, triangulate
+from petcontact.fields.interior_grid import triangulate
 from petcontact.fields.smoothing import smoothed
 from petcontact.mesh.grading import mesh_outline
 from petcontact.results.field_figure import deformed_figure
@@ -191,7 +191,7 @@ def test_grid_fills_the_body_and_keeps_inside():
     mesh = meshed(element_size=0.1)
     points, cells = triangulate(mesh, (60, 30))
     body = BODY.outline().polygon(400)
-    assert body_polygon(mesh).area == pytest.approx(body.area, rel=1e-4) and len(loops(mesh)) == 2
+    assert len(mesh.loops()) == 2
     assert np.all(shapely.contains_xy(body, *points.T))
     a, b, c = (points[cells[:, k]] for k in range(3))
     area = 0.5 * ((b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0]))

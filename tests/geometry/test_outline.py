@@ -10,8 +10,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact import Circle, InputError, Polygon, Problem, Rectangle, SideBySide
-from petcontact.geometry.arcs import arc_through
-from petcontact.geometry.outline import Outline, Side, oriented
+from petcontact.geometry.arcs import turn_through
+from petcontact.geometry.outline import Outline, Side, arc, oriented
 from petcontact.model.base import parse
 
 angles = st.floats(-math.pi, math.pi)
@@ -43,7 +43,8 @@ def test_arc_through_three_points(first, sweep, share, sign):
     """Any arc, also beyond half a circle, is cut into pieces of at most a quarter on the same circle."""
     centre, radius = np.array([3.0, -2.0]), 2.5
     on = lambda angle: centre + radius * np.array([math.cos(angle), math.sin(angle)])  # noqa: E731
-    sides = arc_through(on(first), on(first + sign * share * sweep), on(first + sign * sweep), "arc")
+    start, end = on(first), on(first + sign * sweep)
+    sides = arc(start, end, turn_through(start, on(first + sign * share * sweep), end), "arc")
     assert len(sides) == max(1, math.ceil(sweep / (0.5 * math.pi) - 1e-9))
     assert sum(side.length for side in sides) == pytest.approx(radius * sweep, rel=1e-9)
     for side in sides:
@@ -53,9 +54,9 @@ def test_arc_through_three_points(first, sweep, share, sign):
 
 
 def test_arc_through_points_of_a_line():
-    assert arc_through(np.zeros(2), np.array([1.0, 1.0]), np.array([3.0, 3.0]), "a")[0].curvature == 0.0
+    assert turn_through(np.zeros(2), np.array([1.0, 1.0]), np.array([3.0, 3.0])) == 0.0
     with pytest.raises(InputError, match="makes no arc"):
-        arc_through(np.zeros(2), np.array([4.0, 4.0]), np.array([3.0, 3.0]), "a")
+        turn_through(np.zeros(2), np.array([4.0, 4.0]), np.array([3.0, 3.0]))
 
 
 def test_radius_turns_left_where_positive_and_right_where_negative():

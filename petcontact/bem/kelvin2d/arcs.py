@@ -16,8 +16,10 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.special
 
 from ...arrays import Array, Complex, Index, Mask
+from ...geometry.arcs import half_angles
 from ...mesh.basis import gauss, product_weights
 from . import moments
 from .moments import RULES, Moments, Parts
@@ -61,7 +63,7 @@ class Arcs:
         chord: Complex = last - first
         size = np.hypot(chord.real, chord.imag)
         tangent: Complex = chord / size
-        angle = np.arcsin(np.clip(0.5 * curvature * size, -1.0, 1.0))
+        angle = half_angles(size, curvature)
         rise = 0.5 * size * np.tan(0.5 * angle)
         middle: Complex = 0.5 * (first + last) - 1j * tangent * rise
         return Arcs(first, last, middle, tangent, angle, angle / curvature, curvature)
@@ -210,14 +212,11 @@ def _terms(angle: float) -> int:
 def _series(terms: int) -> Array:
     """Power series in (x/π)² of ln(sin x/x), (cot x - 1/x)/(x/π), 1/sin² x - 1/x² and (cos x/sin³ x - 1/x³)/(x/π).
 
-    Their coefficients are values ζ(2k) of Riemann's function (DLMF 4.19 and 25.6): the sum up to 1000 and the rest by
-    Euler and Maclaurin.
+    Their coefficients are values ζ(2k) of Riemann's function (DLMF 4.19 and 25.6).
     """
     k = np.arange(1.0, terms + 1.0)
-    number = np.arange(1000.0, 0.0, -1.0)
     exponent = 2.0 * k
-    zeta = np.sum(number[:, None] ** -exponent, axis=0)
-    zeta += 1000.0**-exponent * (1000.0 / (exponent - 1.0) - 0.5 + exponent / 12e3)
+    zeta = scipy.special.zeta(exponent)
     series = np.zeros((terms + 1, 4))
     series[1:, 0] = -zeta / k
     series[:-1, 1] = -2.0 / np.pi * zeta

@@ -1,0 +1,191 @@
+"""Shapes that a config may name: what `[geometry]` says, and the outline that follows from it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Literal
+
+import numpy as np
+import pydantic
+
+from ..arrays import Array
+from ..errors import InputError
+from ..geometry.arcs import turn_of_radius, turn_through
+from ..geometry.gmsh import read_outline
+from ..geometry.outline import Outline, Side, arc, oriented
+from .base import Finite, Model, Point, Positive
+
+
+class Rectangle(Model):
+    """`shape = "rectangle"`: axis-parallel, its sides named bottom, right, top, left."""
+
+    shape: Literal["rectangle"] = "rectangle"
+    lower_left: Point
+    upper_right: Point
+
+    @pydantic.model_validator(mode="after")
+    def _has_area(self) -> Rectangle:
+        if not (self.upper_right[0] > self.lower_left[0] and self.upper_right[1] > self.lower_left[1]):
+            raise ValueError("upper_right must lie to the right of and above lower_left")
+        return self
+
+    def outline(self) -> Outline:
+        """The outline, starting at the lower left corner."""
+        (x0, y0), (x1, y1) = self.lower_left, self.upper_right
+        return _polygon([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], ["bottom", "right", "top", "left"])
+
+
+class Polygon(Model):
+    """`shape = "polygon"`: straight sides between vertices, one part name a side (side k starts at vertex k)."""
+
+    shape: Literal["polygon"] = "polygon"
+    vertices: tuple[Point, ...] = pydantic.Field(min_length=3)
+    parts: tuple[str, ...]
+
+    @pydantic.model_validator(mode="after")
+    def _one_name_a_side(self) -> Polygon:
+        if len(self.parts) != len(self.vertices):
+            raise ValueError(f"{len(self.vertices)} vertices need as many part names in parts, got {len(self.parts)}")
+        return self
+
+    def outline(self) -> Outline:
+        """The outline; vertices given clockwise are turned round, each side keeping its name."""
+        return _polygon(self.vertices, self.parts)
+
+
+def _polygon(vertices: Sequence[Point], parts: Sequence[str]) -> Outline:
+    points = [np.array(v, dtype=float) for v in vertices]
+    following = [*points[1:], points[0]]
+    loop = [Side(a, b, part) for a, b, part in zip(points, following, parts, strict=True)]
+    return Outline(oriented([loop]))
+
+
+class OutlineSide(Model):
+    """One side of a loop, from the end of the side before it.
+
+    Attributes
+    ----------
+    part : str
+    to : point
+        End of the side [length].
+    through : point, optional
+        Makes the side the circular arc through this point [length].
+    radius : float, optional
+        Makes the side a circular arc of at most half a circle: it turns left (bulges to the right) where positive,
+        right where negative [length].
+    """
+
+    part: str = pydantic.Field(min_length=1)
+    to: Point
+    through: Point | None = None
+    radius: Finite | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_kind(self) -> OutlineSide:
+        if self.through is not None and self.radius is not None:
+            raise ValueError(f"side {self.part!r}: an arc is given by through or by radius, not by both")
+        if self.radius == 0.0:
+            raise ValueError(f"side {self.part!r}: radius must not be 0; leave it out for a straight side")
+        return self
+
+    def sides_from(self, start: Array) -> list[Side]:
+        """The side as straight line or as arcs of at most a quarter circle."""
+        end = np.array(self.to, dtype=float)
+        alpha = 0.0
+        try:
+            if self.through is not None:
+                alpha = turn_through(start, np.array(self.through, dtype=float), end)
+            elif self.radius is not None:
+                alpha = turn_of_radius(start, end, self.radius)
+        except InputError as error:
+            raise InputError(f"geometry: side {self.part!r}: {error}") from None
+        return arc(start, end, alpha, self.part)
+
+
+class Circle(Model):
+    """A loop that is a whole circle.
+
+    Attributes
+    ----------
+    part : str
+    center : point
+        [length]
+    radius : float
+        [length]
+    """
+
+    part: str = pydantic.Field(min_length=1)
+    center: Point
+    radius: Positive
+
+    def loop(self) -> list[Side]:
+        """Four quarter circles, counter-clockwise, from the rightmost point."""
+        x, y = self.center
+        r = self.radius
+        corners = [np.array(p) for p in ((x + r, y), (x, y + r), (x - r, y), (x, y - r))]
+        return [Side(a, b, self.part, 1.0 / r) for a, b in zip(corners, [*corners[1:], corners[0]], strict=True)]
+
+
+class SideBySide(Model):
+    """`shape = "outline"`: loops of sides or circles, the largest being the body's outer boundary, the others holes.
+
+    Attributes
+    ----------
+    loops : list of loops
+        A loop is a list of sides, the first of which starts where the last one ends, or a circle. Loops may be given in
+        either direction: the outer one is turned counter-clockwise, holes clockwise.
+    """
+
+    shape: Literal["outline"] = "outline"
+    loops: tuple[tuple[OutlineSide, ...] | Circle, ...] = pydantic.Field(min_length=1)
+
+    def outline(self) -> Outline:
+        """The outline.
+
+        Raises
+        ------
+        InputError
+            If an arc does not exist, a side has no length, or sides cross or touch.
+        """
+        return Outline(oriented([
+            loop.loop() if isinstance(loop, Circle) else _loop(loop, number) for number, loop in enumerate(self.loops)
+        ]))
+
+
+def _loop(given: tuple[OutlineSide, ...], number: int) -> list[Side]:
+    if len(given) < 2:
+        raise InputError(f"geometry.loops[{number}]: a loop needs at least two sides (or center and radius)")
+    start = np.array(given[-1].to, dtype=float)
+    sides: list[Side] = []
+    for side in given:
+        if tuple(start) == side.to:
+            raise InputError(f"geometry.loops[{number}]: side {side.part!r} at ({start[0]:g}, {start[1]:g}) has no length")
+        sides += side.sides_from(start)
+        start = sides[-1].end
+    return sides
+
+
+class Gmsh(Model):
+    """`shape = "gmsh"`: a `.msh` file, format 2.2 or 4.1, ASCII or binary.
+
+    Each boundary line of the mesh is a side of its own and so one element at least; lines of second order become
+    circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
+
+    Attributes
+    ----------
+    file : str
+        Path of the file; in a config it is relative to the config's folder.
+    """
+
+    shape: Literal["gmsh"] = "gmsh"
+    file: str = pydantic.Field(min_length=1)
+
+    def outline(self) -> Outline:
+        """The outline.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, is not plane, names no part somewhere, or its boundary lines do not close.
+        """
+        return read_outline(self.file)
