@@ -1,4 +1,4 @@
-"""Types of numpy arrays, by what they hold."""
+"""Types of numpy arrays by what they hold, the range of coordinates, and how things are shared out evenly."""
 
 from __future__ import annotations
 
@@ -15,3 +15,10 @@ Names = NDArray[np.str_]
 
 LARGEST_COORDINATE = 1e60
 """Squares and products of coordinates must not overflow."""
+
+
+def even_bounds(count: int, size: int) -> Index:
+    """Bounds (size + 1,) of PETSc's own split of `count` things: the first ones have one more."""
+    sizes = np.full(size, count // size, dtype=np.int64)
+    sizes[: count % size] += 1
+    return np.concatenate([[0], np.cumsum(sizes)])

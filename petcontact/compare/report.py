@@ -11,14 +11,14 @@ from typing import Any
 import numpy as np
 
 from ..results.figures import save
-from ..sweep.report import aligned
-from .run import Row
+from ..runtime.text_table import aligned
+from .run import Trial
 
 COLUMNS = ("problem", "contender", "rho", "converged", "iterations", "elastic_solves", "applications", "seconds",
            "residual", "error_u", "error_sigma")  # fmt: skip
 
 
-def markdown(rows: Sequence[Row]) -> str:
+def markdown(rows: Sequence[Trial]) -> str:
     """Two tables a problem: costs and errors, worst over ρ_0; iterations by ρ_0."""
     parts = []
     for problem in dict.fromkeys(row.problem for row in rows):
@@ -33,12 +33,12 @@ def markdown(rows: Sequence[Row]) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def _groups(rows: Sequence[Row]) -> Iterable[tuple[str, list[Row]]]:
+def _groups(rows: Sequence[Trial]) -> Iterable[tuple[str, list[Trial]]]:
     for name in dict.fromkeys(row.contender for row in rows):
         yield name, [row for row in rows if row.contender == name]
 
 
-def _costs(rows: Sequence[Row]) -> list[list[str]]:
+def _costs(rows: Sequence[Trial]) -> list[list[str]]:
     head = ["method", "iterations", "elastic solves", "applications", "time/ms", "‖R‖/‖σ_t‖", "error u_t", "error σ_t"]
     body = []
     for name, group in _groups(rows):
@@ -57,7 +57,7 @@ def _span(values: Sequence[float]) -> str:
     return f"{low:g}" if low == high else f"{low:g} to {high:g}"
 
 
-def _by_rho(rows: Sequence[Row]) -> list[list[str]]:
+def _by_rho(rows: Sequence[Trial]) -> list[list[str]]:
     rhos = sorted({row.rho for row in rows if row.rho is not None})
     body = []
     for name, group in _groups(rows):
@@ -66,7 +66,7 @@ def _by_rho(rows: Sequence[Row]) -> list[list[str]]:
     return [["method", *(f"{rho:g}" for rho in rhos)], *body]
 
 
-def csv_text(rows: Sequence[Row]) -> str:
+def csv_text(rows: Sequence[Trial]) -> str:
     """One line a run."""
     target = io.StringIO()
     writer = csv.writer(target, lineterminator="\n")
@@ -75,7 +75,7 @@ def csv_text(rows: Sequence[Row]) -> str:
     return target.getvalue()
 
 
-def write_figures(rows: Sequence[Row], folder: str | Path, stem: str = "compare") -> list[Path]:
+def write_figures(rows: Sequence[Trial], folder: str | Path, stem: str = "compare") -> list[Path]:
     """Draw STEM-residual.png (over applications of S) and STEM-iterations.png (over ρ_0); returns their paths."""
     Path(folder).mkdir(parents=True, exist_ok=True)
     drawings = {"residual": draw_residuals}
@@ -89,7 +89,7 @@ def write_figures(rows: Sequence[Row], folder: str | Path, stem: str = "compare"
     return paths
 
 
-def _panels(figure: Any, rows: Sequence[Row]) -> Iterable[tuple[Any, list[Row]]]:
+def _panels(figure: Any, rows: Sequence[Trial]) -> Iterable[tuple[Any, list[Trial]]]:
     problems = list(dict.fromkeys(row.problem for row in rows))
     columns = min(2, len(problems))
     lines = -(-len(problems) // columns)
@@ -106,7 +106,7 @@ def _panels(figure: Any, rows: Sequence[Row]) -> Iterable[tuple[Any, list[Row]]]
     grid[0, -1].legend(handles, labels, loc="center left", fontsize=7, frameon=False)
 
 
-def draw_residuals(figure: Any, rows: Sequence[Row]) -> None:
+def draw_residuals(figure: Any, rows: Sequence[Trial]) -> None:
     """Relative friction residual over applications of S, of the runs that were followed."""
     for axes, group in _panels(figure, rows):
         for row in (row for row in group if row.path):
@@ -118,7 +118,7 @@ def draw_residuals(figure: Any, rows: Sequence[Row]) -> None:
         axes.grid(alpha=0.3)
 
 
-def draw_iterations(figure: Any, rows: Sequence[Row]) -> None:
+def draw_iterations(figure: Any, rows: Sequence[Trial]) -> None:
     """Iterations over ρ_0; hollow where the method did not converge."""
     for axes, group in _panels(figure, rows):
         rhos = sorted({row.rho for row in group if row.rho is not None})

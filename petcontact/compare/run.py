@@ -39,7 +39,7 @@ CONTENDERS = {
 
 
 @dataclass(frozen=True)
-class Row:
+class Trial:
     """One run.
 
     Attributes
@@ -81,8 +81,8 @@ def compare(
     path_rho: float | None = None,
     reference: str | None = None,
     comm: Any = None,
-    say: Callable[[Row], None] | None = None,
-) -> list[Row]:
+    say: Callable[[Trial], None] | None = None,
+) -> list[Trial]:
     """Run every contender on every case and ρ_0.
 
     Parameters
@@ -131,7 +131,7 @@ def _reference(prepared: Prepared, name: str | None) -> tuple[Array, Array]:
 def _run(
     prepared: Prepared, method: Method, label: str, name: str, rho: float | None, exact: tuple[Array, Array], *,
     follow: bool,
-) -> Row:  # fmt: skip
+) -> Trial:  # fmt: skip
     system = prepared.system
     changes: dict[str, Any] = {**CONTENDERS[name], "start": "zero"}
     if rho is not None:
@@ -148,7 +148,7 @@ def _run(
     solves, applications, began = system.elastic_solves, system.applications, time.perf_counter()
     state = run_method(system, method)
     seconds = time.perf_counter() - began
-    return Row(
+    return Trial(
         label, name, rho, state.converged, len(state.history), system.elastic_solves - solves,
         system.applications - applications, seconds, measure.residual(state), *measure.errors(state), path,
     )  # fmt: skip

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
+import itertools
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, even_bounds
 
 Range = tuple[int, int]
 
 
 def even_ranges(count: int, size: int) -> list[Range]:
     """PETSc's own split of `count` rows over `size` ranks: the first ones have one more."""
-    ends = np.cumsum([count // size + (rank < count % size) for rank in range(size)])
-    return [(int(end) - count // size - (rank < count % size), int(end)) for rank, end in enumerate(ends)]
+    return list(itertools.pairwise(even_bounds(count, size).tolist()))
 
 
 def node_ranges(n_nodes: int, size: int, rows_per_node: int = 1) -> list[Range]:

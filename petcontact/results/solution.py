@@ -31,7 +31,7 @@ class Zone:
 
 
 @dataclass(frozen=True)
-class Contact:
+class ContactFields:
     """Nodal fields on Γ_C.
 
     Attributes
@@ -74,7 +74,7 @@ class Solution:
     mesh : BoundaryMesh
     u, traction : (n, 2) arrays
         On the whole boundary [length], [stress].
-    contact : Contact
+    contact : ContactFields
     zones : list of Zone
     history : History
     status : {"converged", "not converged", "failed"}
@@ -95,7 +95,7 @@ class Solution:
     mesh: BoundaryMesh
     u: Array
     traction: Array
-    contact: Contact
+    contact: ContactFields
     zones: list[Zone]
     history: History
     status: str
@@ -134,7 +134,7 @@ class Solution:
 
 def contact_fields(
     mesh: BoundaryMesh, data: BoundaryData, traction: Array, state: ContactState
-) -> tuple[Contact, list[Zone]]:
+) -> tuple[ContactFields, list[Zone]]:
     """Nodal fields and zones on Γ_C from the last iterate of a method."""
     nodes = data.contact_nodes
     weight = mesh.weight[nodes]
@@ -142,14 +142,14 @@ def contact_fields(
     normal_traction = np.einsum("ij,ij->i", traction[nodes], mesh.normal[nodes])
     slips = contact_state(state.u_t, state.sigma_t, data.friction_bound, rho)
     names = np.array(mesh.part_names)[mesh.node_part[nodes]]
-    contact = Contact(
+    contact = ContactFields(
         nodes, mesh.x[nodes], data.tangent, weight, mesh.arc_length[nodes], state.u_t, state.sigma_t,
         normal_traction, data.friction_bound, slips, names,
     )  # fmt: skip
     return contact, _zones(mesh, contact)
 
 
-def _zones(mesh: BoundaryMesh, contact: Contact) -> list[Zone]:
+def _zones(mesh: BoundaryMesh, contact: ContactFields) -> list[Zone]:
     """Runs of nodes of one state; they end where two elements meet, or half-way between nodes of one element."""
     zones = []
     sign = (contact.state * np.sign(contact.u_t[:, 0] - contact.sigma_t[:, 0] * 1e-300)).astype(int)

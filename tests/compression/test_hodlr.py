@@ -76,7 +76,7 @@ def test_transpose_and_several_columns(rng):
     x = rng.standard_normal((len(exact), 70))
     scale = np.linalg.norm(exact, 2) * np.linalg.norm(x, axis=0).max()
     assert np.linalg.norm(matrix.mult_transpose(x) - exact.T @ x, axis=0).max() <= 1e-8 * scale
-    assert np.allclose(matrix.matmat(x)[:, 69], matrix.mult(x[:, 69]), rtol=0, atol=1e-14 * scale)
+    assert np.allclose(matrix.mult(x)[:, 69], matrix.mult(x[:, 69]), rtol=0, atol=1e-14 * scale)
     assert np.allclose(x[:, 0] @ (matrix @ x[:, 1]), x[:, 1] @ matrix.mult_transpose(x[:, 0]), rtol=1e-10)
 
 

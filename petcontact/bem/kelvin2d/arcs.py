@@ -26,7 +26,7 @@ from .moments import RULES, Moments, Parts
 
 Pairs = tuple[Index, Index]
 MIDDLE, CLOSE_SUM = 24, 2.9
-"""As in `moments.Rule`, for arcs of every order: what the series of close targets asks for."""
+"""As in `moments.PointCounts`, for arcs of every order: what the series of close targets asks for."""
 
 
 @dataclass(frozen=True)

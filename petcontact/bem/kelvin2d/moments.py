@@ -15,7 +15,7 @@ from ...mesh.basis import lagrange_coefficients, product_weights
 
 
 @dataclass(frozen=True)
-class Rule:
+class PointCounts:
     """How the moments of one order are taken at every distance, each to about 1e-13.
 
     Attributes
@@ -34,8 +34,8 @@ class Rule:
 
 
 RULES = {
-    0: Rule(6, 11.0, 11, 5.5), 1: Rule(6, 11.0, 12, 5.5), 2: Rule(7, 11.0, 12, 5.5), 3: Rule(7, 12.0, 14, 4.6),
-    4: Rule(8, 11.0, 18, 3.6), 5: Rule(8, 12.0, 22, 3.0),
+    0: PointCounts(6, 11.0, 11, 5.5), 1: PointCounts(6, 11.0, 12, 5.5), 2: PointCounts(7, 11.0, 12, 5.5),
+    3: PointCounts(7, 12.0, 14, 4.6), 4: PointCounts(8, 11.0, 18, 3.6), 5: PointCounts(8, 12.0, 22, 3.0),
 }  # fmt: skip
 
 

@@ -38,7 +38,7 @@ class Boxes:
         return least
 
 
-class Outline:
+class Curves:
     """Nodes numbered along one closed curve or several, one after another.
 
     A curve is taken to end where the step to the next node is more than three times the steps on both of its sides.

@@ -34,8 +34,6 @@ class Factorisation:
         """H⁻ᵀ b for this rank's share of b (n,), or of several columns (n, s). Collective."""
         return self._forest.sweep(b, transpose=True)
 
-    solve_many = solve
-
     @property
     def nbytes(self) -> int:
         """Memory beyond that of the matrix, on all ranks [bytes]. Collective."""

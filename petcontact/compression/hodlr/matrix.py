@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, even_bounds
 from .levels import Stack, build_part, build_top
 from .skeleton import Entries, ManyEntries, Operator
 from .subtrees import Forest
-from .workers import Workers, even_bounds
+from .workers import Workers
 
 
 @dataclass(frozen=True)
@@ -91,7 +91,7 @@ class HODLR:
         """Hᵀ x for x (m,), or for several columns (m, s). Collective."""
         return self.forest.sweep(x, transpose=True)
 
-    matmat = __matmul__ = mult
+    __matmul__ = mult
 
     def beside(self, entries: Entries, col_offsets: ArrayLike) -> HODLR:
         """Compress an operator with the same rows, whose columns this one was told to `serve`. Collective.

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from .clusters import Boxes, Outline, halved
+from .clusters import Boxes, Curves, halved
 
 CELL = 8  # nodes of the finest cell: next to a cluster all of them are taken
 ELLIPSE = 3.0  # a cell is sampled, not split, if the kernel is analytic on it inside this Bernstein ellipse
@@ -52,20 +52,20 @@ class Sampler:
 
     Parameters
     ----------
-    outline : Outline
+    curves : Curves
     carriers : (m,) increasing array
         The nodes to choose from.
     breaks : (b,) increasing array
         Nodes at which the kernel may jump: a new side, part or kind of unknown.
     """
 
-    def __init__(self, outline: Outline, carriers: Index, breaks: Index) -> None:
+    def __init__(self, curves: Curves, carriers: Index, breaks: Index) -> None:
         self.carriers = carriers
         self._breaks = np.unique(np.searchsorted(carriers, breaks))
-        self._points = outline.points[carriers]
+        self._points = curves.points[carriers]
         steps = np.hypot(*np.diff(self._points, axis=0).T)
         self._path = np.concatenate([[0.0], np.cumsum(steps)])
-        self._length = np.concatenate([[0.0], np.cumsum(outline.spacing[carriers])])
+        self._length = np.concatenate([[0.0], np.cumsum(curves.spacing[carriers])])
         self._levels: list[tuple[Index, Array, Array]] = []
         finest = halved(0, len(carriers), CELL)
         stride = len(finest) - 1 if len(carriers) else 0
@@ -85,7 +85,7 @@ class Sampler:
         start, stop : (c,) arrays
             Node ranges of the clusters.
         boxes : Boxes
-            What Outline.boxes gives for them.
+            What Curves.boxes gives for them.
         density : float
             Nodes to take from a cell for every one that a digit needs.
         probes : int

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from .block_batches import Block
-from .clusters import Outline
+from .clusters import Curves
 from .interpolative import PivotedQR, pivoted_qr
 from .sampling import Sample, Sampler
 
@@ -66,18 +66,18 @@ class Axis:
     ----------
     offsets : (n+1,) int array
         Node i has degrees of freedom offsets[i]..offsets[i+1].
-    outline : Outline
+    curves : Curves
     breaks : int array
     """
 
-    def __init__(self, offsets: Index, outline: Outline, breaks: Index) -> None:
+    def __init__(self, offsets: Index, curves: Curves, breaks: Index) -> None:
         self.offsets = np.asarray(offsets, dtype=np.int64)
         counts = np.diff(self.offsets)
         self.node = np.repeat(np.arange(len(counts)), counts)
         carriers = np.flatnonzero(counts)
         self.per_node = max(len(self.node), 1) / max(len(carriers), 1)
         changes = np.flatnonzero(np.diff(carriers) > 1)
-        self.sampler = Sampler(outline, carriers, np.union1d(breaks, carriers[changes + 1]))
+        self.sampler = Sampler(curves, carriers, np.union1d(breaks, carriers[changes + 1]))
 
     def span(self, start: int, stop: int) -> Index:
         """Degrees of freedom of nodes start..stop."""
@@ -131,19 +131,19 @@ class Operator:
         tolerance: float, served: tuple[ManyEntries, list[Index]] | None = None,
     ) -> None:  # fmt: skip
         self.entries, self.tolerance, self.breaks = entries, tolerance, breaks
-        self.outline = Outline(points)
+        self.curves = Curves(points)
         self.square = bool(np.array_equal(row_offsets, column_offsets))
-        self.row_axis = Axis(row_offsets, self.outline, breaks)
-        self.column_axis = self.row_axis if self.square else Axis(column_offsets, self.outline, breaks)
+        self.row_axis = Axis(row_offsets, self.curves, breaks)
+        self.column_axis = self.row_axis if self.square else Axis(column_offsets, self.curves, breaks)
         self._served_entries: ManyEntries = lambda rows, columns: [self.between(rows, columns)]
         self._served = [self.column_axis]
         if served is not None:
             self._served_entries = served[0]
-            self._served = [Axis(offsets, self.outline, breaks) for offsets in served[1]]
+            self._served = [Axis(offsets, self.curves, breaks) for offsets in served[1]]
 
     def beside(self, entries: Entries, column_offsets: Index) -> Operator:
         """Another operator with the same rows."""
-        return Operator(entries, self.outline.points, self.row_axis.offsets, column_offsets, self.breaks, self.tolerance)
+        return Operator(entries, self.curves.points, self.row_axis.offsets, column_offsets, self.breaks, self.tolerance)
 
     def block(self, rows: Index, columns: Index) -> Array:
         """Entries of some rows and columns."""
@@ -248,7 +248,7 @@ class Operator:
         start, stop = (np.array([getattr(c, name) for c in clusters]) for name in ("start", "stop"))
         density = DENSITY * (1.0 - np.log10(self.tolerance)) * 1.5**attempt
         rng = np.random.default_rng([start[0], stop[-1], len(start), attempt])
-        boxes = self.outline.boxes(start, stop)
+        boxes = self.curves.boxes(start, stop)
 
         def sample(axis: Axis) -> list[Sample]:
             return axis.sampler.sample(start, stop, boxes, density / axis.per_node, PROBES, rng)

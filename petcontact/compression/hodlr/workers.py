@@ -6,10 +6,6 @@ from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any, TypeVar
 
-import numpy as np
-
-from ...arrays import Index
-
 T = TypeVar("T")
 
 
@@ -46,10 +42,3 @@ class Workers:
             return task()
         result: T = self.comm.bcast(task() if self.rank == 0 else None, root=0)
         return result
-
-
-def even_bounds(count: int, size: int) -> Index:
-    """Bounds (size + 1,) of PETSc's own split of `count` things: the first ones have one more."""
-    sizes = np.full(size, count // size, dtype=np.int64)
-    sizes[: count % size] += 1
-    return np.concatenate([[0], np.cumsum(sizes)])
