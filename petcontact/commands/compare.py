@@ -28,10 +28,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Run, print, write; exit status 0 however the contenders fare."""
     from ..compare.report import csv_text, markdown, write_figures
-    from ..compare.run import CONTENDERS, RHOS, Row, compare
+    from ..compare.run import CONTENDERS, RHOS, Trial, compare
     from ..model import case as config
-    from ..results.hdf5 import temporary_name
+    from ..runtime.atomic_write import write_text
     from ..runtime.petsc import initialise, petsc
+    from ..runtime.terminal import StatusLine
     from .solve import report_unused
 
     names = arguments.methods.split(",") if arguments.methods else list(CONTENDERS)
@@ -51,22 +52,21 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     comm = petsc().COMM_WORLD
     first = comm.getRank() == 0
 
-    def say(row: Row) -> None:
-        if first and sys.stderr.isatty():
-            rho = "" if row.rho is None else f", rho_0 = {row.rho:g}"
-            print(f"\r{f'{row.problem}: {row.contender}{rho}: {row.iterations} iterations':<79.79}", end="", file=sys.stderr)
+    status = StatusLine(first and sys.stderr.isatty())
+
+    def say(row: Trial) -> None:
+        rho = "" if row.rho is None else f", rho_0 = {row.rho:g}"
+        status.show(f"{row.problem}: {row.contender}{rho}: {row.iterations} iterations")
 
     rows = compare(cases, contenders=names, rhos=rhos, reference=arguments.reference, comm=comm, say=say)
     if first:
-        if sys.stderr.isatty():
-            print(f"\r{'':<79}\r", end="", file=sys.stderr)
+        status.clear()
         text = markdown(rows)
         print(text, end="")
         folder = Path(arguments.output)
         folder.mkdir(parents=True, exist_ok=True)
         for name, content in (("compare.md", text), ("compare.csv", csv_text(rows))):
-            with temporary_name(folder / name) as temporary:
-                temporary.write_text(content, encoding="utf-8")
+            write_text(folder / name, content)
         for path in [] if arguments.no_figures else write_figures(rows, folder):
             print(f"figure: {path}")
     report_unused(first)

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 import os
 import sys
-import time
 import traceback
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from ..errors import PetcontactError
+from ..runtime.mpi import all_meet
 from ..runtime.petsc import failure_comm, solver_error
 from ..runtime.signals import Interrupted, install
 
@@ -39,7 +38,8 @@ def guarded(program: Callable[[], int]) -> int:
     if world is None:
         print(f"petcontact: {message}", file=sys.stderr)
         return status
-    if _all_failed(world):
+    if all_meet(world, PATIENCE):
+        # then all saw the same mistake, and each can end by itself
         if world.Get_rank() == 0:
             print(f"petcontact: {message}", file=sys.stderr)
         return status
@@ -63,14 +63,3 @@ def _described(error: BaseException) -> tuple[str, int]:
     place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     text = " ".join(str(error).split())
     return f"{type(error).__name__}: {text}{place}; this is a defect, PETCONTACT_TRACEBACK=1 shows where", 1
-
-
-def _all_failed(world: Any) -> bool:
-    """Whether all ranks come here within `PATIENCE`: then they saw the same mistake, and all can end by themselves."""
-    request = world.Ibarrier()
-    deadline = time.monotonic() + PATIENCE
-    while time.monotonic() < deadline:
-        if request.Test():
-            return True
-        time.sleep(0.01)
-    return False

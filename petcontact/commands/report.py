@@ -17,7 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print and write; needs no PETSc."""
-    from ..sweep.report import csv_text, html, markdown, write_text
+    from ..runtime.atomic_write import write_text
+    from ..sweep.report import csv_text, html, markdown
     from ..sweep.table import make_tables, read_rows
 
     title, rows = read_rows(arguments.sweep)

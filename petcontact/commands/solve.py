@@ -8,7 +8,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError, SolverError
+from ..errors import InputError
 from ..runtime.signals import Interrupted, agreed
 
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
@@ -33,6 +33,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
     from ..model import case as config
     from ..runtime.petsc import initialise, petsc
+    from ..runtime.terminal import StatusLine
 
     initialise(petsc_words)
     comm = petsc().COMM_WORLD
@@ -43,12 +44,12 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     accuracy = wanted_accuracy(arguments)
     from ..results.hdf5 import write_solution
 
+    status, tolerance = StatusLine(first and sys.stderr.isatty()), case.method.tolerance
     with agreed(comm) as late:
-        progress = Progress(case.method.tolerance, enabled=first)
         try:
-            solution = solved(case, accuracy, comm, progress)
+            solution = solved(case, accuracy, comm, lambda state: status.show(iteration_line(state, tolerance)))
         finally:
-            progress.clear()
+            status.clear()
         number = solution.info.get("interrupted", 0) or late()
     if first:
         try:
@@ -80,7 +81,7 @@ def wanted_accuracy(arguments: argparse.Namespace) -> float | None:
     return accuracy if arguments.adapt else None
 
 
-def solved(case: Any, accuracy: float | None, comm: Any, monitor: Monitor) -> Any:
+def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], None]) -> Any:
     """The solution on the config's own mesh, or on adaptive ones where an accuracy is wanted."""
     if accuracy is not None:
         from ..pipeline.adaptive import adapt
@@ -128,25 +129,7 @@ def report_unused(first: bool) -> None:
         print(f"petcontact: PETSc option {name} was not used by any object (-help lists those that are)", file=sys.stderr)
 
 
-class Progress:
-    """One line on a terminal that is overwritten; nothing where standard error is not a terminal."""
-
-    def __init__(self, tolerance: float, *, enabled: bool) -> None:
-        self.tolerance = tolerance
-        self.enabled = enabled and sys.stderr.isatty()
-
-    def __call__(self, state: Any) -> None:
-        """Show the iteration that has just ended."""
-        if self.enabled:
-            h = state.history
-            text = f"iteration {len(h)}: change {h.change[-1]:.1e} (to {self.tolerance:.0e}), rho {h.rho[-1]:.3g}"
-            print(f"\r{text:<79.79}", end="", file=sys.stderr, flush=True)
-
-    def clear(self) -> None:
-        """Wipe the line."""
-        if self.enabled:
-            print(f"\r{'':<79}\r", end="", file=sys.stderr, flush=True)
-
-
-Monitor = Callable[[Any], None]
-__all__ = ["Progress", "SolverError", "add_arguments", "overrides", "refuse_existing", "report_unused", "run"]
+def iteration_line(state: Any, tolerance: float) -> str:
+    """The iteration that has just ended."""
+    h = state.history
+    return f"iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho {h.rho[-1]:.3g}"

@@ -38,8 +38,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..runtime.petsc import initialise, petsc
 
     initialise(petsc_words)
+    from ..runtime.mpi import shared
     from ..sweep.cases import build_sweep, read_files
-    from ..sweep.rank_team import shared
     from ..sweep.run import run_sweep
     from .solve import report_unused
 

@@ -13,6 +13,8 @@ import math
 from dataclasses import dataclass
 from typing import Literal, Protocol
 
+from ..model.solver_options import Method
+
 
 class Rule(Protocol):
     """What the projection method asks of a rule."""
@@ -112,6 +114,15 @@ class ModifiedSafeguarded(Modified):
         self.step += 1
         self.growth = bound
         return min(max(wanted, rho / (1.0 + bound)), (1.0 + bound) * rho)
+
+
+def make_rule(method: Method) -> Rule:
+    """A fresh rule by the name and with the parameters of `[method]`."""
+    if method.rule == "fixed":
+        return Fixed()
+    kinds = {"self-adaptive": SelfAdaptive, "modified-safeguarded": ModifiedSafeguarded}
+    kind = kinds.get(method.rule or "modified", Modified)
+    return kind(tau=method.tau, max_changes=method.max_changes, change_test=method.change_test)
 
 
 def usable_balance(sigma_change: float, u_change: float) -> float:

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import pydantic
 
-from ..contact.rho_rules import Fixed, Modified, ModifiedSafeguarded, Rule, SelfAdaptive
 from .base import Model, Positive
 
 RuleName = Literal["fixed", "self-adaptive", "modified", "modified-safeguarded"]
@@ -59,15 +58,6 @@ class Method(Model):
     def resolved_name(self) -> str:
         """The method, its default filled in."""
         return self.name or ("projection" if self.rule else DEFAULT_METHOD)
-
-    def make_rule(self) -> Rule:
-        """A fresh rule with these parameters."""
-        if self.rule == "fixed":
-            return Fixed()
-        kinds: dict[str, Any] = {"self-adaptive": SelfAdaptive, "modified-safeguarded": ModifiedSafeguarded}
-        kind = kinds.get(self.rule or "modified", Modified)
-        rule: Rule = kind(tau=self.tau, max_changes=self.max_changes, change_test=self.change_test)
-        return rule
 
 
 DEFAULT_METHOD = "semismooth-newton"

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..fields.interior import Field, field_on_grid
 from ..mesh.basis import lagrange
-from .figures import save
+from .figures import round_number, save
 from .solution import Solution
 
 MAGNIFIED = 0.06
@@ -54,7 +54,7 @@ def deformed_figure(
         field = field_on_grid(mesh, solution.u, solution.traction, solution.case.material, grid)
     diameter = float(np.hypot(*np.ptp(mesh.start, axis=0)))
     peak = float(np.hypot(*field.u.T).max())
-    factor = magnification if magnification is not None else _round_number(MAGNIFIED * diameter, peak)
+    factor = magnification if magnification is not None else round_number(MAGNIFIED * diameter, peak)
     save(Path(path), _draw, solution, field, factor)
     return Path(path)
 
@@ -100,11 +100,3 @@ def _outlines(solution: Solution, factor: float) -> list[tuple[Array, Array]]:
         curves = [np.vstack(points) for points in (initial, deformed)]
         pairs.append((np.vstack([curves[0], curves[0][:1]]), np.vstack([curves[1], curves[1][:1]])))
     return pairs
-
-
-def _round_number(wanted: float, peak: float) -> float:
-    """The number 1, 2 or 5 times a power of ten next below wanted/peak."""
-    if not peak > 0.0:
-        return 1.0
-    power = 10.0 ** np.floor(np.log10(wanted / peak))
-    return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted / peak * (1.0 + 1e-12)) * power)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Mask
-from .hdf5 import temporary_name
-from .solution import Contact, Solution
+from ..runtime.atomic_write import temporary_name
+from .solution import ContactFields, Solution
 
 SLIP, STICK = "#f3d9c4", "#d5e3ef"
 
@@ -60,7 +60,7 @@ def draw_deformed(figure: Any, solution: Solution) -> None:
     mesh = solution.mesh
     size = float(np.ptp(mesh.x, axis=0).max())
     peak = float(np.abs(solution.u).max())
-    factor = _rounded(0.08 * size / peak) if peak > 0.0 else 1.0
+    factor = round_number(0.08 * size, peak)
     moved = mesh.x + factor * solution.u
     for first, last in _runs(mesh):
         start, end = mesh.start[mesh.element[first]], mesh.end[mesh.element[last - 1]]
@@ -119,7 +119,7 @@ def draw_history(figure: Any, solution: Solution) -> None:
 
 def _panels(figure: Any, solution: Solution) -> list[tuple[Any, str, Mask]]:
     """One panel a contact part, its stick and slip zones shaded."""
-    contact: Contact = solution.contact
+    contact: ContactFields = solution.contact
     parts = list(dict.fromkeys(contact.part.tolist()))
     if len(parts) > 1:
         figure.set_figheight(1.2 + 2.6 * len(parts))
@@ -150,10 +150,12 @@ def _positive(values: Any) -> Array:
     return np.where(array > 0.0, array, np.nan)
 
 
-def _rounded(value: float) -> float:
-    """The number of one digit below a value: 1, 2 or 5 times a power of ten."""
-    power = 10.0 ** np.floor(np.log10(value))
-    return float(power * max(k for k in (1.0, 2.0, 5.0) if k * power <= value * (1 + 1e-12)))
+def round_number(wanted: float, peak: float) -> float:
+    """The number 1, 2 or 5 times a power of ten next below wanted/peak, by which to magnify."""
+    if not peak > 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(wanted / peak))
+    return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted / peak * (1.0 + 1e-12)) * power)
 
 
 def _title(solution: Solution) -> str:

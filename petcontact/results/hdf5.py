@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
-import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -18,8 +16,8 @@ from ..errors import PetcontactError, ResultError
 from ..mesh.curve_mesh import BoundaryMesh
 from ..model.base import parse
 from ..model.case import Case
-from ..runtime.signals import deferred
-from .solution import Contact, Solution, Zone
+from ..runtime.atomic_write import temporary_name
+from .solution import ContactFields, Solution, Zone
 
 FORMAT = "petcontact result"
 FORMAT_VERSION = 1
@@ -61,55 +59,8 @@ def write_atomically(path: str | Path, fill: Callable[[h5py.File], None]) -> Non
         temporary.write_bytes(image)
 
 
-@contextlib.contextmanager
-def temporary_name(path: str | Path) -> Iterator[Path]:
-    """A name beside `path`, renamed to it when the block ends well and removed when it does not.
-
-    Signals wait until the rename is done. For any kind of file.
-
-    Raises
-    ------
-    ResultError
-        If the file cannot be written.
-    """
-    path = Path(path)
-    temporary: Path | None = None
-    try:
-        with deferred():
-            descriptor, name = tempfile.mkstemp(prefix=f".{path.name}.", suffix=".tmp", dir=path.parent)
-            os.close(descriptor)
-            temporary = Path(name)
-            yield temporary
-            _sync(temporary)
-            os.chmod(temporary, 0o666 & ~_umask())
-            os.replace(temporary, path)
-            temporary = None
-            _sync(path.parent)
-    except (OSError, RuntimeError) as error:
-        reason = getattr(error, "strerror", None) or " ".join(str(error).split())
-        raise ResultError(f"{path}: cannot be written ({reason})") from error
-    finally:
-        if temporary is not None:
-            with contextlib.suppress(OSError):
-                temporary.unlink()
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
-
-
-def _sync(path: Path) -> None:
-    descriptor = os.open(path, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)
-
-
 def write_group(group: Any, solution: Solution) -> None:
-    """One case into an HDF5 file or group (section 6 of the design)."""
+    """One case into an HDF5 file or group."""
     mesh, contact, history = solution.mesh, solution.contact, solution.history
     names = np.array(mesh.part_names, dtype=object)
     text = h5py.string_dtype()
@@ -199,9 +150,9 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> Solution:
         **{key: elements[key][()] for key in MESH_ARRAYS},
     )  # fmt: skip
     stored = group["contact"]
-    contact = Contact(**{
+    contact = ContactFields(**{
         key: np.array([name.decode() for name in stored[key][()]]) if key == "part" else stored[key][()]
-        for key in Contact.__dataclass_fields__
+        for key in ContactFields.__dataclass_fields__
     })  # fmt: skip
     history = History(**{key: group["history"][key][()].tolist() for key in COLUMNS})
     parts = json.loads(attributes["zone_parts"])

@@ -13,7 +13,7 @@ from ..arrays import Array, Index
 from ..fields.interior import Field
 from ..mesh.basis import lagrange
 from ..mesh.curve_mesh import BoundaryMesh
-from .hdf5 import temporary_name
+from ..runtime.atomic_write import temporary_name
 
 if TYPE_CHECKING:
     from .solution import Solution

@@ -1,4 +1,4 @@
-"""Whether a user looks at standard error, also through mpiexec."""
+"""The line that shows how far a program is, and whether a user looks at standard error, also through mpiexec."""
 
 from __future__ import annotations
 
@@ -9,6 +9,23 @@ from pathlib import Path
 LAUNCHERS = {"mpiexec", "mpirun", "orterun", "prterun", "prun", "mpiexec.hydra", "srun"}
 LAUNCHERS |= {"mpiexec.openmpi", "mpirun.openmpi", "mpiexec.mpich", "mpirun.mpich"}  # Debian's names
 RANK_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_PROCID")
+
+
+class StatusLine:
+    """One line on standard error that is overwritten, for a terminal; nothing where it is not enabled."""
+
+    def __init__(self, enabled: bool) -> None:
+        self.enabled = enabled
+
+    def show(self, text: str) -> None:
+        """Write over what stands there."""
+        if self.enabled:
+            print(f"\r{text:<79.79}", end="", file=sys.stderr, flush=True)
+
+    def clear(self) -> None:
+        """Wipe the line."""
+        if self.enabled:
+            print(f"\r{'':<79}\r", end="", file=sys.stderr, flush=True)
 
 
 def on_terminal() -> bool:

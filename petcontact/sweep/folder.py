@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import InputError, ResultError
-from ..results.hdf5 import FORMAT, FORMAT_VERSION, opened, temporary_name
+from ..results.hdf5 import FORMAT, FORMAT_VERSION, opened
+from ..runtime.atomic_write import write_text
 from .cases import Sweep, SweepCase
 from .claims import Board
 
@@ -81,8 +82,7 @@ class SweepFolder:
 
     def write_index(self, sweep: Sweep) -> None:
         """sweep.json, whole or not at all."""
-        with temporary_name(self.index) as temporary:
-            temporary.write_text(index_text(sweep), encoding="utf-8")
+        write_text(self.index, index_text(sweep))
 
     def is_finished(self, case: SweepCase) -> bool:
         """Whether the file of a case can be read, is of this format, of the same config, and did not fail."""

@@ -8,7 +8,7 @@ import time
 from collections.abc import Sequence
 from types import TracebackType
 
-from ..runtime.terminal import on_terminal
+from ..runtime.terminal import StatusLine, on_terminal
 from .claims import Board
 from .cost import Group
 
@@ -23,7 +23,7 @@ class Progress:
         self._board, self._groups = board, groups
         self._began = time.monotonic()
         self._over = threading.Event()
-        self._terminal = enabled and on_terminal()
+        self._status = StatusLine(enabled and on_terminal())
         self._thread = threading.Thread(target=self._watch, daemon=True) if enabled and groups else None
 
     def __enter__(self) -> Progress:
@@ -35,14 +35,15 @@ class Progress:
         self._over.set()
         if self._thread is not None:
             self._thread.join()
-            if self._terminal:
-                print(f"\r{'':<79}\r", end="", file=sys.stderr, flush=True)
+            self._status.clear()
 
     def _watch(self) -> None:
-        while not self._over.wait(ON_TERMINAL if self._terminal else PLAIN):
+        while not self._over.wait(ON_TERMINAL if self._status.enabled else PLAIN):
             line = self.line(time.monotonic() - self._began)
-            print(f"\r{line:<79.79}" if self._terminal else line, end="" if self._terminal else "\n", file=sys.stderr,
-                  flush=True)  # fmt: skip
+            if self._status.enabled:
+                self._status.show(line)
+            else:
+                print(line, file=sys.stderr, flush=True)
 
     def line(self, elapsed: float) -> str:
         """Cases done, running, failed, and the time left by the estimated costs."""

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import sys
-import time
 import traceback
 from collections.abc import Callable
 from typing import Any, TypeVar
 
 from ..errors import InputError, PetcontactError
+from ..runtime.mpi import all_meet
 from ..runtime.petsc import petsc
 
 T = TypeVar("T")
 PATIENCE = 5.0
 """Seconds that a rank with an error waits for the other ranks to meet the same error."""
-POLL = 5e-4
 
 
 class TeamError(PetcontactError):
@@ -85,36 +84,3 @@ def describe_error(error: Exception) -> str:
         return str(error)
     traceback.print_exception(error, file=sys.stderr)
     return f"{type(error).__name__}: {error}".splitlines()[0]
-
-
-def shared(world: Any, produce: Callable[[], T]) -> T:
-    """What rank 0 produces, on every rank; its error is raised on every rank."""
-    outcome: Any = None
-    if world.Get_rank() == 0:
-        try:
-            outcome = (produce(), None)
-        except PetcontactError as error:
-            outcome = (None, error)
-    result, refusal = world.bcast(outcome)
-    if refusal is not None:
-        raise refusal
-    return result  # type: ignore[no-any-return]
-
-
-def all_meet(world: Any, patience: float | None = None, meanwhile: Callable[[], None] | None = None) -> bool:
-    """A barrier that sleeps, so that a rank that waits takes no core from those that work.
-
-    Returns
-    -------
-    bool
-        Whether all ranks came within `patience` seconds (no limit by default). After False the communicator is not
-        fit for another use.
-    """
-    request, since = world.Ibarrier(), time.monotonic()
-    while not request.Test():
-        if patience is not None and time.monotonic() - since > patience:
-            return False
-        if meanwhile is not None:
-            meanwhile()
-        time.sleep(POLL)
-    return True

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..errors import ResultError
 from ..results.hdf5 import read_solution
+from ..runtime.text_table import aligned
 from .published import SOURCE, example_number
 from .table import Row, Table, make_cell, text
 
@@ -79,14 +79,6 @@ def _label(name: str, value: Any) -> str:
     return short.get(name, "" if isinstance(value, str) else f"{name} ") + text(value)
 
 
-def aligned(grid: Sequence[Sequence[str]]) -> list[str]:
-    cells = [[word.replace("|", "\\|") for word in line] for line in grid]
-    widths = [max(3, *(len(line[k]) for line in cells)) for k in range(len(cells[0]))]
-    padded = [[word.rjust(width) for word, width in zip(line, widths, strict=True)] for line in cells]
-    lines = ["| " + " | ".join(line) + " |" for line in padded]
-    return [lines[0], "|" + "|".join("-" * (width + 1) + ":" for width in widths) + "|", *lines[1:]]
-
-
 def csv_text(rows: Sequence[Row]) -> str:
     """One line a case: id, coordinates, status, iterations, published, final rho, residuals, seconds of iteration."""
     names = list(dict.fromkeys(name for row in rows for name in row.coordinates))
@@ -124,8 +116,8 @@ def html(path: str | Path, title: str, rows: Sequence[Row], tables: Sequence[Tab
     import jinja2
 
     environment = jinja2.Environment(
-        loader=jinja2.PackageLoader(__package__), autoescape=True, undefined=jinja2.StrictUndefined, trim_blocks=True,
-        lstrip_blocks=True,
+        loader=jinja2.PackageLoader(__package__, "data"), autoescape=True, undefined=jinja2.StrictUndefined,
+        trim_blocks=True, lstrip_blocks=True,
     )  # fmt: skip
     figures = [(row, _figures(Path(path), row)) for row in representatives(rows)]
     return environment.get_template("report.html").render(
@@ -181,19 +173,3 @@ def _figures(path: Path, row: Row) -> list[Figure]:
             data = base64.b64encode(picture.read_bytes()).decode("ascii")
             figures.append(Figure(caption, f"data:image/png;base64,{data}"))
     return figures
-
-
-def write_text(path: str | Path, content: str) -> None:
-    """A text file, whole or not at all.
-
-    Raises
-    ------
-    ResultError
-        If it cannot be written.
-    """
-    from ..results.hdf5 import temporary_name
-
-    if not Path(path).parent.is_dir():
-        raise ResultError(f"{path}: the folder {Path(path).parent} does not exist")
-    with temporary_name(path) as temporary:
-        temporary.write_text(content, encoding="utf-8")

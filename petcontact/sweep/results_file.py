@@ -13,7 +13,8 @@ from typing import Any
 import h5py
 
 from ..errors import ResultError
-from ..results.hdf5 import FORMAT_VERSION, opened, temporary_name
+from ..results.hdf5 import FORMAT_VERSION, opened
+from ..runtime.atomic_write import temporary_name
 from .cases import Sweep
 from .folder import INDEX_FORMAT, SweepFolder, index_text
 

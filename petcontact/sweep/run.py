@@ -11,11 +11,12 @@ from typing import Any
 from ..pipeline import run as pipeline
 from ..results.hdf5 import write_failure, write_solution
 from ..results.solution import Solution
+from ..runtime.mpi import all_meet, shared
 from .cases import Sweep
 from .cost import Group, describe, estimate, group_cases
 from .folder import SweepFolder
 from .progress import Progress
-from .rank_team import Team, all_meet, shared
+from .rank_team import Team
 from .results_file import Collector
 
 

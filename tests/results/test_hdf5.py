@@ -17,7 +17,8 @@ from conftest import example
 
 from petcontact import MeshOptions, Polygon, solve
 from petcontact.errors import ResultError
-from petcontact.results.hdf5 import FORMAT, read_solution, temporary_name, write_atomically, write_solution
+from petcontact.results.hdf5 import FORMAT, read_solution, write_atomically, write_solution
+from petcontact.runtime.atomic_write import temporary_name
 
 ROOT = Path(__file__).parents[2]
 

@@ -12,8 +12,8 @@ from ...compliance.base import ContactSystem
 from ...errors import InputError
 from ...mesh.curve_mesh import BoundaryMesh
 from ...model.solver_options import Method
-from ...results.solution import Contact
-from ..rho_rules import Rule
+from ...results.solution import ContactFields
+from ..rho_rules import Rule, make_rule
 from ..state import ContactState
 from .newton import semismooth_newton
 from .operator_robin import operator_robin
@@ -62,7 +62,7 @@ def run_method(
     if name == "tao":
         return tao(system, criterion=criterion, max_iterations=limit, start=start, monitor=monitor)
     return project(
-        system, rule or method.make_rule(), rho=method.rho, omega=method.omega, criterion=criterion,
+        system, rule or make_rule(method), rho=method.rho, omega=method.omega, criterion=criterion,
         max_iterations=limit, start=start, monitor=monitor,
     )  # fmt: skip
 
@@ -81,7 +81,7 @@ def initial_functions(system: ContactSystem, name: str) -> tuple[Array, Array] |
     return carried_over(read_solution(name).contact, operators.mesh, operators.data.contact_nodes)
 
 
-def carried_over(old: Contact, mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Array]:
+def carried_over(old: ContactFields, mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Array]:
     """u_t and σ_t (m, 1) of a solution at the contact nodes of another mesh, by arc length along each part."""
     names = np.array(mesh.part_names)[mesh.node_part[nodes]]
     u, sigma = np.zeros((len(nodes), 1)), np.zeros((len(nodes), 1))

@@ -10,7 +10,7 @@ from petcontact import MeshOptions, Method, SolverError, solve
 from petcontact.compliance.condensed import CondensedSystem
 from petcontact.contact.friction_law import contact_norm, projection_residual
 from petcontact.contact.methods.projection import Criterion, project
-from petcontact.contact.rho_rules import Fixed, Modified
+from petcontact.contact.rho_rules import Fixed, Modified, make_rule
 from petcontact.pipeline.run import discretise, prepare, run
 
 COARSE = MeshOptions(element_size=0.4)
@@ -64,7 +64,7 @@ def test_rules_and_parameters_reach_one_solution(system):
     exact = run_project(system, tolerance=1e-11)
     for rho in (1.0, 1e7):
         for name in ("self-adaptive", "modified", "modified-safeguarded"):
-            state = run_project(system, Method(rule=name).make_rule(), rho, 1e-11)
+            state = run_project(system, make_rule(Method(rule=name)), rho, 1e-11)
             assert np.abs(state.u_t - exact.u_t).max() < 1e-8 * np.abs(exact.u_t).max()
             assert np.abs(state.sigma_t - exact.sigma_t).max() < 1e-8 * np.abs(exact.sigma_t).max()
 
