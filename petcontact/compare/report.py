@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..results.figures import save
+from ..results.figures import save_all
 from ..runtime.text_table import aligned
 from .run import Trial
 
@@ -77,16 +77,10 @@ def csv_text(rows: Sequence[Trial]) -> str:
 
 def write_figures(rows: Sequence[Trial], folder: str | Path, stem: str = "compare") -> list[Path]:
     """Draw STEM-residual.png (over applications of S) and STEM-iterations.png (over ρ_0); returns their paths."""
-    Path(folder).mkdir(parents=True, exist_ok=True)
     drawings = {"residual": draw_residuals}
     if len({row.rho for row in rows} - {None}) > 1:
         drawings["iterations"] = draw_iterations
-    paths = []
-    for name, draw in drawings.items():
-        path = Path(folder) / f"{stem}-{name}.png"
-        save(path, draw, rows)
-        paths.append(path)
-    return paths
+    return save_all(drawings, folder, stem, rows)
 
 
 def _panels(figure: Any, rows: Sequence[Trial]) -> Iterable[tuple[Any, list[Trial]]]:

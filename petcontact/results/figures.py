@@ -31,15 +31,18 @@ def plot_all(solution: Solution, folder: str | Path, stem: str = "result") -> li
     list of Path
         STEM-deformed.png, STEM-displacement.png, STEM-traction.png, STEM-history.png.
     """
-    Path(folder).mkdir(parents=True, exist_ok=True)
     drawings = {"deformed": draw_deformed, "displacement": draw_displacement, "traction": draw_traction,
                 "history": draw_history}  # fmt: skip
-    paths = []
+    return save_all(drawings, folder, stem, solution)
+
+
+def save_all(drawings: dict[str, Any], folder: str | Path, stem: str, *arguments: Any) -> list[Path]:
+    """Figures by name as STEM-NAME.png in a folder, which is made if it does not exist; their paths."""
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    paths = {name: Path(folder) / f"{stem}-{name}.png" for name in drawings}
     for name, draw in drawings.items():
-        path = Path(folder) / f"{stem}-{name}.png"
-        save(path, draw, solution)
-        paths.append(path)
-    return paths
+        save(paths[name], draw, *arguments)
+    return list(paths.values())
 
 
 def save(path: Path, draw: Any, *arguments: Any) -> None:
