@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from .. import __version__
+from .. import __version__, native
 from ..runtime.threads import available_cores, local_ranks
 from .probe import PARTS
 
@@ -49,7 +49,7 @@ def gather() -> dict[str, Any]:
         "python": platform.python_version(), "missing": [p for p in PACKAGES if importlib.util.find_spec(p) is None],
         "versions": {name: _version(name) for name in PACKAGES}, "cores": available_cores(), "ranks": local_ranks(),
         "environment": {name: os.environ.get(name, "") for name in VARIABLES},
-        "errors": {}, "launcher": _launcher(), "folder": _folder(Path.cwd()),
+        "errors": {}, "launcher": _launcher(), "folder": _folder(Path.cwd()), "kernels": native.describe(),
     }  # fmt: skip
     for part in PARTS:
         found = _probe(part)
@@ -67,6 +67,11 @@ def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
     yield Finding("packages", "ok", names)
     for name in facts["missing"]:
         yield Finding("packages", "error", f"{name} is missing", f"pip install {name}")
+    if facts["kernels"].startswith("compiled"):
+        yield Finding("kernels", "ok", facts["kernels"])
+    else:
+        yield Finding("kernels", "warning", f"{facts['kernels']}: everything works, several times slower",
+                      "install a C compiler (gcc, libc6-dev), then petcontact once more")  # fmt: skip
     for part, error in facts["errors"].items():
         advice = "install python3-petsc4py, or pip install 'petcontact[petsc]'" if part == "petsc" else "reinstall it"
         yield Finding(part, "error", error, advice)

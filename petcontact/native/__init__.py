@@ -1,0 +1,73 @@
+"""Kernels compiled from the C files beside this one, where a compiler was at hand; numpy serves everywhere else.
+
+A caller asks for a function by name and falls back on numpy when there is none:
+
+    constant = native.function("petcontact_constant", "ippppipppp" ...)   # once, at import
+    if constant is not None: ...
+
+The C code allocates nothing, keeps nothing and knows neither Python nor numpy: ctypes hands it pointers, with Python's
+lock released. Its digits are the same on every machine (`elementary.h`). PETCONTACT_NATIVE=0 switches it off.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+VARIABLE = "PETCONTACT_NATIVE"
+SUFFIX = ".abi3.so"
+_TYPES = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
+
+
+@functools.cache
+def _library() -> ctypes.CDLL | None:
+    path = Path(__file__).with_name("_kernels" + SUFFIX)
+    if os.environ.get(VARIABLE, "1") == "0" or not path.exists():
+        return None
+    return ctypes.CDLL(str(path))
+
+
+@functools.cache
+def function(name: str, arguments: str) -> Callable[..., None] | None:
+    """A function of the library, or None where there is none.
+
+    Parameters
+    ----------
+    name : str
+    arguments : str
+        A letter for each: i for int64_t, d for double, p for a pointer (see `pointer`).
+    """
+    library = _library()
+    if library is None:
+        return None
+    found: Any = getattr(library, name)
+    found.argtypes, found.restype = [_TYPES[letter] for letter in arguments], None
+    return found  # type: ignore[no-any-return]
+
+
+def pointer(array: NDArray[Any] | None) -> int | None:
+    """The address of an array's first number; the caller keeps it alive, and sees to its type and strides."""
+    return None if array is None else array.__array_interface__["data"][0]
+
+
+def contiguous(array: NDArray[Any], dtype: type = np.float64) -> NDArray[Any]:
+    """The array as C sees it: rows one after another, of one type; itself if it is so already."""
+    return np.ascontiguousarray(array, dtype=dtype)
+
+
+def describe() -> str:
+    """Which kernels run, in a few words."""
+    if _library() is not None:
+        level = function("petcontact_level", "p")
+        assert level is not None
+        name = ctypes.create_string_buffer(32)
+        level(ctypes.addressof(name))
+        return f"compiled ({name.value.decode()})"
+    return f"numpy ({VARIABLE}=0)" if os.environ.get(VARIABLE, "1") == "0" else "numpy (not compiled)"
