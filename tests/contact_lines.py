@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from petcontact.mesh.curve_mesh import BoundaryMesh
+from petcontact.mesh.curve_mesh import CurveMesh
 from petcontact.refinement.contact_line import ContactLine
 
 
 def line_of(solution) -> ContactLine:
     """u_t along the bottom side."""
-    mesh: BoundaryMesh = solution.mesh
+    mesh: CurveMesh = solution.mesh
     contact = solution.contact
     element = mesh.element[contact.nodes]
     mine = np.unique(element)

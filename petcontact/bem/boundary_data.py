@@ -2,37 +2,37 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..errors import InputError
-from ..mesh.curve_mesh import BoundaryMesh
+from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.expressions import evaluate
 from ..model.problem import Contact, Displacement, Problem, Traction
 
 
 @dataclass(frozen=True)
 class BoundaryData:
-    """What each node knows, in two orthogonal directions a node.
+    """What each of n nodes knows, in d orthogonal directions a node.
 
     Attributes
     ----------
-    frame : (n, 2, 2) array
-        `frame[i, c]` is direction c of node i: x and y, or tangent and normal on contact parts. The direction nearer
-        to the x axis comes first, so that equation c of a node belongs to unknown c and the diagonal is not small.
-    traction_known : (n, 2) bool array
-        True where the traction component is known (the displacement is the unknown), also in the tangential direction
-        of contact nodes, whose traction is what a method looks for.
-    value : (n, 2) array
-        The known displacement [length] or traction [stress]; 0 in the tangential direction of contact nodes.
+    frame : (n, d, d) array
+        `frame[i, c]` is direction c of node i: the axes, or tangents and normal on contact parts, in the order in which
+        they are nearest to the axes, so that equation c of a node belongs to unknown c and the diagonal is not small.
+    traction_known : (n, d) bool array
+        True where the traction component is known (the displacement is the unknown), also in the contact directions,
+        whose traction is what a method looks for.
+    value : (n, d) array
+        The known displacement [length] or traction [stress]; 0 in the contact directions.
     contact_nodes : (m,) array
-        Numbers of the contact nodes, in the order of the outline.
-    contact_direction : (m,) array
-        The direction c that is the tangent of each contact node.
-    tangent : (m, 2) array
-        Outward normal turned by +90° (counter-clockwise).
+        Numbers of the contact nodes, increasing.
+    contact_directions : (m, k) array
+        The directions c of each contact node whose traction a method looks for: its d-1 tangents, and then, where it
+        looks for the normal traction too, its normal.
     friction_bound : (m,) array
         g >= 0 [stress].
     """
@@ -41,18 +41,34 @@ class BoundaryData:
     traction_known: Mask
     value: Array
     contact_nodes: Index
-    contact_direction: Index
-    tangent: Array
+    contact_directions: Index
     friction_bound: Array
 
     @property
+    def contact_frame(self) -> Array:
+        """The contact directions as vectors, (m, k, d)."""
+        return np.asarray(self.frame[self.contact_nodes[:, None], self.contact_directions])
+
+    @property
+    def tangent(self) -> Array:
+        """Tangents of the contact nodes, (m, d-1, d); in the plane the outward normal turned by +90°."""
+        return self.contact_frame[:, : self.frame.shape[1] - 1]
+
+    @property
     def contact_unknowns(self) -> Index:
-        """Numbers of the tangential displacements u_t among the unknowns 2·node + c, (m,)."""
-        return 2 * self.contact_nodes + self.contact_direction
+        """Numbers of the displacements in the contact directions among the unknowns d·node + c, (m k,)."""
+        return (self.frame.shape[1] * self.contact_nodes[:, None] + self.contact_directions).ravel()
 
 
-def evaluate_boundary(problem: Problem, mesh: BoundaryMesh) -> BoundaryData:
+def evaluate_boundary(problem: Problem, mesh: BoundaryMesh, *, normal_unknown: bool = False) -> BoundaryData:
     """The problem's conditions at the nodes of its mesh.
+
+    Parameters
+    ----------
+    problem : Problem
+    mesh : BoundaryMesh
+    normal_unknown : bool
+        Whether a method looks for the normal traction in contact too; else u_n = 0 there.
 
     Raises
     ------
@@ -61,16 +77,17 @@ def evaluate_boundary(problem: Problem, mesh: BoundaryMesh) -> BoundaryData:
         conditions leave the body free to move as a rigid body.
     """
     _check_parts(problem, mesh)
-    n = mesh.n_nodes
-    frame = np.broadcast_to(np.eye(2), (n, 2, 2)).copy()
-    known = np.zeros((n, 2), dtype=bool)
-    value = np.zeros((n, 2))
+    n, d = mesh.x.shape
+    frame = np.broadcast_to(np.eye(d), (n, d, d)).copy()
+    known = np.zeros((n, d), dtype=bool)
+    value = np.zeros((n, d))
     bound = np.zeros(n)
     contact = np.zeros(n, dtype=bool)
-    direction = np.zeros(n, dtype=np.int64)
+    direction = np.zeros((n, d), dtype=np.int64)
+    looked_for = d if normal_unknown else d - 1
     for number, condition in enumerate(problem.boundary):
         nodes = mesh.nodes_of(condition.part)
-        variables = _variables(mesh, nodes)
+        variables = mesh.variables(nodes)
         key = f"boundary[{number}] ({condition.part})"
         if isinstance(condition, Displacement):
             for c, component in enumerate(condition.value):
@@ -83,22 +100,24 @@ def evaluate_boundary(problem: Problem, mesh: BoundaryMesh) -> BoundaryData:
             value[nodes] = _traction(condition, variables, mesh.normal[nodes], key)
         else:
             bound[nodes] = _friction_bound(condition, variables, mesh.x[nodes], key)
-            normal = mesh.normal[nodes]
-            tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
-            across = np.where(np.abs(tangent[:, 0]) >= np.abs(normal[:, 0]), 0, 1)
-            frame[nodes, across], frame[nodes, 1 - across] = tangent, normal
-            known[nodes, across] = True
-            contact[nodes], direction[nodes] = True, across
+            frame[nodes], direction[nodes] = _contact_frame(mesh, nodes)
+            known[nodes[:, None], direction[nodes, :looked_for]] = True
+            contact[nodes] = True
     contact_nodes = np.flatnonzero(contact)
-    along = direction[contact_nodes]
-    data = BoundaryData(frame, known, value, contact_nodes, along, frame[contact_nodes, along], bound[contact_nodes])
+    directions = direction[contact_nodes, :looked_for]
+    data = BoundaryData(frame, known, value, contact_nodes, directions, bound[contact_nodes])
     _check_rigid_modes(data, mesh)
     return data
 
 
-def _variables(mesh: BoundaryMesh, nodes: Index) -> dict[str, Array]:
-    (x, y), (nx, ny) = mesh.x[nodes].T, mesh.normal[nodes].T
-    return {"x": x, "y": y, "nx": nx, "ny": ny, "s": mesh.arc_length[nodes]}
+def _contact_frame(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
+    """Frames (m, d, d) of tangents and normal, and where in them the tangents and then the normal went, (m, d)."""
+    vectors = np.concatenate([mesh.tangents(nodes), mesh.normal[nodes][:, None]], axis=1)
+    # of all orders that in which the directions are nearest to the axes
+    orders = np.array(list(itertools.permutations(range(mesh.dim))))
+    along = np.abs(vectors[:, orders, np.arange(mesh.dim)]).sum(axis=2)
+    order = orders[np.argmax(along, axis=1)]
+    return np.take_along_axis(vectors, order[:, :, None], axis=1), np.argsort(order, axis=1)
 
 
 def _traction(condition: Traction, variables: dict[str, Array], normal: Array, key: str) -> Array:
@@ -115,7 +134,8 @@ def _friction_bound(condition: Contact, variables: dict[str, Array], x: Array, k
     bound = evaluate(condition.friction_bound, variables, len(x), f"{key}.friction_bound")
     if np.any(bound < 0.0):
         k = int(np.argmin(bound))
-        raise InputError(f"{key}.friction_bound: must be >= 0, is {bound[k]:g} at x = {x[k, 0]:g}, y = {x[k, 1]:g}")
+        place = ", ".join(f"{name} = {value:g}" for name, value in zip("xyz", x[k], strict=False))
+        raise InputError(f"{key}.friction_bound: must be >= 0, is {bound[k]:g} at {place}")
     return bound
 
 
@@ -132,21 +152,34 @@ def _check_parts(problem: Problem, mesh: BoundaryMesh) -> None:
         raise InputError(f"boundary: part {missing[0]!r} has no condition; each of {parts} needs one")
 
 
+def rigid_modes(x: Array) -> Array:
+    """Translations along the axes, then rotations about the centre of points x (n, d): (n, d, d(d+1)/2) [-]."""
+    n, d = x.shape
+    centred = x - x.mean(axis=0)
+    centred /= np.abs(centred).max()
+    modes = np.zeros((n, d, d * (d + 1) // 2))
+    modes[:, :, :d] = np.eye(d)
+    for k, (i, j) in enumerate(itertools.combinations(range(d), 2), start=d):
+        modes[:, i, k], modes[:, j, k] = -centred[:, j], centred[:, i]
+    return modes
+
+
+def free_modes(data: BoundaryData, mesh: BoundaryMesh) -> Array:
+    """Rigid modes that change no known displacement, as combinations of `rigid_modes`, (r, d(d+1)/2)."""
+    seen = np.einsum("icj,ijk->ick", data.frame, rigid_modes(mesh.x))[~data.traction_known]
+    values, vectors = np.linalg.eigh(seen.T @ seen / mesh.n_nodes)
+    return np.asarray(vectors[:, values < 1e-12].T)
+
+
 def _check_rigid_modes(data: BoundaryData, mesh: BoundaryMesh) -> None:
     """Refuse a body that can move rigidly without any known displacement changing.
 
     Friction does not count: with bilateral contact alone the elastic problem of each Robin step would be solvable, but
     the ρ-independent one would not.
     """
-    centred = mesh.x - mesh.x.mean(axis=0)
-    radius = np.abs(centred).max()
-    rotation = np.column_stack([-centred[:, 1], centred[:, 0]]) / radius
-    modes = np.stack([np.tile([1.0, 0.0], (mesh.n_nodes, 1)), np.tile([0.0, 1.0], (mesh.n_nodes, 1)), rotation], axis=2)
-    seen = np.einsum("icj,ijk->ick", data.frame, modes)[~data.traction_known]
-    values, vectors = np.linalg.eigh(seen.T @ seen / mesh.n_nodes)
-    if len(seen) == 0 or values[0] < 1e-12:
-        free = vectors[:, 0]
-        name = "rotate" if abs(free[2]) > 1e-6 else "translate along ({:.2g}, {:.2g})".format(*free[:2])
+    for mode in free_modes(data, mesh)[:1]:
+        along = ", ".join(f"{value:.2g}" for value in mode[: mesh.dim])
+        name = "rotate" if np.abs(mode[mesh.dim :]).max() > 1e-6 else f"translate along ({along})"
         raise InputError(
             f"boundary: the body can {name} freely (friction does not hold it); "
             "fix it with a displacement condition, a roller or another contact part"

@@ -1,50 +1,89 @@
-"""Tiles: some columns of the boundary operators whose kernels are integrated in one call, and where they go."""
+"""Blocks of columns of the boundary operators whose kernels are integrated in one call, and where the columns go."""
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..mesh.curve_mesh import Batch
+from ..mesh.boundary_mesh import Batch
 
 
 @dataclass(frozen=True)
-class Tile:
-    """k columns of one part and order.
+class RightHandSides:
+    """Columns beside A_0, each of one node: G times a traction there less (½ + H) times a displacement.
+
+    Attributes
+    ----------
+    node : (q,) array
+        Increasing.
+    traction, displacement : (q, d) arrays
+        In units of the kernel's `traction_scale` and of length.
+    n_nodes : int
+        Of the whole mesh.
+    """
+
+    node: Index
+    traction: Array
+    displacement: Array
+    n_nodes: int
+
+    @functools.cached_property
+    def count(self) -> Index:
+        """Number of columns of each node, (n,)."""
+        return np.bincount(self.node, minlength=self.n_nodes)
+
+    @functools.cached_property
+    def first(self) -> Index:
+        """Number of the first column of each node, (n,)."""
+        return np.cumsum(self.count) - self.count
+
+    def of(self, nodes: Index) -> tuple[Index, Index]:
+        """The columns of some nodes, and which of the nodes each belongs to."""
+        count = self.count[nodes]
+        owner = np.repeat(np.arange(len(nodes)), count)
+        return self.first[nodes][owner] + np.arange(len(owner)) - (np.cumsum(count) - count)[owner], owner
+
+
+@dataclass(frozen=True)
+class ColumnBlock:
+    """Columns of k nodes of one part and kind of element.
 
     Attributes
     ----------
     batch : Batch
-        The elements that own them, and their nodes (k,).
+        The elements that own the nodes, and the nodes (k,).
     place : slice or (k,) array
         Where they go among the columns asked for.
-    pick : array or None
+    subset : array or None
         Which of the elements' nodes they are, if not all.
-    known : (k, 2) bool array
-        Where the traction is known.
-    frame : (k, 2, 2) array
-    given, moved : (k, 2) arrays
-        Known tractions and displacements [length].
-    beside, beside_place
-        Columns that have one beside A_0, and where those go.
-    push, shift
-        The tractions and (if any) the displacements behind those.
+    traction_known : (k, d) bool array
+    frame : (k, d, d) array
+    known_traction, known_displacement : (k, d) arrays
+        What loads the body, in units of the kernel's `traction_scale` and of length.
+    owner : (q,) array
+        The nodes (0 to k-1) that the right-hand-side columns belong to.
+    rhs_place : slice or (q,) array
+        Where those go.
+    rhs_traction : (q, d) array
+    rhs_displacement : (q, d) array or None
+        None where all are zero.
     """
 
     batch: Batch
     place: Any
-    pick: Index | None
-    known: Mask
+    subset: Index | None
+    traction_known: Mask
     frame: Array
-    given: Array
-    moved: Array
-    beside: Index
-    beside_place: Any
-    push: Array
-    shift: Array | None
+    known_traction: Array
+    known_displacement: Array
+    owner: Index
+    rhs_place: Any
+    rhs_traction: Array
+    rhs_displacement: Array | None
 
 
 def common(one: Index, other: Index) -> tuple[Index, Index]:
@@ -61,24 +100,25 @@ def as_slice(places: Index) -> Any:
     return places
 
 
-def some(kernel: Array | None, columns: Index) -> Array:
-    """Columns of a kernel (2, 2, k, m), without a copy if they are all."""
+def columns_of(kernel: Array | None, columns: Index) -> Array:
+    """Columns of a kernel (d, d, k, m), without a copy if they are all."""
     assert kernel is not None
-    return kernel if len(columns) == kernel.shape[2] else kernel[:, :, columns]
+    whole = len(columns) == kernel.shape[2] and bool(np.all(np.diff(columns) == 1))
+    return kernel if whole else kernel[:, :, columns]
 
 
-def put(out: Array, where: tuple[Any, ...], kernel: Array | None, direction: Array, chosen: Mask) -> None:
-    """kernel · direction into out[where, :, a] for the chosen columns; axis-parallel directions cost a copy."""
+def contract(kernel: Array, vectors: Array, a: int) -> Any:
+    """Component a of kernel (d, d, k, m) times one vector a column (k, d): (k, m); axis-parallel vectors cost a copy."""
+    terms = [kernel[a, j] * vectors[:, j, None] for j in range(vectors.shape[1]) if vectors[:, j].any()]
+    return functools.reduce(np.add, terms) if terms else 0.0
+
+
+def put(out: Array, where: tuple[Any, ...], kernel: Array | None, vectors: Array, chosen: Mask) -> None:
+    """kernel · vectors into out[where, :, a] for the chosen columns."""
     if kernel is None or not chosen.any():
         return
     if not chosen.all():
         where = (np.arange(len(out))[where[0]][chosen], *where[1:])
-        kernel, direction = kernel[:, :, chosen], direction[chosen]
-    dx, dy = direction[:, :1], direction[:, 1:]
-    for a in range(2):
-        if not dy.any():
-            out[(*where, slice(None), a)] = kernel[a, 0] * dx
-        elif not dx.any():
-            out[(*where, slice(None), a)] = kernel[a, 1] * dy
-        else:
-            out[(*where, slice(None), a)] = kernel[a, 0] * dx + kernel[a, 1] * dy
+        kernel, vectors = kernel[:, :, chosen], vectors[chosen]
+    for a in range(len(kernel)):
+        out[(*where, slice(None), a)] = contract(kernel, vectors, a)

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from ..linalg.row_layout import even_ranges, node_ranges
+from ..linalg.row_layout import node_ranges
 from ..runtime.petsc import petsc
-from .operators import TILE, BoundaryOperators
+from .operators import BLOCK, BoundaryOperators
 
 
 @dataclass(frozen=True)
 class DenseBlocks:
-    """What the formulations need, by rows over ranks: A_0 (2n, 2n), G_Ct times `traction_scale` (2n, m), the load (2n,)."""
+    """By rows over ranks: A_0 (dn, dn), G_Ct times `traction_scale` (dn, mk), the load (dn,)."""
 
     system: Any
     contact: Any
@@ -24,30 +24,29 @@ class DenseBlocks:
 def assemble_dense(operators: BoundaryOperators, comm: Any) -> DenseBlocks:
     """A_0, G_Ct and the load as dense PETSc objects, filled in place in PETSc's memory, each rank its own rows."""
     module = petsc()
-    mesh, data = operators.mesh, operators.data
-    n, m = mesh.n_nodes, len(data.contact_nodes)
-    rank, size = comm.getRank(), comm.getSize()
+    n, d, columns = operators.mesh.n_nodes, operators.kernel.dim, operators.contact_columns
+    (m, k), (rank, size) = operators.data.contact_directions.shape, (comm.getRank(), comm.getSize())
     first, last = node_ranges(n, size)[rank]
-    contact_range = even_ranges(m, size)[rank]
-    rows = (2 * (last - first), 2 * n)
+    contact_first, contact_last = node_ranges(m, size, k)[rank]
+    rows = (d * (last - first), d * n)
     blocks = DenseBlocks(
         module.Mat().createDense((rows, rows), comm=comm),
-        module.Mat().createDense((rows, (contact_range[1] - contact_range[0], m)), comm=comm),
+        module.Mat().createDense((rows, (contact_last - contact_first, m * k)), comm=comm),
         module.Vec().createMPI(rows, comm=comm),
     )
     # set up first: before it PETSc has no leading dimension to give
     blocks.system.setUp()
     blocks.contact.setUp()
-    system = blocks.system.getDenseArray().T.reshape(n, 2, last - first, 2)
-    contact = blocks.contact.getDenseArray().T.reshape(m, last - first, 2)
-    load = np.zeros((last - first, 2))
-    tiles = operators.tiles()
-    for a in range(first, last, TILE[0]):
-        nodes = np.arange(a, min(a + TILE[0], last))
+    system = blocks.system.getDenseArray().T.reshape(n, d, last - first, d)
+    contact = blocks.contact.getDenseArray().T.reshape(m * k, last - first, d)
+    load = np.zeros((last - first, d))
+    column_blocks = operators.blocks(columns)
+    for a in range(first, last, BLOCK[0]):
+        nodes = np.arange(a, min(a + BLOCK[0], last))
         local = slice(a - first, a - first + len(nodes))
-        for tile in tiles:
-            operators.fill(nodes, tile, system=system[:, :, local], beside=contact[:, local], load=load[local])
+        for block in column_blocks:
+            operators.fill(nodes, block, system=system[:, :, local], right_hand_sides=contact[:, local], load=load[local])
     blocks.load.setArray(load.ravel())
-    for block in (blocks.system, blocks.contact, blocks.load):
-        block.assemble()
+    for matrix in (blocks.system, blocks.contact, blocks.load):
+        matrix.assemble()
     return blocks

@@ -84,7 +84,7 @@ class ContactVectors:
         node_owner = node_ranges(operators.mesh.n_nodes, ranks)
         self.by_node = [tuple(int(k) for k in np.searchsorted(nodes, bounds)) for bounds in node_owner]
         mine = slice(*self.by_node[rank])
-        self.local_unknowns = operators.data.contact_unknowns[mine] - 2 * node_owner[rank][0]
+        self.local_unknowns = operators.data.contact_unknowns[mine] - operators.kernel.dim * node_owner[rank][0]
         self._mpi = comm.tompi4py() if ranks > 1 else None
 
     @property

@@ -16,6 +16,7 @@ from ..bem.operators import BoundaryOperators
 from ..compression.hodlr import HODLR, compress, factor
 from ..errors import SolverError
 from ..linalg.ksp import LinearSolver
+from ..mesh.curve_mesh import as_curve
 from ..model.solver_options import Bem
 from ..runtime.petsc import petsc, stage
 from ..runtime.threads import one_blas_thread, threads_per_rank
@@ -134,11 +135,11 @@ class CompressedSystem(EliminatedSystem):
 
     def _compress(self) -> tuple[HODLR, HODLR]:
         """A_0, and beside it the columns of G_Ct and of the load."""
-        operators, mesh = self.operators, self.operators.mesh
+        operators, mesh = self.operators, as_curve(self.operators.mesh)
         sides = np.flatnonzero(np.diff(mesh.part[mesh.element]) | np.diff(mesh.line[mesh.element])) + 1
         threads = threads_per_rank() if mesh.n_nodes >= THREADED else 1
-        pairs = 2 * np.arange(mesh.n_nodes + 1)
-        single = np.concatenate([[0], np.cumsum(operators.outer_slot >= 0)])
+        pairs = operators.kernel.dim * np.arange(mesh.n_nodes + 1)
+        single = np.concatenate([[0], np.cumsum(operators.right_hand_sides.count)])
         system = compress(
             operators.system_entries, mesh.x, pairs, pairs, self.bem.hodlr_tol, self.bem.hodlr_leaf, breaks=sides,
             threads=threads, comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
@@ -146,7 +147,8 @@ class CompressedSystem(EliminatedSystem):
         )  # fmt: skip
         outer = system.beside(operators.outer_entries, single)
         own = np.arange(outer.first_node, outer.last_node)
-        self._is_contact = np.isin(own[operators.outer_slot[own] >= 0], operators.data.contact_nodes)
+        is_contact = np.isin(own, operators.data.contact_nodes)
+        self._is_contact = np.repeat(is_contact, operators.right_hand_sides.count[own])
         for matrix, entries in ((system, operators.system_entries), (outer, operators.outer_entries)):
             missed = matrix.error_estimate(entries, np.random.default_rng(2019))
             worst = max(missed.product, missed.entry)

@@ -5,15 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 
 from ..arrays import Array, Index
-from ..bem.kelvin2d.integrals import integrals
-from ..bem.kelvin2d.stress import stress_integrals
+from ..bem.kernels import kernel_for
 from ..errors import InputError
-from ..geometry.outline import hull_scale
-from ..mesh.curve_mesh import BoundaryMesh
-from ..mesh.elements import Targets
+from ..mesh.curve_mesh import CurveMesh
 from ..model.problem import Material
 from .smoothing import smoothed
 
@@ -78,7 +74,7 @@ def normal_stress_out_of_plane(stress: Array, material: Material) -> Array:
     return value
 
 
-def field_at(mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array) -> tuple[Array, Array]:
+def field_at(mesh: CurveMesh, u: Array, traction: Array, material: Material, points: Array) -> tuple[Array, Array]:
     """Displacement and stress at points inside the body, by Somigliana's identities.
 
     Constant elements are made smooth first, see `smoothing`; then the integrals over the elements are exact at every
@@ -86,7 +82,7 @@ def field_at(mesh: BoundaryMesh, u: Array, traction: Array, material: Material, 
 
     Parameters
     ----------
-    mesh : BoundaryMesh
+    mesh : CurveMesh
         n nodes.
     u, traction : (n, 2) arrays
         Boundary displacement [length] and traction [stress] at the nodes.
@@ -110,20 +106,18 @@ def field_at(mesh: BoundaryMesh, u: Array, traction: Array, material: Material, 
     if points.ndim != 2 or points.shape[1] != 2 or not np.all(np.isfinite(points)):
         raise InputError(f"points: an array (m, 2) of finite coordinates is needed, got shape {points.shape}")
     mesh, u, traction = smoothed(mesh, u, traction)
-    scale = 2.0 * material.shear_modulus
-    # any length will do where the boundary tractions are in equilibrium
-    length = hull_scale(shapely.MultiPoint(np.vstack([mesh.start, mesh.x])))
-    scaled, ratio = traction / scale, material.plane_strain_ratio
+    kernel = kernel_for(mesh, material)
+    scaled = traction / kernel.traction_scale
     displacement, stress, wound = np.zeros((len(points), 2)), np.zeros((len(points), 3)), np.zeros(len(points))
     batches = mesh.batches()
     step = max(1, ENTRIES // mesh.n_nodes)
     for first in range(0, len(points), step):
         rows = slice(first, min(first + step, len(points)))
-        targets = free_targets(points[rows])
+        targets = mesh.points(points[rows])
         for batch in batches:
             pushed, moved = scaled[batch.nodes], u[batch.nodes]
-            kernel_g, kernel_h = integrals(targets, batch.elements, ratio, length)
-            kernel_d, kernel_s = stress_integrals(targets.point, batch.elements, ratio)
+            kernel_g, kernel_h = kernel.integrals(targets, batch.elements)
+            kernel_d, kernel_s = kernel.stress_integrals(targets, batch.elements)
             assert kernel_g is not None and kernel_h is not None
             for i in range(2):
                 for j in range(2):
@@ -137,17 +131,11 @@ def field_at(mesh: BoundaryMesh, u: Array, traction: Array, material: Material, 
     if len(outside):
         x, y = points[outside[0]]
         raise InputError(f"points: ({x:g}, {y:g}) does not lie inside the body ({len(outside)} of {len(points)} do not)")
-    return displacement, scale * stress
-
-
-def free_targets(points: Array) -> Targets:
-    """Points that are nodes of no element."""
-    nowhere = np.full(len(points), -1)
-    return Targets(point=points, line=nowhere, element=nowhere, xi=np.zeros(len(points)))
+    return displacement, kernel.traction_scale * stress
 
 
 def field_on_grid(
-    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, resolution: tuple[int, int]
+    mesh: CurveMesh, u: Array, traction: Array, material: Material, resolution: tuple[int, int]
 ) -> Field:
     """Displacement and stress on a grid inside the body that reaches to its boundary.
 

@@ -8,7 +8,7 @@ from scipy.spatial import Delaunay
 
 from ..arrays import Array, Index
 from ..errors import InputError
-from ..mesh.curve_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 
 INSET = 1e-3
 """Distance of the outermost points from the boundary, in grid spacings."""
@@ -16,7 +16,7 @@ KEPT_OFF = 0.45
 """Grid points nearer to the boundary than this are left out, in grid spacings: they would make slivers."""
 
 
-def triangulate(mesh: BoundaryMesh, resolution: tuple[int, int]) -> tuple[Array, Index]:
+def triangulate(mesh: CurveMesh, resolution: tuple[int, int]) -> tuple[Array, Index]:
     """Points (n, 2) strictly inside the body and triangles (k, 3) that fill it up to a sliver along its boundary.
 
     Raises
@@ -47,7 +47,7 @@ def triangulate(mesh: BoundaryMesh, resolution: tuple[int, int]) -> tuple[Array,
     return points, cells[kept]
 
 
-def _rim(mesh: BoundaryMesh, loop: Index, spacing: float) -> Array:
+def _rim(mesh: CurveMesh, loop: Index, spacing: float) -> Array:
     """Points just inside the boundary along a loop, about `spacing` apart, and one at each corner.
 
     They keep away from the ends of elements, where discontinuous elements have singular stresses.
@@ -71,7 +71,7 @@ def _rim(mesh: BoundaryMesh, loop: Index, spacing: float) -> Array:
     return np.array(points)
 
 
-def _corner(mesh: BoundaryMesh, before: int, after: int, inset: float) -> Array | None:
+def _corner(mesh: CurveMesh, before: int, after: int, inset: float) -> Array | None:
     """The point inside a corner, None where the outline runs on smoothly."""
     n = mesh.on_element(before, np.array([1.0]))[1][0]
     m = mesh.on_element(after, np.array([-1.0]))[1][0]

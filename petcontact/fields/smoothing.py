@@ -14,24 +14,24 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..geometry.arcs import end_tangents
 from ..mesh.basis import lagrange
-from ..mesh.curve_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 
 SMOOTH = np.cos(np.radians(10.0))
 
 
-def smoothed(mesh: BoundaryMesh, u: Array, traction: Array) -> tuple[BoundaryMesh, Array, Array]:
+def smoothed(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Array]:
     """The mesh with its constant elements made quadratic, and the boundary data on it; other elements keep theirs.
 
     Parameters
     ----------
-    mesh : BoundaryMesh
+    mesh : CurveMesh
         n nodes.
     u, traction : (n, 2) arrays
         Displacement [length] and traction [stress] at the nodes.
 
     Returns
     -------
-    mesh : BoundaryMesh
+    mesh : CurveMesh
         k nodes.
     u, traction : (k, 2) arrays
         The displacement is continuous, also round corners; the traction is so inside parts, where the outline is smooth.
@@ -59,7 +59,7 @@ def smoothed(mesh: BoundaryMesh, u: Array, traction: Array) -> tuple[BoundaryMes
     return finer, new_u, new_t
 
 
-def _neighbours(mesh: BoundaryMesh) -> tuple[Mask, Mask, Index, Index]:
+def _neighbours(mesh: CurveMesh) -> tuple[Mask, Mask, Index, Index]:
     """Elements before and after each one round its loop, and whether the data run on smoothly to them."""
     before, after = mesh.neighbours()
     first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
@@ -68,7 +68,7 @@ def _neighbours(mesh: BoundaryMesh) -> tuple[Mask, Mask, Index, Index]:
 
 
 def _end_values(
-    mesh: BoundaryMesh, values: Array, joined_before: Mask, joined_after: Mask,
+    mesh: CurveMesh, values: Array, joined_before: Mask, joined_after: Mask,
     before: Index, after: Index,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Values at the start and end of each element: interpolated between neighbours that run on, else extrapolated."""

@@ -1,30 +1,25 @@
-"""Boundary meshes: elements of any order on straight sides and arcs, their nodes, weights and normals."""
+"""Meshes of curves: elements of any order on straight sides and arcs, their nodes, weights and normals."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from typing import ClassVar
 
 import numpy as np
+import shapely
 
 from ..arrays import Array, Index
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
-from ..geometry.outline import Outline, Side, round_loops
+from ..geometry.outline import Outline, Side, hull_scale, round_loops
 from .basis import gauss
+from .boundary_mesh import Batch, BoundaryMesh
 from .elements import Elements, Targets
 
 
 @dataclass(frozen=True)
-class Batch:
-    """Elements of one order, with the numbers of their nodes (element after element)."""
-
-    elements: Elements
-    nodes: Index
-
-
-@dataclass(frozen=True)
-class BoundaryMesh:
-    """Discontinuous elements on an outline, collocated at their Gauss points.
+class CurveMesh:
+    """Discontinuous elements on an outline, collocated at their Gauss points: the `BoundaryMesh` of a plane body.
 
     Attributes
     ----------
@@ -39,6 +34,9 @@ class BoundaryMesh:
     side_start : (n_elements,) array
         Arc length along the part at the start of the element [length].
     part_names : tuple of str
+    unit_length : float
+        Length that the kernel's logarithm is measured in (`Outline.log_length`); where it is not known, that of the
+        nodes, since any will do where the boundary tractions are in equilibrium [length].
     x, normal : (n, 2) arrays
         Nodes and outward unit normals.
     weight : (n,) array
@@ -58,6 +56,8 @@ class BoundaryMesh:
     line: Index
     side_start: Array
     part_names: tuple[str, ...]
+    unit_length: float = 0.0
+    dim: ClassVar[int] = 2
     x: Array = field(init=False)
     normal: Array = field(init=False)
     weight: Array = field(init=False)
@@ -87,6 +87,8 @@ class BoundaryMesh:
         }  # fmt: skip
         for name, value in values.items():
             object.__setattr__(self, name, value)
+        if self.unit_length == 0.0:
+            object.__setattr__(self, "unit_length", hull_scale(shapely.MultiPoint(np.vstack([self.start, self.x]))))
 
     @property
     def n_nodes(self) -> int:
@@ -97,6 +99,11 @@ class BoundaryMesh:
     def n_elements(self) -> int:
         """Number of elements."""
         return len(self.order)
+
+    @property
+    def kind(self) -> Index:
+        """The order of each element, (n_elements,)."""
+        return self.order
 
     @property
     def node_part(self) -> Index:
@@ -112,6 +119,16 @@ class BoundaryMesh:
         """Numbers of the nodes of a part, in the order of the outline."""
         return np.flatnonzero(self.node_part == self.part_names.index(part))
 
+    def tangents(self, nodes: Index) -> Array:
+        """Outward normals turned by +90° (counter-clockwise), (m, 1, 2)."""
+        normal = self.normal[nodes]
+        return np.asarray(np.stack([-normal[:, 1], normal[:, 0]], axis=1)[:, None])
+
+    def variables(self, nodes: Index) -> dict[str, Array]:
+        """What expressions may name: x, y, nx, ny and the arc length s along the part, (m,) each."""
+        (x, y), (nx, ny) = self.x[nodes].T, self.normal[nodes].T
+        return {"x": x, "y": y, "nx": nx, "ny": ny, "s": self.arc_length[nodes]}
+
     def elements(self, numbers: Index) -> Elements:
         """The kernels' view of elements of one order."""
         return Elements(
@@ -123,6 +140,11 @@ class BoundaryMesh:
         """The kernels' view of collocation nodes."""
         element = self.element[nodes]
         return Targets(point=self.x[nodes], line=self.line[element], element=element, xi=self.xi[nodes])
+
+    def points(self, x: Array) -> Targets:
+        """The kernels' view of points (m, 2) that are nodes of no element."""
+        nowhere = np.full(len(x), -1)
+        return Targets(point=x, line=nowhere, element=nowhere, xi=np.zeros(len(x)))
 
     def batches(self) -> list[Batch]:
         """All elements grouped by order."""
@@ -147,7 +169,20 @@ class BoundaryMesh:
         return on_arcs(self.start[number], self.end[number], self.half_angle[number], xi)
 
 
-def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index]) -> BoundaryMesh:
+def as_curve(mesh: BoundaryMesh) -> CurveMesh:
+    """A mesh of which arc length and neighbours are asked.
+
+    Raises
+    ------
+    TypeError
+        If it is no curve.
+    """
+    if not isinstance(mesh, CurveMesh):
+        raise TypeError(f"a curve is needed, got {type(mesh).__name__}")
+    return mesh
+
+
+def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index]) -> CurveMesh:
     """The mesh with given break points on each side.
 
     Parameters
@@ -172,10 +207,11 @@ def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index
         line.append(np.full(count, numbers[number]))
         side_start.append(travelled[side.part] + side.length * fractions[:-1])
         travelled[side.part] += side.length
-    return BoundaryMesh(
+    return CurveMesh(
         start=np.vstack(start), end=np.vstack(end), curvature=np.concatenate(curvature),
         order=np.concatenate(list(orders)).astype(np.int64), part=np.concatenate(part),
         line=np.concatenate(line), side_start=np.concatenate(side_start), part_names=names,
+        unit_length=outline.log_length,
     )  # fmt: skip
 
 

@@ -13,7 +13,7 @@ from ..arrays import Array
 from ..errors import InputError
 from ..geometry.outline import Outline, Side
 from ..model.mesh_options import MeshOptions
-from .curve_mesh import BoundaryMesh, build_mesh
+from .curve_mesh import CurveMesh, build_mesh
 
 T = TypeVar("T")
 CORNER = math.radians(10.0)
@@ -28,7 +28,7 @@ LARGEST_MESH = 1_000_000
 """Nodes; even compressed operators of more do not fit a machine."""
 
 
-def mesh_outline(outline: Outline, options: MeshOptions) -> BoundaryMesh:
+def mesh_outline(outline: Outline, options: MeshOptions) -> CurveMesh:
     """The boundary mesh that the options ask for.
 
     Raises

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..geometry.outline import Outline
-from .curve_mesh import BoundaryMesh, build_mesh
+from .curve_mesh import CurveMesh, build_mesh
 from .grading import largest_turn
 
 SLOPE = 0.7
@@ -58,7 +58,7 @@ class Marks:
 
 def graded_mesh(
     outline: Outline, marks: list[Marks], grading: Grading, largest: list[float]
-) -> tuple[BoundaryMesh, Index]:
+) -> tuple[CurveMesh, Index]:
     """A mesh graded towards marks, and the number of the side of each element.
 
     Parameters

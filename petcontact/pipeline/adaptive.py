@@ -19,6 +19,7 @@ import numpy as np
 
 from ..arrays import Index
 from ..bem.boundary_data import evaluate_boundary
+from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
 from ..contact.methods.registry import carried_over
 from ..contact.state import ContactState
@@ -150,7 +151,7 @@ def solve_level(
         for side, contact in zip(body.outline.sides, body.contact, strict=True)
     ]
     mesh, side_of_element = graded_mesh(body.outline, marks, rung.grading, largest)
-    operators = BoundaryOperators(mesh, evaluate_boundary(case, mesh), case.material, body.log_length)
+    operators = BoundaryOperators(mesh, evaluate_boundary(case, mesh), kernel_for(mesh, case.material))
     prepared = prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began})
     try:
         start = None if previous is None else carried_over(previous.solution.contact, mesh, operators.data.contact_nodes)

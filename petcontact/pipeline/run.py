@@ -14,6 +14,7 @@ import numpy as np
 from .. import __version__
 from ..arrays import Array
 from ..bem.boundary_data import evaluate_boundary
+from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
 from ..compliance.base import ContactSystem
 from ..compliance.condensed import CondensedSystem, FullSystem
@@ -23,6 +24,7 @@ from ..contact.methods.registry import run_method
 from ..contact.rho_rules import Rule
 from ..contact.state import ContactState, History
 from ..errors import InputError, SolverError
+from ..mesh.curve_mesh import as_curve
 from ..model.case import Case
 from ..model.problem import Contact, Problem
 from ..model.solver_options import Bem, Method
@@ -67,7 +69,7 @@ def discretise(problem: Problem) -> BoundaryOperators:
         raise InputError('boundary: no part is in contact; one at least needs condition = "contact"')
     outline = problem.geometry.outline()
     mesh = mesh_of(problem, outline)
-    return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), problem.material, outline.log_length)
+    return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), kernel_for(mesh, problem.material))
 
 
 def prepare(case: Case, comm: Any = None, cases: int = 1) -> Prepared:
@@ -85,7 +87,7 @@ def prepare_operators(
     operators: BoundaryOperators, case: Case, comm: Any, timings: dict[str, float], cases: int = 1
 ) -> Prepared:
     """Eliminate a problem that is discretised already; its seconds are added to `timings`."""
-    with options(case.petsc), _threads.suited_to(2 * operators.mesh.n_nodes):
+    with options(case.petsc), _threads.suited_to(operators.n_unknowns):
         system = _build_system(operators, case, comm, timings)
         if case.method.formulation == "condensed" and cases > 1:
             system = shared_by(cases, system, comm, timings)
@@ -147,7 +149,7 @@ def run(
         If there is no iterate to keep.
     """
     began = time.perf_counter()
-    unknowns = 2 * prepared.operators.mesh.n_nodes
+    unknowns = prepared.operators.n_unknowns
     last: list[ContactState] = []
 
     def keep(state: ContactState) -> None:
@@ -232,7 +234,7 @@ def _finish(
     """Put together what a method returned."""
     began = time.perf_counter()
     operators, system = prepared.operators, prepared.system
-    mesh, data = operators.mesh, operators.data
+    mesh, data = as_curve(operators.mesh), operators.data
     contact, zones = contact_fields(mesh, data, traction, state)
     status = status or ("converged" if state.converged else "not converged")
     residual = projection_residual(state.u_t, state.sigma_t, data.friction_bound, state.rho)

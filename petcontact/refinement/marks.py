@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..geometry.outline import Outline
-from ..mesh.curve_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import mesh_outline, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
@@ -76,7 +76,6 @@ class Body:
         Whether the start and the end of each side are corners or places where parts meet.
     powers : list of pairs of float
         With which power of the error the smallest elements shrink there, see `singular.corner_powers`.
-    log_length : float
     """
 
     outline: Outline
@@ -86,7 +85,6 @@ class Body:
     kinks: list[Array]
     singular: list[tuple[bool, bool]]
     powers: list[tuple[float, float]]
-    log_length: float
 
     @staticmethod
     def of(problem: Problem, outline: Outline) -> Body:
@@ -98,11 +96,11 @@ class Body:
         contact = [side.part in parts for side in outline.sides]
         return Body(
             outline, scale, contact, given, kinks(problem, outline), singular_ends(outline),
-            corner_powers(problem, outline), outline.log_length,
+            corner_powers(problem, outline),
         )  # fmt: skip
 
 
-def mesh_of(problem: Problem, outline: Outline) -> BoundaryMesh:
+def mesh_of(problem: Problem, outline: Outline) -> CurveMesh:
     """The mesh that a problem asks for, or the default one.
 
     Raises
@@ -113,7 +111,7 @@ def mesh_of(problem: Problem, outline: Outline) -> BoundaryMesh:
     return default_mesh(problem, outline) if problem.mesh.automatic else mesh_outline(outline, problem.mesh)
 
 
-def default_mesh(problem: Problem, outline: Outline) -> BoundaryMesh:
+def default_mesh(problem: Problem, outline: Outline) -> CurveMesh:
     """The mesh of a problem that names no element size, order or grading: a rung of the ladder, with the points given."""
     body, rung = Body.of(problem, outline), LADDER[first_rung(problem.mesh.accuracy)]
     largest = [

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..contact.state import COLUMNS, History
 from ..errors import PetcontactError, ResultError
-from ..mesh.curve_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 from ..model.base import parse
 from ..model.case import Case
 from ..runtime.atomic_write import temporary_name
@@ -76,6 +76,7 @@ def write_group(group: Any, solution: Solution) -> None:
     for key in MESH_ARRAYS:
         elements[key] = getattr(mesh, key)
     elements.create_dataset("part_names", data=names, dtype=text)
+    elements.attrs["unit_length"] = mesh.unit_length
     contacts = group.create_group("contact")
     for key in ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state"):
         contacts[key] = getattr(contact, key)
@@ -144,10 +145,10 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> Solution:
 
     elements = group["mesh"]
     vertices, numbers = elements["vertices"][()], elements["elements"][()]
-    mesh = BoundaryMesh(
+    mesh = CurveMesh(
         start=vertices[numbers[:, 0]], end=vertices[numbers[:, 1]],
         part_names=tuple(name.decode() for name in elements["part_names"][()]),
-        **{key: elements[key][()] for key in MESH_ARRAYS},
+        unit_length=float(elements.attrs.get("unit_length", 0.0)), **{key: elements[key][()] for key in MESH_ARRAYS},
     )  # fmt: skip
     stored = group["contact"]
     contact = ContactFields(**{

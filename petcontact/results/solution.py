@@ -11,7 +11,7 @@ from ..arrays import Array, Index, Names, States
 from ..bem.boundary_data import BoundaryData
 from ..contact.friction_law import balanced_rho, contact_norm, contact_state, projection_residual
 from ..contact.state import ContactState, History
-from ..mesh.curve_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 from ..model.case import Case
 
 
@@ -71,7 +71,7 @@ class Solution:
     Attributes
     ----------
     case : Case
-    mesh : BoundaryMesh
+    mesh : CurveMesh
     u, traction : (n, 2) arrays
         On the whole boundary [length], [stress].
     contact : ContactFields
@@ -92,7 +92,7 @@ class Solution:
     """
 
     case: Case
-    mesh: BoundaryMesh
+    mesh: CurveMesh
     u: Array
     traction: Array
     contact: ContactFields
@@ -133,7 +133,7 @@ class Solution:
 
 
 def contact_fields(
-    mesh: BoundaryMesh, data: BoundaryData, traction: Array, state: ContactState
+    mesh: CurveMesh, data: BoundaryData, traction: Array, state: ContactState
 ) -> tuple[ContactFields, list[Zone]]:
     """Nodal fields and zones on Γ_C from the last iterate of a method."""
     nodes = data.contact_nodes
@@ -143,13 +143,13 @@ def contact_fields(
     slips = contact_state(state.u_t, state.sigma_t, data.friction_bound, rho)
     names = np.array(mesh.part_names)[mesh.node_part[nodes]]
     contact = ContactFields(
-        nodes, mesh.x[nodes], data.tangent, weight, mesh.arc_length[nodes], state.u_t, state.sigma_t,
+        nodes, mesh.x[nodes], data.tangent[:, 0], weight, mesh.arc_length[nodes], state.u_t, state.sigma_t,
         normal_traction, data.friction_bound, slips, names,
     )  # fmt: skip
     return contact, _zones(mesh, contact)
 
 
-def _zones(mesh: BoundaryMesh, contact: ContactFields) -> list[Zone]:
+def _zones(mesh: CurveMesh, contact: ContactFields) -> list[Zone]:
     """Runs of nodes of one state; they end where two elements meet, or half-way between nodes of one element."""
     zones = []
     sign = (contact.state * np.sign(contact.u_t[:, 0] - contact.sigma_t[:, 0] * 1e-300)).astype(int)

@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..fields.interior import Field
 from ..mesh.basis import lagrange
-from ..mesh.curve_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 from ..runtime.atomic_write import temporary_name
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def write_boundary_vtu(path: str | Path, solution: Solution) -> None:
     ))  # fmt: skip
 
 
-def _element(mesh: BoundaryMesh, k: int, u: Array, traction: Array, state: Index) -> dict[str, Array]:
+def _element(mesh: CurveMesh, k: int, u: Array, traction: Array, state: Index) -> dict[str, Array]:
     """Points along an element and the boundary data there."""
     order, nodes = int(mesh.order[k]), slice(int(mesh.first_node[k]), int(mesh.first_node[k + 1]))
     turn = abs(float(mesh.curvature[k] * mesh.length[k]))

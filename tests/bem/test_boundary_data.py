@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -19,7 +21,7 @@ from petcontact import (
     SideBySide,
     Traction,
 )
-from petcontact.bem.boundary_data import evaluate_boundary
+from petcontact.bem.boundary_data import _contact_frame, evaluate_boundary, rigid_modes
 from petcontact.mesh.grading import mesh_outline
 from petcontact.pipeline.run import discretise
 
@@ -85,16 +87,41 @@ def test_tangent_is_the_normal_turned_by_90_degrees_and_frames_are_orthonormal()
     m, d = data(contact("bottom"), contact("left", 2.0), contact("right", "3"), *free("top"), body=DOVETAIL)
     nodes = d.contact_nodes
     normal = m.normal[nodes]
-    assert np.allclose(d.tangent, np.column_stack([-normal[:, 1], normal[:, 0]]))
+    tangent, along = d.tangent[:, 0], d.contact_directions[:, 0]
+    assert np.allclose(tangent, np.column_stack([-normal[:, 1], normal[:, 0]]))
     assert np.allclose(np.einsum("nci,ndi->ncd", d.frame, d.frame), np.eye(2), atol=1e-14)
     bottom = m.node_part[nodes] == 0
-    assert np.allclose(d.tangent[bottom], [1.0, 0.0])
+    assert np.allclose(tangent[bottom], [1.0, 0.0])
     assert {float(g) for g in d.friction_bound} == {1.0, 2.0, 3.0}
     # the direction nearer to the x axis comes first, so that equations belong to their unknowns
     assert np.all(np.abs(d.frame[:, 0, 0]) >= math.sqrt(0.5) - 1e-12)
-    assert np.array_equal(d.frame[nodes, d.contact_direction], d.tangent)
-    assert d.traction_known[nodes, d.contact_direction].all() and not d.traction_known[nodes, 1 - d.contact_direction].any()
-    assert np.array_equal(d.contact_unknowns, 2 * nodes + d.contact_direction)
+    assert np.array_equal(d.frame[nodes, along], tangent)
+    assert d.traction_known[nodes, along].all() and not d.traction_known[nodes, 1 - along].any()
+    assert np.array_equal(d.contact_unknowns, 2 * nodes + along)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_rigid_modes_strain_nothing(d):
+    """Distances between points stay, to first order: (x_i - x_j)·(u_i - u_j) = 0; and the modes are independent."""
+    x = 5.0 + np.random.default_rng(d).standard_normal((9, d))
+    modes = rigid_modes(x)
+    assert modes.shape == (9, d, d * (d + 1) // 2) and np.linalg.matrix_rank(modes.reshape(9 * d, -1)) == modes.shape[2]
+    apart = x[:, None] - x
+    assert np.abs(np.einsum("ijc,ijcm->ijm", apart, modes[:, None] - modes)).max() < 1e-13
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_contact_directions_are_ordered_by_the_axes(d):
+    normal = np.random.default_rng(d).standard_normal((200, d))
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    tangents = np.linalg.svd(normal[:, None])[2][:, 1:]
+    mesh = SimpleNamespace(dim=d, normal=normal, tangents=lambda nodes: tangents[nodes])
+    frame, place = _contact_frame(mesh, np.arange(200))
+    ordered = np.take_along_axis(frame, place[:, :, None], axis=1)
+    assert np.allclose(ordered[:, :-1], tangents) and np.allclose(ordered[:, -1], normal)
+    diagonal = np.abs(np.einsum("icc->ic", frame)).sum(axis=1)
+    for order in itertools.permutations(range(d)):
+        assert np.all(np.abs(np.einsum("icc->ic", frame[:, order])).sum(axis=1) <= diagonal + 1e-12)
 
 
 @pytest.mark.parametrize(

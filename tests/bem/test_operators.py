@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import example
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Traction
+from petcontact.bem.boundary_data import evaluate_boundary
 from petcontact.bem.dense_assembly import assemble_dense
 from petcontact.pipeline.run import discretise
 
@@ -14,13 +17,17 @@ PENTAGON = Polygon(vertices=((0, 0), (3, 0.2), (3.5, 2), (1.4, 3.1), (-0.4, 1.3)
 
 
 def operators(order: int, plane: str = "strain", size: float = 0.4):
-    return discretise(Problem(
+    return discretise(problem_of(order, plane, size))
+
+
+def problem_of(order: int, plane: str = "strain", size: float = 0.4):
+    return Problem(
         material=Material(young_modulus=210.0, poisson_ratio=0.28, plane=plane), geometry=PENTAGON,
         mesh=MeshOptions(element_size=size, order=order),
         boundary=(Contact(part="a", friction_bound=1.0), Displacement(part="b", value=("0.1*x", "y")),
                   Traction(part="c", value=(3.0, "x")), Traction(part="d", pressure=2.0),
                   Displacement(part="e", value=(0.0, "free"))),
-    ))  # fmt: skip
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("order", [0, 1, 3])
@@ -37,8 +44,8 @@ def test_rigid_translations_leave_no_residual(order):
 def test_linear_fields_leave_no_residual(order, plane):
     """Rigid rotation and constant stress (patch test): exact for order >= 1."""
     ops = operators(order, plane)
-    mesh, nu = ops.mesh, ops.material.plane_strain_ratio
-    mu = ops.material.shear_modulus
+    mesh, material = ops.mesh, ops.kernel.material
+    mu, nu = material.shear_modulus, material.plane_strain_ratio
     gradients = [np.array([[0, -1], [1, 0]]), np.array([[1, 0.3], [-0.2, 0.5]]), np.array([[0.1, 1], [1, -0.1]])]
     for gradient in gradients:
         strain = 0.5 * (gradient + gradient.T)
@@ -54,7 +61,7 @@ def test_blocks_are_the_whole_matrix(comm):
         blocks = assemble_dense(ops, comm)
         assert np.allclose(blocks.system.getDenseArray(), ops.system_entries(everything, everything), atol=1e-14)
         outer = ops.outer_entries(everything, everything)
-        carriers = np.flatnonzero(ops.outer_slot >= 0)
+        carriers = ops.right_hand_sides.node
         in_contact = np.isin(carriers, ops.data.contact_nodes)
         assert outer.shape[1] == len(carriers) and 0 < np.count_nonzero(in_contact) < len(carriers)
         assert np.allclose(blocks.contact.getDenseArray(), outer[:, in_contact], atol=1e-14)
@@ -66,7 +73,7 @@ def test_blocks_are_the_whole_matrix(comm):
         pairs = (2 * rows[:, None] + [0, 1]).ravel(), (2 * columns[:, None] + [0, 1]).ravel()
         expected = blocks.system.getDenseArray()[np.ix_(*pairs)]
         assert np.allclose(ops.system_entries(rows, columns), expected, atol=1e-14)
-        slots = np.searchsorted(carriers, columns[ops.outer_slot[columns] >= 0])
+        slots = np.flatnonzero(np.isin(carriers, columns))
         assert np.allclose(ops.outer_entries(rows, columns), outer[np.ix_(pairs[0], slots)], atol=1e-14)
         system, beside = ops.all_entries(rows, columns)
         assert np.array_equal(system, ops.system_entries(rows, columns))
@@ -83,9 +90,33 @@ def test_columns_against_residual(comm):
     x, sigma = rng.standard_normal(2 * len(everything)), rng.standard_normal((len(ops.data.contact_nodes), 1))
     u, traction = ops.split(x, sigma)
     direct = ops.residual(everything, u, traction).ravel()
-    in_contact = np.isin(np.flatnonzero(ops.outer_slot >= 0), ops.data.contact_nodes)
+    in_contact = np.isin(ops.right_hand_sides.node, ops.data.contact_nodes)
     columns = ops.outer_entries(everything, everything)[:, in_contact] @ sigma[:, 0] / ops.traction_scale
     assert np.allclose(direct, ops.system_entries(everything, everything) @ x - columns - ops.load(everything), atol=1e-12)
+
+
+def test_contact_columns_in_any_directions(comm):
+    """The normal traction looked for as well: two columns a contact node, and the same residual."""
+    bilateral = operators(1)
+    ops = replace(bilateral, data=evaluate_boundary(problem_of(1), bilateral.mesh, normal_unknown=True))
+    m, everything = len(ops.data.contact_nodes), np.arange(ops.mesh.n_nodes)
+    assert ops.data.contact_directions.shape == (m, 2) and ops.data.traction_known[ops.data.contact_nodes].all()
+    frame = ops.data.contact_frame
+    assert np.allclose(frame[:, 1], ops.mesh.normal[ops.data.contact_nodes])
+    assert np.allclose(frame[:, :1], bilateral.data.tangent)
+    rng = np.random.default_rng(3)
+    x, sigma = rng.standard_normal(ops.n_unknowns), rng.standard_normal((m, 2))
+    u, traction = ops.split(x, sigma)
+    assert np.allclose(np.einsum("mkd,md->mk", frame, traction[ops.data.contact_nodes]), sigma)
+    blocks = assemble_dense(ops, comm)
+    system, contact, load = blocks.system.getDenseArray(), blocks.contact.getDenseArray(), blocks.load.getArray()
+    assert contact.shape == (ops.n_unknowns, 2 * m)
+    expected = system @ x - contact @ sigma.ravel() / ops.traction_scale - load
+    assert np.allclose(ops.residual(everything, u, traction).ravel(), expected, atol=1e-12)
+    entries = ops.outer_entries(everything, everything)
+    assert np.allclose(entries[:, np.isin(ops.right_hand_sides.node, ops.data.contact_nodes)], contact, atol=1e-14)
+    for block in (blocks.system, blocks.contact, blocks.load):
+        block.destroy()
 
 
 def test_diagonal_of_the_mixed_operator_is_not_small(comm):

@@ -19,7 +19,7 @@ def operators():
 
 def dense(ops):
     nodes = np.arange(ops.mesh.n_nodes)
-    outer = ops.outer_entries(nodes, nodes)[:, ops.outer_slot[ops.data.contact_nodes]]
+    outer = ops.outer_entries(nodes, nodes)[:, ops.right_hand_sides.first[ops.data.contact_nodes]]
     return ops.system_entries(nodes, nodes), outer / ops.traction_scale, ops.load(nodes)
 
 
@@ -55,7 +55,8 @@ def test_robin_against_numpy(kind, solver, operators, comm):
         u, traction = system.boundary(f)
         nodes = np.arange(operators.mesh.n_nodes)
         assert np.abs(operators.residual(nodes, u, traction)).max() < 1e-11 * max(1.0, np.abs(u).max())
-        assert np.allclose(np.einsum("ij,ij->i", traction[operators.data.contact_nodes], operators.data.tangent), f[:, 0])
+        data = operators.data
+        assert np.allclose(np.einsum("ij,ij->i", traction[data.contact_nodes], data.tangent[:, 0]), f[:, 0])
         system.close()
 
 

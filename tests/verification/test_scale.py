@@ -23,6 +23,7 @@ from petcontact import (
     solve,
 )
 from petcontact.bem.boundary_data import evaluate_boundary
+from petcontact.bem.kernels import kernel_for
 from petcontact.bem.operators import BoundaryOperators
 from petcontact.fields.interior import field_at
 from petcontact.mesh.grading import mesh_outline
@@ -96,7 +97,7 @@ def operators(body, nu):
         boundary=(*contact, *held),
     )
     mesh = mesh_outline(outline, problem.mesh)
-    return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), problem.material, outline.log_length)
+    return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), kernel_for(mesh, problem.material))
 
 
 def gap(ops):
@@ -122,5 +123,5 @@ def test_the_degenerate_scale_exists():
     nu = 0.3
     ops = operators(BODIES["disc"](2.0), nu)
     degenerate = 2.0 * np.exp(-0.5 / (3.0 - 4.0 * nu))
-    assert gap(replace(ops, log_length=degenerate)) < 0.01 < 0.2 < gap(ops)
-    assert ops.log_length < 0.4 * degenerate
+    assert gap(replace(ops, kernel=replace(ops.kernel, unit_length=degenerate))) < 0.01 < 0.2 < gap(ops)
+    assert ops.kernel.unit_length < 0.4 * degenerate

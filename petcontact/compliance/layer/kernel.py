@@ -16,8 +16,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...bem.operators import BoundaryOperators
 from ...mesh.basis import gauss, lagrange, lagrange_coefficients
-from ...mesh.curve_mesh import BoundaryMesh
-from ...model.problem import Material
+from ...mesh.curve_mesh import CurveMesh, as_curve
 
 RAYS = 32
 SMOOTH = 0.8
@@ -82,7 +81,7 @@ class Strip:
 
 def strips(operators: BoundaryOperators) -> list[Strip]:
     """One strip for each smooth stretch of contact elements, over several parts where they go on into each other."""
-    mesh, nodes, tangent = operators.mesh, operators.data.contact_nodes, operators.data.tangent
+    mesh, nodes, tangent = as_curve(operators.mesh), operators.data.contact_nodes, operators.data.tangent[:, 0]
     result = []
     for elements in smooth_stretches(operators):
         counts = mesh.order[elements] + 1
@@ -101,15 +100,16 @@ def strips(operators: BoundaryOperators) -> list[Strip]:
 
 def smooth_stretches(operators: BoundaryOperators) -> list[Index]:
     """Numbers of the contact elements of each stretch without corners, in order along the outline."""
-    elements = np.unique(operators.mesh.element[operators.data.contact_nodes])
-    runs = np.split(elements, np.flatnonzero(~_meet(operators.mesh, elements[:-1], elements[1:])) + 1)
-    if len(runs) > 1 and _meet(operators.mesh, runs[-1][-1:], runs[0][:1])[0]:
+    mesh = as_curve(operators.mesh)
+    elements = np.unique(mesh.element[operators.data.contact_nodes])
+    runs = np.split(elements, np.flatnonzero(~_meet(mesh, elements[:-1], elements[1:])) + 1)
+    if len(runs) > 1 and _meet(mesh, runs[-1][-1:], runs[0][:1])[0]:
         # the outline begins inside of a stretch
         runs = [np.concatenate([runs[-1], runs[0]]), *runs[1:-1]]
     return runs
 
 
-def _meet(mesh: BoundaryMesh, one: Index, other: Index) -> Mask:
+def _meet(mesh: CurveMesh, one: Index, other: Index) -> Mask:
     """Whether elements end where others begin, in about the same direction."""
     gap = np.hypot(*(mesh.end[one] - mesh.start[other]).T)
     turn = np.sum(mesh.normal[mesh.first_node[one + 1] - 1] * mesh.normal[mesh.first_node[other]], axis=1)
@@ -124,7 +124,7 @@ def _reflection(operators: BoundaryOperators, points: Array, corner: Array, tang
     return -1.0 if float(held @ (operators.data.frame[node] @ tangent) ** 2) > 0.5 else 1.0
 
 
-def body_thickness(mesh: BoundaryMesh, nodes: Index) -> float:
+def body_thickness(mesh: CurveMesh, nodes: Index) -> float:
     """Distance through the body along the inward normals of some nodes, the median of a few rays [length]."""
     chosen = nodes[np.unique(np.linspace(0, len(nodes) - 1, RAYS).astype(int))]
     direction = mesh.end - mesh.start
@@ -146,11 +146,6 @@ def _cross(a: Array, b: Array) -> Array:
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
-def layer_factor(material: Material) -> float:
-    """2(1-ν²)/(πE) of plane strain, 2/(πE) of plane stress: the layer's compliance [1/stress]."""
-    return (1.0 - material.plane_strain_ratio) / (np.pi * material.shear_modulus)
-
-
 def layer_matrix(strip: Strip, factor: float, rows: Index | None = None, columns: Index | None = None) -> Array:
     """T of one strip by collocation, (k, k) or the entries asked for [length/stress].
 
@@ -160,7 +155,7 @@ def layer_matrix(strip: Strip, factor: float, rows: Index | None = None, columns
     ----------
     strip : Strip
     factor : float
-        See `layer_factor`.
+        2(1-ν²)/(πE), see `Kernel.half_space_compliance` [1/stress].
     rows, columns : arrays, optional
         Nodes of the strip (numbers from 0); all by default.
     """

@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...bem.operators import BoundaryOperators
 from ..base import ContactVectors
-from .kernel import layer_factor, strips
+from .kernel import strips
 from .strips import FourierStrip, StripOperator, strip_operator
 
 TIGHT = 1e-11
@@ -32,7 +32,7 @@ class LayerOperator:
 
     def __init__(self, operators: BoundaryOperators) -> None:
         self.scale, self.rtol = 1.0, TIGHT
-        factor = layer_factor(operators.material)
+        factor = operators.kernel.half_space_compliance
         weight = operators.mesh.weight[operators.data.contact_nodes]
         self.size, self._weight = len(weight), weight
         self._parts: list[tuple[Index, StripOperator]] = []

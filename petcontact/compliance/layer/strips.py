@@ -191,7 +191,7 @@ def strip_operator(strip: Strip, factor: float, weight: Array, points: Array) ->
     ----------
     strip : Strip
     factor : float
-        See `layer_factor`.
+        2(1-ν²)/(πE), see `Kernel.half_space_compliance` [1/stress].
     weight, points : (k,) and (k, 2) arrays
         Node weights and nodes [length].
     """

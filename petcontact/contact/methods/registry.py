@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...compliance.base import ContactSystem
 from ...errors import InputError
-from ...mesh.curve_mesh import BoundaryMesh
+from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.solver_options import Method
 from ...results.solution import ContactFields
 from ..rho_rules import Rule, make_rule
@@ -78,10 +78,10 @@ def initial_functions(system: ContactSystem, name: str) -> tuple[Array, Array] |
     from ...results.hdf5 import read_solution
 
     operators = system.operators
-    return carried_over(read_solution(name).contact, operators.mesh, operators.data.contact_nodes)
+    return carried_over(read_solution(name).contact, as_curve(operators.mesh), operators.data.contact_nodes)
 
 
-def carried_over(old: ContactFields, mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Array]:
+def carried_over(old: ContactFields, mesh: CurveMesh, nodes: Index) -> tuple[Array, Array]:
     """u_t and σ_t (m, 1) of a solution at the contact nodes of another mesh, by arc length along each part."""
     names = np.array(mesh.part_names)[mesh.node_part[nodes]]
     u, sigma = np.zeros((len(nodes), 1)), np.zeros((len(nodes), 1))

@@ -1,0 +1,64 @@
+"""What the operators and the fields ask of a fundamental solution: integrals over elements, in any dimension."""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+from ..arrays import Array
+
+
+class Kernel(Protocol):
+    """The fundamental solution of a material in d dimensions, integrated over the elements of a mesh.
+
+    The constants of the material and the unit of length ℓ of the kernels' arguments are its own: tractions come in
+    units of `traction_scale`, so that every integral of the boundary operators is a pure number.
+
+    Attributes
+    ----------
+    dim : int
+        d.
+    traction_scale : float
+        2µ/ℓ: tractions are unknowns times it [stress/length].
+    half_space_compliance : float
+        (1-ν)/(πµ) = 2(1-ν²)/(πE) of plane strain or space: what a load on the surface of a half space moves that by;
+        its displacement is this times -ln r in the plane, over 2r in space [1/stress].
+    """
+
+    @property
+    def dim(self) -> int: ...
+    @property
+    def traction_scale(self) -> float: ...
+    @property
+    def half_space_compliance(self) -> float: ...
+
+    def integrals(
+        self, targets: Any, elements: Any, *, displacement: bool = True, traction: bool = True
+    ) -> tuple[Array | None, Array | None]:
+        """Both kernels integrated over elements against their bases, at targets.
+
+        Parameters
+        ----------
+        targets, elements
+            m targets and elements with k nodes, as the mesh gives them.
+        displacement, traction : bool
+            What is wanted.
+
+        Returns
+        -------
+        G : (d, d, k, m) array or None
+            2µ/ℓ ∫ U_ij L_b ds [-], i the component at the target, j the component at the element; element after element
+            on the third axis.
+        H : (d, d, k, m) array or None
+            ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element itself.
+        """
+        ...
+
+    def stress_integrals(self, targets: Any, elements: Any) -> tuple[Array, Array]:
+        """Stress at points off the boundary: σ/s = Σ D t/s + Σ S u, s being `traction_scale`.
+
+        Returns
+        -------
+        D, S : (d(d+1)/2, d, k, m) arrays
+            [-]; the stress component comes first (xx, yy, xy in the plane, xx, yy, zz, xy, xz, yz in space).
+        """
+        ...

@@ -1,0 +1,95 @@
+"""What every layer above may ask of a boundary mesh, a curve's or a surface's."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from ..arrays import Array, Index
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Elements of one kind as the kernels see them, with the numbers of their nodes (element after element)."""
+
+    elements: Any
+    nodes: Index
+
+
+class BoundaryMesh(Protocol):
+    """Elements on the boundary of a body in d dimensions, collocated at nodes inside of them.
+
+    Attributes
+    ----------
+    dim : int
+        d.
+    x, normal : (n, d) arrays
+        Nodes [length] and outward unit normals.
+    weight : (n,) array
+        Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary [length^(d-1)].
+    element : (n,) array
+        The element of each node.
+    first_node : (n_elements + 1,) array
+        The nodes of element e are first_node[e] to first_node[e + 1] - 1.
+    kind : (n_elements,) array
+        Elements of one kind go into one call of the kernels: one shape, one order.
+    part : (n_elements,) array
+        Number of the part in `part_names`.
+    unit_length : float
+        Length that makes the arguments of the kernels pure numbers [length].
+    """
+
+    @property
+    def dim(self) -> int: ...
+    @property
+    def x(self) -> Array: ...
+    @property
+    def normal(self) -> Array: ...
+    @property
+    def weight(self) -> Array: ...
+    @property
+    def element(self) -> Index: ...
+    @property
+    def first_node(self) -> Index: ...
+    @property
+    def kind(self) -> Index: ...
+    @property
+    def part(self) -> Index: ...
+    @property
+    def part_names(self) -> tuple[str, ...]: ...
+    @property
+    def unit_length(self) -> float: ...
+    @property
+    def n_nodes(self) -> int: ...
+    @property
+    def n_elements(self) -> int: ...
+    @property
+    def node_part(self) -> Index: ...
+
+    def nodes_of(self, part: str) -> Index:
+        """Numbers of the nodes of a part, increasing."""
+        ...
+
+    def tangents(self, nodes: Index) -> Array:
+        """Orthonormal tangents at nodes, (m, d-1, d)."""
+        ...
+
+    def variables(self, nodes: Index) -> dict[str, Array]:
+        """What expressions may name at nodes, (m,) each: x, y (and z), nx, ny (and nz), and s on curves."""
+        ...
+
+    def batches(self) -> list[Batch]:
+        """All elements, grouped by kind."""
+        ...
+
+    def elements(self, numbers: Index) -> Any:
+        """The kernels' view of elements of one kind; its `index` holds their numbers."""
+        ...
+
+    def targets(self, nodes: Index | slice) -> Any:
+        """The kernels' view of collocation nodes."""
+        ...
+
+    def points(self, x: Array) -> Any:
+        """The kernels' view of points (m, d) that are nodes of no element."""
+        ...
