@@ -103,12 +103,14 @@ def field_at(mesh: CurveMesh, u: Array, traction: Array, material: Material, poi
         If a point lies outside the body or is not finite.
     """
     points = np.atleast_2d(np.asarray(points, dtype=float))
-    if points.ndim != 2 or points.shape[1] != 2 or not np.all(np.isfinite(points)):
-        raise InputError(f"points: an array (m, 2) of finite coordinates is needed, got shape {points.shape}")
+    d = mesh.dim
+    if points.ndim != 2 or points.shape[1] != d or not np.all(np.isfinite(points)):
+        raise InputError(f"points: an array (m, {d}) of finite coordinates is needed, got shape {points.shape}")
     mesh, u, traction = smoothed(mesh, u, traction)
     kernel = kernel_for(mesh, material)
     scaled = traction / kernel.traction_scale
-    displacement, stress, wound = np.zeros((len(points), 2)), np.zeros((len(points), 3)), np.zeros(len(points))
+    displacement, stress = np.zeros((len(points), d)), np.zeros((len(points), d * (d + 1) // 2))
+    wound = np.zeros(len(points))
     batches = mesh.batches()
     step = max(1, ENTRIES // mesh.n_nodes)
     for first in range(0, len(points), step):
@@ -119,18 +121,18 @@ def field_at(mesh: CurveMesh, u: Array, traction: Array, material: Material, poi
             kernel_g, kernel_h = kernel.integrals(targets, batch.elements)
             kernel_d, kernel_s = kernel.stress_integrals(targets, batch.elements)
             assert kernel_g is not None and kernel_h is not None
-            for i in range(2):
-                for j in range(2):
+            for i in range(d):
+                for j in range(d):
                     displacement[rows, i] += pushed[:, j] @ kernel_g[i, j] - moved[:, j] @ kernel_h[i, j]
                 # a rigid translation: ∫T is -1 inside and 0 outside
-                wound[rows] -= 0.5 * kernel_h[i, i].sum(axis=0)
-            for c in range(3):
-                for j in range(2):
+                wound[rows] -= kernel_h[i, i].sum(axis=0) / d
+            for c in range(stress.shape[1]):
+                for j in range(d):
                     stress[rows, c] += pushed[:, j] @ kernel_d[c, j] + moved[:, j] @ kernel_s[c, j]
     outside = np.flatnonzero(~(wound > 0.5))
     if len(outside):
-        x, y = points[outside[0]]
-        raise InputError(f"points: ({x:g}, {y:g}) does not lie inside the body ({len(outside)} of {len(points)} do not)")
+        place = ", ".join(f"{value:g}" for value in points[outside[0]])
+        raise InputError(f"points: ({place}) does not lie inside the body ({len(outside)} of {len(points)} do not)")
     return displacement, kernel.traction_scale * stress
 
 
