@@ -1,4 +1,5 @@
 from .errors import InputError as InputError
+from .errors import OutputError as OutputError
 from .errors import PetcontactError as PetcontactError
 from .errors import ResultError as ResultError
 from .errors import SolverError as SolverError

@@ -19,6 +19,10 @@ class ResultError(InputError):
     """A result file that is missing, truncated, of another program or of another format version."""
 
 
+class OutputError(PetcontactError):
+    """A file that cannot be written: the folder is read-only, the disk is full, another program was first."""
+
+
 class SolverError(PetcontactError, ArithmeticError):
     """A solve that failed: names the stage, PETSc's reason, and what to try.
 

@@ -23,11 +23,14 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..fields.interior import field_on_grid
     from ..results.hdf5 import read_solution
     from ..results.vtu import write_boundary_vtu, write_vtu
+    from ..runtime.atomic_write import check_target
 
     resolution = grid(arguments.grid)
+    output = Path(arguments.output or Path(arguments.result).with_suffix(".vtu").name)
+    for name in filter(None, (output, arguments.boundary, arguments.figure)):
+        check_target(Path(name), replace=True, inputs=[arguments.result])
     solution = read_solution(arguments.result, arguments.case)
     field = field_on_grid(solution.mesh, solution.u, solution.traction, solution.case.material, resolution)
-    output = Path(arguments.output or Path(arguments.result).with_suffix(".vtu").name)
     write_vtu(output, field)
     print(f"{output}: {len(field.points)} points, largest von Mises stress {field.von_mises.max():.6g}")
     if arguments.boundary:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -17,10 +18,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print and write; needs no PETSc."""
-    from ..runtime.atomic_write import write_text
+    from ..runtime.atomic_write import check_target, write_text
     from ..sweep.report import csv_text, html, markdown
     from ..sweep.table import make_tables, read_rows
 
+    for name in filter(None, (arguments.csv, arguments.html)):
+        check_target(Path(name), replace=True)
     title, rows = read_rows(arguments.sweep)
     tables = make_tables(rows, _names(arguments.rows), _names(arguments.columns))
     print(markdown(title, rows, tables), end="")

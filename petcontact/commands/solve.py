@@ -32,6 +32,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
     from ..model import case as config
+    from ..runtime.atomic_write import check_target
     from ..runtime.petsc import initialise, petsc
     from ..runtime.terminal import StatusLine
 
@@ -40,7 +41,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     first = comm.getRank() == 0
     case = config.load(arguments.config, overrides(arguments.set))
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
-    refuse_existing(output, arguments.force)
+    longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
+    check_target(output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest)
     accuracy = wanted_accuracy(arguments)
     from ..results.hdf5 import write_solution
 
@@ -53,7 +55,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         number = solution.info.get("interrupted", 0) or late()
     if first:
         try:
-            write_solution(output, solution)
+            write_solution(output, solution, replace=arguments.force)
         except Interrupted as late:
             number = late.number
         print(solution.verdict())
@@ -113,12 +115,10 @@ def overrides(words: list[str]) -> dict[str, Any]:
     return result
 
 
-def refuse_existing(path: Path, force: bool) -> None:
-    """Refuse to write over a result, or into a folder that is not there."""
-    if path.exists() and not force:
-        raise InputError(f"{path}: exists already; --force replaces it, -o FILE.h5 names another")
-    if not path.parent.is_dir():
-        raise InputError(f"{path}: the folder {path.parent} does not exist")
+def read_files(config: str, case: Any) -> list[str]:
+    """The files that a case is read from, but for the result that it starts from: going on may replace that."""
+    mesh = getattr(case.geometry, "file", None)
+    return [config, mesh] if mesh else [config]
 
 
 def report_unused(first: bool) -> None:

@@ -43,7 +43,7 @@ def deformed_figure(
 
     Raises
     ------
-    ResultError
+    OutputError
         If the file cannot be written.
     """
     mesh = solution.mesh

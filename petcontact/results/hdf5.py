@@ -24,15 +24,23 @@ FORMAT_VERSION = 1
 MESH_ARRAYS = ("curvature", "order", "part", "line", "side_start")
 
 
-def write_solution(path: str | Path, solution: Solution) -> None:
+def write_solution(path: str | Path, solution: Solution, *, replace: bool = True) -> None:
     """Write a result file: to a temporary name, flushed to the disk, then renamed.
+
+    Parameters
+    ----------
+    path : str or Path
+    solution : Solution
+    replace : bool
+        Whether a file of that name may be replaced; if not, and there is one, the result is kept beside it.
 
     Raises
     ------
-    ResultError
-        If the file cannot be written (folder missing or read-only, disk full); nothing is left behind.
+    OutputError
+        If the file cannot be written (folder missing or read-only, disk full), then nothing is left behind; or if it is
+        kept under another name.
     """
-    write_atomically(path, lambda file: write_group(file, solution))
+    write_atomically(path, lambda file: write_group(file, solution), replace=replace)
 
 
 def write_failure(path: str | Path, case: Case, reason: str) -> None:
@@ -40,17 +48,16 @@ def write_failure(path: str | Path, case: Case, reason: str) -> None:
 
     Raises
     ------
-    ResultError
+    OutputError
         If the file cannot be written.
     """
     facts = {"format": FORMAT, "format_version": FORMAT_VERSION, "config": case.toml(), "status": "failed", "reason": reason}
     write_atomically(path, lambda file: file.attrs.update({**facts, "iterations": 0}))
 
 
-def write_atomically(path: str | Path, fill: Callable[[h5py.File], None]) -> None:
+def write_atomically(path: str | Path, fill: Callable[[h5py.File], None], *, replace: bool = True) -> None:
     """Let `fill` write an HDF5 file that appears under its name only when it is whole and on the disk."""
-
-    with temporary_name(path) as temporary:
+    with temporary_name(path, replace=replace) as temporary:
         # built in memory: HDF5 crashes the process when the disk fills up under a file of its own
         with h5py.File("result", "w", driver="core", backing_store=False, track_order=True) as file:
             fill(file)

@@ -32,7 +32,7 @@ def write_vtu(path: str | Path, field: Field) -> None:
 
     Raises
     ------
-    ResultError
+    OutputError
         If the file cannot be written.
     """
     x, y, xy = field.stress.T
@@ -57,7 +57,7 @@ def write_boundary_vtu(path: str | Path, solution: Solution) -> None:
 
     Raises
     ------
-    ResultError
+    OutputError
         If the file cannot be written.
     """
     mesh, contact = solution.mesh, solution.contact

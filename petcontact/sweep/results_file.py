@@ -12,7 +12,7 @@ from typing import Any
 
 import h5py
 
-from ..errors import ResultError
+from ..errors import OutputError, ResultError
 from ..results.hdf5 import FORMAT_VERSION, opened
 from ..runtime.atomic_write import temporary_name
 from .cases import Sweep
@@ -75,8 +75,8 @@ class Collector:
             self._path.unlink(missing_ok=True)
             raise self._error(error) from error
 
-    def _error(self, error: OSError) -> ResultError:
-        return ResultError(
+    def _error(self, error: OSError) -> OutputError:
+        return OutputError(
             f"{self._folder.results}: cannot be written ({error.strerror}); the finished cases are whole, "
             "start the sweep again where there is room"
         )

@@ -108,7 +108,7 @@ def run_sweep(
     ------
     InputError
         On every rank, if the folder cannot be used or nothing matches `only`.
-    TeamError, ResultError, OSError
+    TeamError, OutputError, OSError
         On one rank, if a result cannot be written or a team is torn: end the job with MPI_Abort.
     """
     began, began_cpu = time.perf_counter(), time.process_time()

@@ -240,3 +240,33 @@ def test_an_unexpected_exception_is_one_line(folder, monkeypatch, capsys):
     monkeypatch.setenv("PETCONTACT_TRACEBACK", "1")
     assert main(["solve", str(folder / "case.toml")]) == 1
     assert "Traceback" in capsys.readouterr().err
+
+
+# --- files ---------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("kind", ["config", "linked", "fifo", "device"])
+def test_what_must_not_be_replaced_is_refused_before_the_solve(folder, kind):
+    """The config itself, also under another name, and what is no file."""
+    path = folder / {"config": "case.toml"}.get(kind, "r.h5")
+    if kind == "linked":
+        os.link(folder / "case.toml", path)
+    elif kind == "fifo":
+        os.mkfifo(path)
+    elif kind == "device":
+        path.symlink_to("/dev/null")
+    before = (folder / "case.toml").read_text()
+    done = solve(folder, "-o", str(path), "--force")
+    assert done.returncode == 2 and done.stderr.count("\n") == 1
+    assert ("is what is read" in done.stderr) == (kind in ("config", "linked"))
+    assert (folder / "case.toml").read_text() == before and path.is_file() != (kind in ("fifo", "device"))
+
+
+def test_two_solves_onto_one_name_lose_nothing(folder):
+    words = [sys.executable, "-m", "petcontact", "solve", "case.toml", "-o", "r.h5", "--no-figures", *COARSE]
+    runs = [subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                             env=os.environ | {"PYTHONPATH": str(ROOT)}) for _ in range(2)]  # fmt: skip
+    errors = [run.communicate(timeout=120)[1] for run in runs]
+    status = sorted(run.returncode for run in runs)
+    # the second one is late, or comes so late that it is refused at once
+    assert status in ([0, 1], [0, 2]), errors
+    kept = {"case.toml", "r.h5"} | ({"r-2.h5"} if status == [0, 1] else set())
+    assert set(os.listdir(folder)) == kept and all(h5py.is_hdf5(folder / name) for name in kept - {"case.toml"})

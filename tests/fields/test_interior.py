@@ -13,8 +13,8 @@ from petcontact import (
     InputError,
     Material,
     MeshOptions,
+    OutputError,
     Rectangle,
-    ResultError,
     SideBySide,
     read_solution,
     solve,
@@ -224,7 +224,7 @@ def test_field_on_a_grid_and_its_file(tmp_path):
     assert np.array_equal(back.point_data["stress"][:, [0, 1, 3]], field.stress)
     assert np.array_equal(back.point_data["von_mises"], field.von_mises)
     assert [path.name for path in tmp_path.iterdir()] == ["field.vtu"]
-    with pytest.raises(ResultError, match="cannot be written"):
+    with pytest.raises(OutputError, match="cannot be written"):
         write_vtu(tmp_path / "none" / "field.vtu", field)
 
 

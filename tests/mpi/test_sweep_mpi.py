@@ -234,7 +234,7 @@ import sys
 from petcontact.commands import main as cli
 from petcontact.sweep import run as sweep
 from petcontact.pipeline import run as pipeline
-from petcontact.errors import ResultError
+from petcontact.errors import OutputError
 where, *arguments = sys.argv[1:]
 from petcontact.runtime.petsc import petsc
 rank, calls = petsc().COMM_WORLD.getRank(), []
@@ -248,7 +248,7 @@ def on_the_last_rank(function, error):
     return replaced
 
 if where == "write":
-    sweep.write_solution = on_the_last_rank(sweep.write_solution, ResultError("case.h5: cannot be written (disk full)"))
+    sweep.write_solution = on_the_last_rank(sweep.write_solution, OutputError("case.h5: cannot be written (disk full)"))
 else:
     pipeline.run = on_the_last_rank(pipeline.run, ZeroDivisionError("a defect"))
 sys.exit(cli.main(["sweep", *arguments]))

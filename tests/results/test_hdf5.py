@@ -16,7 +16,7 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, Polygon, solve
-from petcontact.errors import ResultError
+from petcontact.errors import OutputError, ResultError
 from petcontact.results.hdf5 import FORMAT, read_solution, write_atomically, write_solution
 from petcontact.runtime.atomic_write import temporary_name
 
@@ -161,7 +161,7 @@ def test_a_failing_write_leaves_the_old_file_and_nothing_else(path):
         file["x"] = np.zeros(1000)
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    with pytest.raises(ResultError, match=r"cannot be written \(No space left on device\)"):
+    with pytest.raises(OutputError, match=r"cannot be written \(No space left on device\)"):
         write_atomically(path, fill)
     assert path.read_bytes() == before and os.listdir(path.parent) == [path.name]
 
@@ -185,7 +185,7 @@ def test_a_file_has_the_usual_permissions(path):
 @pytest.mark.parametrize("folder", ["missing", "file"])
 def test_a_folder_that_is_none(solution, tmp_path, folder):
     (tmp_path / "file").write_text("")
-    with pytest.raises(ResultError, match="cannot be written"):
+    with pytest.raises(OutputError, match="cannot be written"):
         write_solution(tmp_path / folder / "r.h5", solution)
 
 
@@ -194,7 +194,7 @@ def test_a_read_only_folder(solution, tmp_path):
     folder = tmp_path / "locked"
     folder.mkdir(mode=0o555)
     if os.geteuid() != 0:
-        with pytest.raises(ResultError, match="Permission denied"):
+        with pytest.raises(OutputError, match="Permission denied"):
             write_solution(folder / "r.h5", solution)
         return
     for parent in (folder, *folder.parents):
@@ -205,7 +205,7 @@ def test_a_read_only_folder(solution, tmp_path):
         os.setuid(65534)
         try:
             write_atomically(folder / "r.h5", lambda file: None)
-        except ResultError as error:
+        except OutputError as error:
             os._exit(7 if "Permission denied" in str(error) else 8)
         os._exit(9)
     assert os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]) == 7
@@ -228,7 +228,7 @@ def test_a_full_disk(solution, small_disk):
     write_solution(small_disk / "first.h5", solution)
     large = dataclasses.replace(solution, info=solution.info | {"ballast": "x" * 400_000})
     for _ in range(3):
-        with pytest.raises(ResultError, match=r"second\.h5: cannot be written \(No space left on device\)$"):
+        with pytest.raises(OutputError, match=r"second\.h5: cannot be written \(No space left on device\)$"):
             write_solution(small_disk / "second.h5", large)
     assert os.listdir(small_disk) == ["first.h5"]
     assert read_solution(small_disk / "first.h5").status == solution.status
