@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
+Compiled = Callable[..., None]
 _TYPES = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
 
 
@@ -35,7 +36,7 @@ def _library() -> ctypes.CDLL | None:
 
 
 @functools.cache
-def function(name: str, arguments: str) -> Callable[..., None] | None:
+def function(name: str, arguments: str) -> Compiled | None:
     """A function of the library, or None where there is none.
 
     Parameters

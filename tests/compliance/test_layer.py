@@ -195,3 +195,26 @@ def test_robin_preconditioner_makes_gmres_short_at_every_rho(mesh, comm):
     ksp.destroy()
     prepared.close()
     assert max(iterations) <= 12
+
+
+@pytest.mark.parametrize(("ends", "signs"), [
+    ((1.0, 1.0), (1, 1)), ((-1.0, -1.0), (1, -1)), ((1.0, -1.0), (1, -1, -1, 1)), ((-1.0, 1.0), (1, 1, -1, -1)),
+])  # fmt: skip
+def test_reflections_by_transforms_are_the_folded_loop(ends, signs):
+    """T of a strip is that of the loop of its copies, each the reflection of the one before, on vectors of that symmetry."""
+    n, h, thickness = 21, 0.1, 0.7
+    strip = Strip(np.arange(n), h * np.arange(n), np.full(n, h), np.zeros(n, dtype=int), 0.0, thickness, ends)
+    copies = len(signs) * n
+    loop = Strip(np.arange(copies), h * np.arange(copies), np.full(copies, h), np.zeros(copies, dtype=int),
+                 copies * h, thickness)  # fmt: skip
+    whole = layer_matrix(loop, 1.0)
+    unit = np.eye(n)
+    unfold = np.concatenate([sign * (unit if k % 2 == 0 else unit[::-1]) for k, sign in enumerate(signs)])
+    expected = (whole @ unfold)[:n]
+    ours = FourierStrip(strip, 1.0, np.full(n, h))
+    # the loop is as symmetric as its quadrature, and ours is its symmetric part
+    assert np.abs(ours.matrix() - expected).max() <= 1e-8 * np.abs(expected).max()
+    x = np.random.default_rng(5).standard_normal(n)
+    assert np.abs(ours.matrix() @ ours.solve(x) - x).max() <= 1e-12 * np.abs(x).max()
+    robin = ours.solve(x, 2.5)
+    assert np.abs(robin + 2.5 * (ours.matrix() @ robin) - x).max() <= 1e-12 * np.abs(x).max()

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
+from ... import native
 from ...arrays import Array, Index
+
+_multiply = native.function("petcontact_multiply", "ipppdp")
+_multiply_transposed = native.function("petcontact_multiply_transposed", "ipppdp")
 
 GROWTH = 1.12  # blocks of one stack differ by less than this factor in rows and in columns
 
@@ -73,13 +78,39 @@ class Batches:
         """Memory of the stacks [bytes]."""
         return sum(s.rows.nbytes + s.columns.nbytes + s.values.nbytes for s in self._stacks)
 
+    @functools.cached_property
+    def _entries(self) -> Index:
+        """What the compiled products know of each stack: counts, and addresses of its arrays."""
+        return np.array(
+            [[*s.values.shape, *(native.pointer(a) for a in (s.values, s.rows, s.columns))] for s in self._stacks],
+            dtype=np.int64,
+        ).reshape(-1, 6)
+
+    def __getstate__(self) -> dict[str, object]:
+        return {name: value for name, value in self.__dict__.items() if name != "_entries"}
+
+    def _compiled(self, multiply: native.Compiled | None, x: Array, y: Array, sign: float) -> bool:
+        """Whether compiled code did the product; several columns at once are for BLAS."""
+        if multiply is None or x.shape[1] != 1 or not (x.flags.c_contiguous and y.flags.c_contiguous):
+            return False
+        work = np.empty(self._entries[:, 2].max(initial=0))
+        multiply(
+            len(self._entries), native.pointer(self._entries), native.pointer(x), native.pointer(y), sign,
+            native.pointer(work),
+        )  # fmt: skip
+        return True
+
     def add(self, x: Array, y: Array, sign: float = 1.0) -> None:
         """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s)."""
+        if self._compiled(_multiply, x, y, sign):
+            return
         for stack in self._stacks:
             _accumulate(y, stack.rows, stack.values @ x[stack.columns], sign)
 
     def add_transpose(self, x: Array, y: Array, sign: float = 1.0) -> None:
         """y (n_columns+1, s) += sign · blocksᵀ @ x (n_rows+1, s)."""
+        if self._compiled(_multiply_transposed, x, y, sign):
+            return
         for stack in self._stacks:
             _accumulate(y, stack.columns, stack.values.transpose(0, 2, 1) @ x[stack.rows], sign)
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.linalg import lapack
 
 from ...arrays import Array, Index
 from .block_batches import Batches, Block
@@ -12,6 +13,7 @@ from .levels import Level, Stack
 from .skeleton import Cluster
 
 GROWTH = 100.0  # largest |entry of E⁻¹| times the norm of its column; beyond it a pivot waits for the level above
+UNSAFE = 1e6  # beyond it what is left is inverted anew, not updated: the update loses as many digits
 
 
 @dataclass(frozen=True)
@@ -239,24 +241,53 @@ def _combine(cluster: Cluster, block: Array) -> tuple[Array, Array, Array, Array
 
 
 def _pivots(e: Array, scale: Array, may_wait: bool) -> tuple[Array, Index, Index, Index, Index]:
-    """Inverse of E (m, m) without the rows and columns that must wait; those that need not, and those that must."""
+    """Inverse of E (m, m) without the rows and columns that must wait; those that need not, and those that must.
+
+    A pair that waits is taken out of the inverse by a rank-one update, which tells who comes next; the inverse that is
+    returned is computed once more when all are known.
+    """
+    inverse, exact = _inverse(e, may_wait), True
     rows = columns = np.arange(len(e))
     late_rows: list[int] = []
     late_columns: list[int] = []
-    pivot = e
-    while True:
-        try:
-            inverse = np.linalg.inv(pivot)
-        except np.linalg.LinAlgError:
-            if not may_wait:
-                raise
-            u, _, v = np.linalg.svd(pivot)
-            inverse = np.outer(v[-1], u[:, -1]) / np.finfo(np.float64).eps
-        growth = np.abs(inverse) * scale[columns, None]
-        if not may_wait or growth.max(initial=0.0) <= GROWTH:
-            return inverse, rows, columns, np.array(late_rows, dtype=np.int64), np.array(late_columns, dtype=np.int64)
+    while may_wait:
+        growth = np.abs(inverse)
+        growth *= scale[columns, None]
+        largest = growth.max(initial=0.0)
+        if largest <= GROWTH:
+            break
         column, row = np.unravel_index(np.argmax(growth), growth.shape)
         late_rows.append(int(rows[row]))
         late_columns.append(int(columns[column]))
         rows, columns = np.delete(rows, row), np.delete(columns, column)
-        pivot = e[rows[:, None], columns]
+        exact = largest > UNSAFE
+        if exact:
+            inverse = _inverse(e[rows[:, None], columns], may_wait)
+        else:
+            inverse = inverse - np.outer(inverse[:, row] / inverse[column, row], inverse[column])
+            inverse = np.delete(np.delete(inverse, column, axis=0), row, axis=1)
+    if not exact:
+        inverse = _inverse(e[rows[:, None], columns], may_wait)
+    return inverse, rows, columns, np.array(late_rows, dtype=np.int64), np.array(late_columns, dtype=np.int64)
+
+
+def _inverse(block: Array, or_direction: bool) -> Array:
+    """The inverse; of a singular block, if asked for, a large multiple of what grows beyond all bounds in it.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the block is singular and that was not asked for.
+    """
+    if not len(block):
+        return block
+    # LAPACK sees the transpose, whose inverse is the transpose of ours
+    lu, places, info = lapack.dgetrf(block.T)
+    if info == 0:
+        inverse, info = lapack.dgetri(lu, places, overwrite_lu=1)
+    if info == 0:
+        return np.asarray(inverse.T)
+    if not or_direction:
+        raise np.linalg.LinAlgError("a block to eliminate is singular")
+    u, _, v = np.linalg.svd(block)
+    return np.asarray(np.outer(v[-1], u[:, -1]) / np.finfo(np.float64).eps)
