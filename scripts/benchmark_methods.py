@@ -20,9 +20,13 @@ import scipy.linalg
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
 from petcontact.bem.operators import BoundaryOperators
-from petcontact.contact.methods.registry import run_method
+from petcontact.compliance.layer.operator import LayerOperator
+from petcontact.contact.criterion import Criterion
+from petcontact.contact.iteration import Iteration
+from petcontact.contact.laws import Tresca
+from petcontact.contact.methods.registry import method_of
 from petcontact.model.case import Case
-from petcontact.pipeline.run import discretise, prepare
+from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.runtime.petsc import petsc
 
 Array = np.ndarray
@@ -41,7 +45,8 @@ class Dual:
     ksp_reason: int = 0
     elastic_solves: int = 0
     applications: int = 0
-    compressed: bool = False
+    matrix_free: bool = False
+    modes: None = None
 
     def apply(self, sigma_t: Array) -> Array:
         """S σ_t."""
@@ -51,6 +56,10 @@ class Dual:
     def compliance(self) -> Array:
         """S."""
         return self.compliance_matrix
+
+    def surrogate(self) -> LayerOperator:
+        """T."""
+        return LayerOperator(self.operators)
 
     def robin(self, rho: float, f: Array) -> tuple[Array, Array]:
         """Robin solve from scratch."""
@@ -91,7 +100,8 @@ def example_1(contact_nodes: int) -> Dual:
 def ours(name: str, tolerance: float) -> Callable[[Dual], Array]:
     """One of petcontact's methods."""
     method = Method(name=name, tolerance=tolerance)
-    return lambda dual: run_method(dual, method).sigma_t[:, 0]
+    iteration = Iteration(Criterion(tolerance), method.max_iterations)
+    return lambda dual: method_of(method)(dual, Tresca(dual.bound), iteration).sigma[:, 0]
 
 
 def newton_cholesky(dual: Dual) -> Array:

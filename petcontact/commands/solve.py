@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError
-from ..runtime.signals import Interrupted, agreed
+from ..runtime.signals import Interrupted, stopping
+
+if TYPE_CHECKING:
+    from ..contact.state import ContactState, Monitor
 
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
@@ -47,12 +49,17 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..results.hdf5 import write_solution
 
     status, tolerance = StatusLine(first and sys.stderr.isatty()), case.method.tolerance
-    with agreed(comm) as late:
+    with stopping(comm) as stop:
+
+        def monitor(state: ContactState) -> str:
+            status.show(iteration_line(state, tolerance))
+            return stop.reason
+
         try:
-            solution = solved(case, accuracy, comm, lambda state: status.show(iteration_line(state, tolerance)))
+            solution = solved(case, accuracy, comm, monitor)
         finally:
             status.clear()
-        number = solution.info.get("interrupted", 0) or late()
+        number = stop()
     if first:
         try:
             write_solution(output, solution, replace=arguments.force)
@@ -83,18 +90,18 @@ def wanted_accuracy(arguments: argparse.Namespace) -> float | None:
     return accuracy if arguments.adapt else None
 
 
-def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], None]) -> Any:
+def solved(case: Any, accuracy: float | None, comm: Any, monitor: Monitor) -> Any:
     """The solution on the config's own mesh, or on adaptive ones where an accuracy is wanted."""
     if accuracy is not None:
         from ..pipeline.adaptive import adapt
 
-        return adapt(case, accuracy, comm=comm, monitor=monitor, keep_interrupted=True)
-    from ..pipeline.run import prepare
+        return adapt(case, accuracy, comm=comm, monitor=monitor)
+    from ..pipeline.prepare import prepare
     from ..pipeline.run import run as run_case
 
     prepared = prepare(case, comm)
     try:
-        return run_case(prepared, case, monitor=monitor, keep_interrupted=True)
+        return run_case(prepared, case, monitor=monitor)
     finally:
         prepared.close()
 

@@ -15,13 +15,14 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
+from ..contact.criterion import Criterion
 from ..contact.friction_law import balanced_rho, contact_norm
-from ..contact.methods.projection import Criterion
-from ..contact.methods.registry import initial_functions, run_method
 from ..contact.state import ContactState
 from ..model.case import Case
 from ..model.solver_options import Method
-from ..pipeline.run import Prepared, prepare
+from ..pipeline.initial_state import initial_functions
+from ..pipeline.prepare import Prepared, prepare
+from ..pipeline.run import iterate
 from ..runtime.petsc import options
 
 RHOS = tuple(10.0**k for k in range(8))
@@ -121,11 +122,12 @@ def compare(
 
 def _reference(prepared: Prepared, name: str | None) -> tuple[Array, Array]:
     if name is not None:
-        start = initial_functions(prepared.system, name)
+        operators = prepared.operators
+        start = initial_functions(name, prepared.system, operators.mesh, operators.data.contact_nodes)
         assert start is not None
         return start
-    state = run_method(prepared.system, Method(name="semismooth-newton", tolerance=1e-9))
-    return state.u_t, state.sigma_t
+    state = iterate(prepared, Method(name="semismooth-newton", tolerance=1e-9))
+    return state.v, state.sigma
 
 
 def _run(
@@ -141,12 +143,12 @@ def _run(
     path: list[tuple[int, float]] = []
     if follow and name != "tao":
         first = system.applications
-        run_method(
-            system, method,
+        iterate(
+            prepared, method,
             monitor=lambda state: path.append((system.applications - first, measure.residual(state))),
         )  # fmt: skip
     solves, applications, began = system.elastic_solves, system.applications, time.perf_counter()
-    state = run_method(system, method)
+    state = iterate(prepared, method)
     seconds = time.perf_counter() - began
     return Trial(
         label, name, rho, state.converged, len(state.history), system.elastic_solves - solves,
@@ -158,16 +160,14 @@ class _Measure:
     """Residual and errors of a state."""
 
     def __init__(self, prepared: Prepared, exact: tuple[Array, Array]) -> None:
-        data = prepared.operators.data
-        self._weight, self._bound = prepared.operators.mesh.weight[data.contact_nodes], data.friction_bound
-        self._exact = exact
+        self._law, self._weight, self._exact = prepared.law, prepared.system.weight, exact
 
     def residual(self, state: ContactState) -> float:
-        rho = balanced_rho(state.u_t, state.sigma_t, self._weight, state.rho)
-        return Criterion(1.0).relative_residual(state.u_t, state.sigma_t, self._bound, self._weight, rho)
+        rho = balanced_rho(state.v, state.sigma, self._weight, state.rho)
+        return Criterion(1.0).relative_residual(self._law, state.v, state.sigma, self._weight, rho)
 
     def errors(self, state: ContactState) -> tuple[float, float]:
-        pairs = zip((state.u_t, state.sigma_t), self._exact, strict=True)
+        pairs = zip((state.v, state.sigma), self._exact, strict=True)
         return tuple(  # type: ignore[return-value]
             contact_norm(a - b, self._weight) / (contact_norm(b, self._weight) or np.nan) for a, b in pairs
         )

@@ -38,19 +38,17 @@ class CompressedSystem(EliminatedSystem):
         If a compressed operator misses its tolerance on a random probe of exact rows.
     """
 
-    compressed = True
+    matrix_free = True
 
-    def __init__(
-        self, operators: BoundaryOperators, comm: Any, bem: Bem, timings: dict[str, float] | None = None
-    ) -> None:
+    def __init__(self, operators: BoundaryOperators, comm: Any, bem: Bem) -> None:
         super().__init__(operators, comm)
         self.bem = bem
         # the threads are the compression's own: each works on a subtree, with one BLAS thread
         with one_blas_thread():
-            with stage("assemble", timings):
+            with stage("assemble"):
                 self._system, self._outer = self._compress()
                 self._load = self._outer @ np.where(self._is_contact, 0.0, operators.load_scale)
-            with stage("factor", timings):
+            with stage("factor"):
                 self._factor = factor(self._system)
                 self._at_rest = self._elastic(self._load)
         self._contact_here = slice(*self.contact.by_node[comm.getRank()])

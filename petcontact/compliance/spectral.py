@@ -11,9 +11,11 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
+from ..bem.operators import BoundaryOperators
+from ..contact.system import ContactSystem
 from ..errors import SolverError
 from ..runtime.petsc import petsc, stage
-from .base import ContactSystem, EliminatedSystem
+from .base import EliminatedSystem
 
 FEWEST_CASES = 3
 """Cases from which the eigendecomposition, some forty times an LU of I + ρS, pays."""
@@ -32,6 +34,8 @@ class SpectralSystem(EliminatedSystem):
     ----------
     system : ContactSystem
         On one rank; it is closed with this one.
+    operators : BoundaryOperators
+        Its operators.
 
     Raises
     ------
@@ -39,12 +43,11 @@ class SpectralSystem(EliminatedSystem):
         If S has no well-conditioned basis of eigenvectors with positive eigenvalues.
     """
 
-    def __init__(self, system: ContactSystem, comm: Any) -> None:
-        super().__init__(system.operators, comm)
+    def __init__(self, system: ContactSystem, operators: BoundaryOperators, comm: Any) -> None:
+        super().__init__(operators, comm)
         self._system, self.u_0 = system, system.u_0
         self._matrix = system.compliance()
-        data = self.operators.data
-        root = np.sqrt(self.operators.mesh.weight[data.contact_nodes])
+        root = np.sqrt(self.weight)
         values, basis = np.linalg.eig(self._matrix * (root[:, None] / root))
         if np.iscomplexobj(values) or not values.min(initial=1.0) > 0.0:
             raise SolverError("factor", "S has eigenvalues that are not positive", "use a finer mesh")
@@ -93,17 +96,17 @@ def shares(cases: int, size: int) -> bool:
     return cases >= FEWEST_CASES and size <= LARGEST
 
 
-def shared_by(cases: int, system: ContactSystem, comm: Any, timings: dict[str, float] | None = None) -> ContactSystem:
+def shared_by(cases: int, system: ContactSystem, operators: BoundaryOperators, comm: Any) -> ContactSystem:
     """The system itself, or the spectral one where that is the cheaper one for several cases.
 
     Options of the KSP other than `preonly` with `lu` (and so -ksp_monitor, too) keep the KSP.
     """
-    size = len(system.operators.data.contact_nodes)
+    size = len(system.weight)
     if not shares(cases, size) or comm.getSize() > 1 or _wants_ksp():
         return system
-    with stage("factor", timings):
+    with stage("factor"):
         try:
-            return SpectralSystem(system, comm)
+            return SpectralSystem(system, operators, comm)
         except (SolverError, np.linalg.LinAlgError):
             # strongly graded meshes: the KSP does without an eigenbasis
             return system

@@ -29,7 +29,7 @@ EXCESS = 1e-11
 
 
 class Compliance(Protocol):
-    """What the active set needs of S or of T; vectors (m,)."""
+    """What the active set needs of S or of T; vectors (m, 1)."""
 
     def apply(self, x: Array) -> Array: ...
     def stick_solve(self, stick: Mask, rhs: Array) -> Array: ...
@@ -37,7 +37,7 @@ class Compliance(Protocol):
 
 @dataclass(frozen=True)
 class Pivot:
-    """One step: σ and u (m,) for a set, 0 stick and ±1 the sign of σ where it slips, and the nodes that are wrong."""
+    """One step: σ and u (m, 1) for a set, 0 stick and ±1 the sign of σ where it slips, and how many nodes are wrong."""
 
     sigma: Array
     u: Array
@@ -69,13 +69,13 @@ def pivots(
     Parameters
     ----------
     operator : Compliance
-    base : (m,) array
+    base : (m, 1) array
         u for σ = 0 [length].
-    bound : (m,) array
+    bound : (m, 1) array
         g >= 0 [stress].
-    active : (m,) array of int8
+    active : (m, 1) array of int8
         First guess of the set.
-    sigma : (m,) array
+    sigma : (m, 1) array
         Where an iterative solve on the sticking nodes starts from [stress].
     noise : float
         Displacements below noise·max|base| have no sign.
@@ -108,7 +108,7 @@ def pivots(
             active, sigma = (revised, sigma) if predict is None else predict(sigma, u, revised)
         else:
             active = active.copy()
-            active[wrong[-1]] = revised[wrong[-1]]
+            active.flat[wrong[-1]] = revised.flat[wrong[-1]]
 
 
 def solve_box(

@@ -37,7 +37,7 @@ def project_ball(x: Array, radius: Array) -> Array:
     return np.where(outside[:, None], x * (radius / np.where(outside, size, 1.0))[:, None], x)
 
 
-def projection_residual(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float) -> Array:
+def projection_residual(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float | Array) -> Array:
     """Residual of the friction condition on Γ_C, zero exactly where (2.5) and (2.6) hold.
 
     Parameters
@@ -59,7 +59,7 @@ def projection_residual(u_t: Array, sigma_t: Array, friction_bound: Array, rho: 
     ValueError
         If rho is not positive or the shapes differ.
     """
-    if not rho > 0.0:
+    if not np.all(np.asarray(rho) > 0.0):
         raise ValueError(f"the Robin parameter is positive, got {rho}")
     if u_t.shape != sigma_t.shape:
         raise ValueError(f"u_t and sigma_t have one shape, got {u_t.shape} and {sigma_t.shape}")
@@ -82,7 +82,7 @@ def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float) -> 
     return sigma / u if u > 0.0 and sigma > 0.0 else fallback
 
 
-def contact_state(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float) -> States:
+def contact_state(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float | Array) -> States:
     """1 where a node slips, 0 where it sticks: |σ_t - ρ u_t| > g, the set on which the projection is active."""
     size = np.sqrt(np.sum((sigma_t - rho * u_t) ** 2, axis=1))
     state: States = (size > friction_bound).astype(np.int8)

@@ -1,6 +1,6 @@
 """S as methods with an active set use it: products, solves on the sticking nodes, and solves with T + S.
 
-Dense and small: LAPACK on the blocks. Large, or compressed: a PETSc KSP of prefix `stick_` or `sum_` on a matrix of type
+Dense and small: LAPACK on the blocks. Large, or matrix-free: a PETSc KSP of prefix `stick_` or `sum_` on a matrix of type
 python, preconditioned by the layer operator T.
 """
 
@@ -12,10 +12,9 @@ import numpy as np
 import scipy.linalg
 
 from ..arrays import Array, Mask
-from ..compliance.base import ContactSystem
-from ..compliance.layer.operator import LayerOperator
 from ..errors import SolverError
 from ..linalg.matrix_free import Krylov
+from .system import ContactSystem, Surrogate
 
 DIRECT_SIZE = 512
 """Contact nodes up to which LU on a block beats Krylov iterations on it (with a fast T)."""
@@ -24,7 +23,7 @@ STICK_RTOL = 1e-12
 
 
 class ContactCompliance(Protocol):
-    """S with the solves that methods need, vectors (m,)."""
+    """S with the solves that methods need, vectors (m, k)."""
 
     noise: float
     ksp_iterations: int
@@ -42,15 +41,15 @@ class _Counted:
         self.system = system
         self.ksp_iterations = 0
         self.matrix: Array | None = None
-        if not getattr(system, "compressed", False):
+        if not system.matrix_free:
             self.matrix = system.compliance()
 
     def apply(self, x: Array) -> Array:
         """S x."""
         if self.matrix is None:
-            return self.system.apply(x[:, None])[:, 0]
+            return self.system.apply(x)
         self.system.applications += 1
-        return np.asarray(self.matrix @ x)
+        return np.asarray(self.matrix @ x.ravel()).reshape(x.shape)
 
 
 class DirectCompliance(_Counted):
@@ -58,7 +57,7 @@ class DirectCompliance(_Counted):
 
     noise = 1e-13
 
-    def __init__(self, system: ContactSystem, layer: LayerOperator | None) -> None:
+    def __init__(self, system: ContactSystem, layer: Surrogate | None) -> None:
         super().__init__(system)
         self._layer = layer
         assert self.matrix is not None
@@ -70,8 +69,8 @@ class DirectCompliance(_Counted):
         nodes = np.flatnonzero(stick)
         self.system.elastic_solves += 1
         result = np.zeros_like(rhs)
-        block = self._dense if len(nodes) == len(rhs) else self._dense[nodes[:, None], nodes]
-        result[nodes] = np.linalg.solve(block, rhs[nodes])
+        block = self._dense if len(nodes) == rhs.size else self._dense[nodes[:, None], nodes]
+        result.flat[nodes] = np.linalg.solve(block, rhs.ravel()[nodes])
         _check(result)
         return result
 
@@ -81,7 +80,7 @@ class DirectCompliance(_Counted):
             assert self._layer is not None, "T + S needs T"
             self._sum = scipy.linalg.lu_factor(self._layer.matrix() + self._dense, check_finite=False)
         self.system.elastic_solves += 1
-        result = np.asarray(scipy.linalg.lu_solve(self._sum, rhs, check_finite=False))
+        result = np.asarray(scipy.linalg.lu_solve(self._sum, rhs.ravel(), check_finite=False)).reshape(rhs.shape)
         _check(result)
         return result
 
@@ -94,11 +93,10 @@ class KrylovCompliance(_Counted):
 
     noise = 1e-10
 
-    def __init__(self, system: ContactSystem, layer: LayerOperator) -> None:
+    def __init__(self, system: ContactSystem, layer: Surrogate) -> None:
         super().__init__(system)
         self.layer = layer
-        self._stick = Krylov(layer.size, "stick_")
-        self._sum = Krylov(layer.size, "sum_")
+        self._stick, self._sum = Krylov(system.u_0.shape, "stick_"), Krylov(system.u_0.shape, "sum_")
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
         """GMRES on the stick block of S (identity off it), preconditioned by the stick block of T⁻¹."""
@@ -122,7 +120,7 @@ class KrylovCompliance(_Counted):
 
     def _floor(self, stick: Mask | None = None) -> float:
         """Norm of a preconditioned residual that is STICK_RTOL of that of u_0."""
-        base = self.system.u_0[:, 0]
+        base = self.system.u_0
         return STICK_RTOL * float(np.linalg.norm(self.layer.solve(base if stick is None else np.where(stick, base, 0.0))))
 
     def close(self) -> None:
@@ -131,9 +129,9 @@ class KrylovCompliance(_Counted):
         self._sum.close()
 
 
-def contact_compliance(system: ContactSystem, layer: LayerOperator | None) -> ContactCompliance:
+def contact_compliance(system: ContactSystem, layer: Surrogate | None) -> ContactCompliance:
     """S by LU where it is dense and small, or T is not given or has no fast form; else by Krylov iterations."""
-    if layer is not None and (getattr(system, "compressed", False) or (layer.fast and layer.size > DIRECT_SIZE)):
+    if layer is not None and (system.matrix_free or (layer.fast and system.u_0.size > DIRECT_SIZE)):
         return KrylovCompliance(system, layer)
     return DirectCompliance(system, layer)
 

@@ -5,15 +5,17 @@ A rule is an object with one method, `update(rho, balance) -> rho`. Write your o
     class HalfWay:
         def update(self, rho, balance):
             return (rho * balance) ** 0.5
+
+A rule of the package is a class here and its line in `model.solver_options.RULES`.
 """
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Any, Literal, Protocol
 
-from ..model.solver_options import Method
+from ..model.solver_options import DEFAULT_RULE, RULES, Method
 
 
 class Rule(Protocol):
@@ -116,13 +118,11 @@ class ModifiedSafeguarded(Modified):
         return min(max(wanted, rho / (1.0 + bound)), (1.0 + bound) * rho)
 
 
-def make_rule(method: Method) -> Rule:
-    """A fresh rule by the name and with the parameters of `[method]`."""
-    if method.rule == "fixed":
-        return Fixed()
-    kinds = {"self-adaptive": SelfAdaptive, "modified-safeguarded": ModifiedSafeguarded}
-    kind = kinds.get(method.rule or "modified", Modified)
-    return kind(tau=method.tau, max_changes=method.max_changes, change_test=method.change_test)
+def make_rule(options: Method) -> Rule:
+    """A fresh rule with the parameters of a `[method]` table."""
+    kind: Any = globals()[RULES[options.rule or DEFAULT_RULE]]
+    parameters = ("tau", "max_changes", "change_test")
+    return kind(**{name: getattr(options, name) for name in parameters if name in kind.__dataclass_fields__})  # type: ignore[no-any-return]
 
 
 def usable_balance(sigma_change: float, u_change: float) -> float:

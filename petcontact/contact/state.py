@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 
 from ..arrays import Array
@@ -41,11 +42,11 @@ class History:
 
 @dataclass
 class ContactState:
-    """Where a method ended on Γ_C.
+    """Where a method ended, or is, on Γ_C.
 
     Attributes
     ----------
-    u_t, sigma_t : (m, 1) arrays
+    v, sigma : (m, k) arrays
         Last iterate [length], [stress].
     rho : float
         Robin parameter of the last step [stress/length].
@@ -53,11 +54,20 @@ class ContactState:
     reason : str
         Why the method stopped, in words.
     history : History
+    stopped : bool
+        Whether the monitor or an error ended it.
     """
 
-    u_t: Array
-    sigma_t: Array
+    v: Array
+    sigma: Array
     rho: float
     converged: bool
     reason: str
     history: History
+    stopped: bool = False
+
+
+Start = tuple[Array, Array]
+"""Initial v [length] and σ [stress], (m, k)."""
+Monitor = Callable[[ContactState], str | None]
+"""Called with the state so far after each iteration; a reason, if it returns one, ends the method there."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
@@ -13,10 +14,11 @@ from .ksp import LinearSolver
 
 
 class Krylov:
-    """A KSP (GMRES unless the options say otherwise) over functions, on whole vectors."""
+    """A KSP (GMRES unless the options say otherwise) over functions of whole arrays of one shape."""
 
-    def __init__(self, size: int, prefix: str) -> None:
-        comm = petsc().COMM_SELF
+    def __init__(self, shape: tuple[int, ...], prefix: str) -> None:
+        comm, size = petsc().COMM_SELF, math.prod(shape)
+        self._shape = shape
         self._product: Callable[[Array], Array] = np.copy
         self._precondition: Callable[[Array], Array] = np.copy
         self._matrix = petsc().Mat().createPython((size, size), context=self, comm=comm)
@@ -34,11 +36,11 @@ class Krylov:
 
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
         """The matrix of type python."""
-        y.setArray(self._product(x.getArray(readonly=True)))
+        y.setArray(self._product(x.getArray(readonly=True).reshape(self._shape)))
 
     def precondition(self, x: Array) -> Array:
-        """The preconditioner of type python."""
-        return self._precondition(x)
+        """The preconditioner of type python, on flat vectors."""
+        return self._precondition(x.reshape(self._shape))
 
     def solve(
         self, product: Callable[[Array], Array], precondition: Callable[[Array], Array], rhs: Array,
@@ -50,7 +52,7 @@ class Krylov:
         self._x.set(0.0)
         self._solver.ksp.setTolerances(rtol=rtol, atol=floor)
         self._solver.solve(self._b, self._x)
-        return np.array(self._x.getArray(readonly=True))
+        return np.array(self._x.getArray(readonly=True)).reshape(self._shape)
 
     def close(self) -> None:
         """Free every PETSc object."""

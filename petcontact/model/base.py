@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import difflib
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Annotated, Any
 
 import pydantic
+import pydantic_core
 
 from ..arrays import LARGEST_COORDINATE
 from ..errors import InputError
@@ -45,6 +46,18 @@ def _option_name(name: Any) -> str:
     if isinstance(name, str) and name[:1].isalpha() and name.isascii() and name.replace(".", "_").isidentifier():
         return name
     raise ValueError("must be the name of a PETSc option without its dash")
+
+
+def one_of(names: Collection[str]) -> pydantic.BeforeValidator:
+    """Check that a text is one of some names, with the words of a literal."""
+
+    def check(value: Any) -> Any:
+        if value is not None and value not in list(names):
+            allowed = " or ".join(filter(None, [", ".join(map(repr, [*names][:-1])), repr([*names][-1])]))
+            raise pydantic_core.PydanticKnownError("literal_error", {"expected": allowed})
+        return value
+
+    return pydantic.BeforeValidator(check)
 
 
 Expression = Annotated[float | str, pydantic.BeforeValidator(_expression)]

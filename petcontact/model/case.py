@@ -32,6 +32,13 @@ class Case(Problem):
     bem: Bem = Bem()
     petsc: Options = {}  # noqa: RUF012 (pydantic copies it)
 
+    @classmethod
+    def of(cls, problem: Problem) -> Case:
+        """The problem with the default method, or the case itself."""
+        if isinstance(problem, Case):
+            return problem
+        return cls(**{name: getattr(problem, name) for name in Problem.model_fields})
+
     def toml(self) -> str:
         """The whole case as TOML, defaults filled in."""
         return tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))

@@ -6,9 +6,24 @@ from typing import Annotated, Literal
 
 import pydantic
 
-from .base import Model, Positive
+from .base import Model, Positive, one_of
 
-RuleName = Literal["fixed", "self-adaptive", "modified", "modified-safeguarded"]
+METHODS = {
+    "projection": "projection",
+    "operator-robin": "operator_robin",
+    "semismooth-newton": "newton",
+    "tao": "tao",
+}
+"""Methods by name, and the module of contact/methods/ whose `build` makes each."""
+DEFAULT_METHOD = "semismooth-newton"
+RULES = {
+    "fixed": "Fixed",
+    "self-adaptive": "SelfAdaptive",
+    "modified": "Modified",
+    "modified-safeguarded": "ModifiedSafeguarded",
+}
+"""Rules for ρ by name, and the class of contact/rho_rules that each is."""
+DEFAULT_RULE = "modified"
 Count = Annotated[int, pydantic.Field(ge=0, le=10**9, strict=True)]
 
 
@@ -17,9 +32,9 @@ class Method(Model):
 
     Attributes
     ----------
-    name : {"projection", "operator-robin", "semismooth-newton", "tao"}, optional
+    name : key of METHODS, optional
         The method; by default the projection method of the paper where a rule is named, else the default of the package.
-    rule : {"fixed", "self-adaptive", "modified", "modified-safeguarded"}
+    rule : key of RULES, optional
         How ρ changes (projection method only).
     rho : float
         ρ_0 > 0 [stress/length].
@@ -41,8 +56,8 @@ class Method(Model):
     formulation : {"condensed", "full"}
     """
 
-    name: Literal["projection", "operator-robin", "semismooth-newton", "tao"] | None = None
-    rule: RuleName | None = None
+    name: Annotated[str | None, one_of(METHODS)] = None
+    rule: Annotated[str | None, one_of(RULES)] = None
     rho: Positive = 1.0
     omega: Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=2.0)] = 1.8
     tau: Positive = 2.0
@@ -58,9 +73,6 @@ class Method(Model):
     def resolved_name(self) -> str:
         """The method, its default filled in."""
         return self.name or ("projection" if self.rule else DEFAULT_METHOD)
-
-
-DEFAULT_METHOD = "semismooth-newton"
 
 
 class Bem(Model):

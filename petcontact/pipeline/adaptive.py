@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -21,8 +20,7 @@ from ..arrays import Index
 from ..bem.boundary_data import evaluate_boundary
 from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
-from ..contact.methods.registry import carried_over
-from ..contact.state import ContactState
+from ..contact.state import Monitor
 from ..mesh.hp_grading import graded_mesh
 from ..model.case import Case
 from ..model.problem import Problem
@@ -30,8 +28,9 @@ from ..refinement.contact_line import ContactLine, relative_difference, transiti
 from ..refinement.marks import LADDER, Body, Rung, first_rung, marks_for
 from ..results.solution import Solution, Zone
 from ..runtime.petsc import petsc
-from ..runtime.signals import Interrupted
-from .run import prepare_operators, probed, run
+from .initial_state import carried_over
+from .prepare import prepare_operators
+from .run import probed, run
 
 UNTRIED = 0.8
 """Pace, of the ladder's own, that is expected of a body on which only two rungs were compared."""
@@ -44,8 +43,7 @@ def adapt(
     accuracy: float,
     *,
     comm: Any = None,
-    monitor: Callable[[ContactState], None] | None = None,
-    keep_interrupted: bool = False,
+    monitor: Monitor | None = None,
 ) -> Solution:
     """The solution with an estimated error of u_t below a wanted one, on meshes that follow it.
 
@@ -58,9 +56,7 @@ def adapt(
     comm : PETSc.Comm, optional
         PETSc.COMM_WORLD by default.
     monitor : callable, optional
-        Called with the state so far after each iteration of each solve.
-    keep_interrupted : bool
-        As in `pipeline.run`: the iterate at which a signal came is returned, or the mesh before if none was under way.
+        Called with the state so far after each iteration of each solve; a reason that it returns ends the solve there.
 
     Returns
     -------
@@ -77,8 +73,7 @@ def adapt(
     """
     if not 0.0 < accuracy < 1.0:
         raise ValueError(f"the accuracy lies between 0 and 1, got {accuracy}")
-    if not isinstance(case, Case):
-        case = Case(**{name: getattr(case, name) for name in type(case).model_fields})
+    case = Case.of(case)
     method = case.method.model_copy(update={"name": "semismooth-newton", "rule": None, "start": "zero"})
     case = case.model_copy(update={"method": method})
     comm = comm if comm is not None else petsc().COMM_WORLD
@@ -87,26 +82,15 @@ def adapt(
     first = first_rung(accuracy)
     # the second rung is cheap and places the transition points well enough for every other one
     climbed, differences, estimate = [0], list[float](), math.inf
-    levels = [solve_level(case, body, LADDER[0], None, comm, monitor, keep_interrupted)]
-    interrupted: Interrupted | None = None
+    levels = [solve_level(case, body, LADDER[0], None, comm, monitor)]
     for k in [*range(1, min(2, first - 1)), *range(max(1, first - 1), len(LADDER))]:
         if levels[-1].solution.status == "failed" or (estimate <= accuracy and climbed[-1] >= first):
             break
-        try:
-            levels.append(solve_level(case, body, LADDER[k], levels[-1], comm, monitor, keep_interrupted))
-        except Interrupted as error:
-            if not keep_interrupted:
-                raise
-            interrupted = error
-            break
+        levels.append(solve_level(case, body, LADDER[k], levels[-1], comm, monitor))
         climbed.append(k)
         differences.append(relative_difference(levels[-1].lines, levels[-2].lines))
         estimate = estimated_error(differences, climbed)
-    solution = _finished(body, levels, accuracy, estimate, differences, time.perf_counter() - began)
-    if interrupted is None:
-        return solution
-    solution.info["interrupted"] = interrupted.number
-    return replace(solution, status="failed", reason=f"interrupted by {interrupted.name} on the way to the next mesh")
+    return _finished(body, levels, accuracy, estimate, differences, time.perf_counter() - began)
 
 
 def estimated_error(differences: list[float], climbed: list[int]) -> float:
@@ -140,8 +124,7 @@ def solve_level(
     rung: Rung,
     previous: Level | None,
     comm: Any,
-    monitor: Callable[[ContactState], None] | None,
-    keep_interrupted: bool,
+    monitor: Monitor | None,
 ) -> Level:
     """Mesh for a rung and what the previous level showed, and its solution."""
     began = time.perf_counter()
@@ -155,9 +138,7 @@ def solve_level(
     prepared = prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began})
     try:
         start = None if previous is None else carried_over(previous.solution.contact, mesh, operators.data.contact_nodes)
-        solution = run(
-            prepared, case, start=start, monitor=monitor, keep_interrupted=keep_interrupted, probe=False
-        )
+        solution = run(prepared, case, start=start, monitor=monitor, probe=False)
     finally:
         prepared.close()
     return Level(solution, operators, contact_lines(body, solution, side_of_element))

@@ -1,127 +1,71 @@
-"""From a case to its solution: discretise, eliminate, iterate, check."""
+"""A prepared case to its solution: iterate, check."""
 
 from __future__ import annotations
 
 import platform
 import sys
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field, replace
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from .. import __version__
 from ..arrays import Array
-from ..bem.boundary_data import evaluate_boundary
-from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
-from ..compliance.base import ContactSystem
-from ..compliance.condensed import CondensedSystem, FullSystem
-from ..compliance.spectral import shared_by
-from ..contact.friction_law import contact_norm, projection_residual
-from ..contact.methods.registry import run_method
+from ..contact.criterion import Criterion
+from ..contact.friction_law import contact_norm
+from ..contact.iteration import Iteration
+from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
-from ..contact.state import ContactState, History
-from ..errors import InputError, SolverError
+from ..contact.state import ContactState, Monitor, Start
+from ..errors import SolverError
 from ..mesh.curve_mesh import as_curve
 from ..model.case import Case
-from ..model.problem import Contact, Problem
-from ..model.solver_options import Bem, Method
-from ..refinement.marks import mesh_of
+from ..model.problem import Problem
+from ..model.solver_options import Method
 from ..results.solution import Solution, contact_fields
-from ..runtime import threads as _threads
-from ..runtime.petsc import options, petsc, reason_name, stage
-from ..runtime.signals import Interrupted, check, held
+from ..runtime import threads
+from ..runtime.petsc import options, petsc, reason_name, stage, timed
+from .initial_state import initial_functions
+from .prepare import Prepared, prepare
 
 PROBED_NODES = 24
-CROSSOVER = 1200
-"""Nodes above which `mat_type = "auto"` compresses."""
 ELASTIC_LIMIT = 1e-7
 """Largest accepted defect of the boundary integral equations, relative to the largest displacement."""
 
 
-@dataclass
-class Prepared:
-    """A discretised and eliminated problem: any number of methods, rules and ρ run on it.
+def iterate(
+    prepared: Prepared, method: Method, *, rule: Rule | None = None, start: Start | None = None,
+    monitor: Monitor | None = None,
+) -> ContactState:  # fmt: skip
+    """The method of a `[method]` table on a prepared problem.
 
-    Attributes
+    Parameters
     ----------
-    operators : BoundaryOperators
-    system : ContactSystem
-    timings : dict of str to float
-        Seconds of mesh, assemble and factor.
+    prepared : Prepared
+    method : Method
+    rule : Rule, optional
+        Over `method.rule`, for the projection method.
+    start : pair of (m, 1) arrays, optional
+        Initial u_t [length] and σ_t [stress], over `method.start`.
+    monitor : callable, optional
+        See `Iteration`.
+
+    Raises
+    ------
+    InputError
+        If `method.start` names no usable result file.
+    SolverError
+        If a solve or an iterate fails.
     """
-
-    operators: BoundaryOperators
-    system: ContactSystem
-    comm: Any
-    timings: dict[str, float] = field(default_factory=dict)
-
-    def close(self) -> None:
-        """Free every PETSc object."""
-        self.system.close()
-
-
-def discretise(problem: Problem) -> BoundaryOperators:
-    """Mesh, boundary data and operators (not yet assembled) of a problem."""
-    if not any(isinstance(condition, Contact) for condition in problem.boundary):
-        raise InputError('boundary: no part is in contact; one at least needs condition = "contact"')
-    outline = problem.geometry.outline()
-    mesh = mesh_of(problem, outline)
-    return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), kernel_for(mesh, problem.material))
-
-
-def prepare(case: Case, comm: Any = None, cases: int = 1) -> Prepared:
-    """Discretise and eliminate; what does not depend on the method's parameters is done once, here.
-
-    `cases` is how many will be run on it: several may share more than one would.
-    """
-    comm = comm if comm is not None else petsc().COMM_WORLD
-    began = time.perf_counter()
-    operators = discretise(case)
-    return prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began}, cases)
-
-
-def prepare_operators(
-    operators: BoundaryOperators, case: Case, comm: Any, timings: dict[str, float], cases: int = 1
-) -> Prepared:
-    """Eliminate a problem that is discretised already; its seconds are added to `timings`."""
-    with options(case.petsc), _threads.suited_to(operators.n_unknowns):
-        system = _build_system(operators, case, comm, timings)
-        if case.method.formulation == "condensed" and cases > 1:
-            system = shared_by(cases, system, comm, timings)
-    return Prepared(operators, system, comm, timings)
-
-
-def _build_system(
-    operators: BoundaryOperators, case: Case, comm: Any, timings: dict[str, float]
-) -> ContactSystem:
-    """The system that `[bem]`, the -bem_ options and the formulation ask for."""
-    bem = resolved_bem(case.bem)
-    compressed = bem.mat_type == "hodlr" or (bem.mat_type == "auto" and operators.mesh.n_nodes > CROSSOVER)
-    if case.method.formulation == "full":
-        if bem.mat_type == "hodlr":
-            raise InputError('method.formulation: "full" is dense; use "condensed" with bem.mat_type = "hodlr"')
-        return FullSystem(operators, comm, timings)
-    if compressed:
-        from ..compliance.compressed import CompressedSystem
-
-        return CompressedSystem(operators, comm, bem, timings)
-    return CondensedSystem(operators, comm, timings)
-
-
-def resolved_bem(bem: Bem) -> Bem:
-    """`[bem]` with -bem_mat_type, -bem_hodlr_tol and -bem_hodlr_leaf over it."""
-    database = petsc().Options("bem_")
-    given = {name: database.getString(name) for name in type(bem).model_fields if database.hasName(name)}
-    values: dict[str, Any] = {**bem.model_dump()}
-    for name, text in given.items():
-        try:
-            values[name] = text if name == "mat_type" else float(text) if name == "hodlr_tol" else int(text)
-        except ValueError:
-            raise InputError(f"-bem_{name}: {text!r} is not a number") from None
-    return Bem(**values)
+    operators = prepared.operators
+    if start is None:
+        start = initial_functions(method.start, prepared.system, operators.mesh, operators.data.contact_nodes)
+    criterion = Criterion(method.tolerance, method.stop)
+    iteration = Iteration(criterion, method.max_iterations, start, monitor)
+    return method_of(method, rule)(prepared.system, prepared.law, iteration)
 
 
 def run(
@@ -129,54 +73,38 @@ def run(
     case: Case,
     *,
     rule: Rule | None = None,
-    start: tuple[Array, Array] | None = None,
-    monitor: Callable[[ContactState], None] | None = None,
-    keep_interrupted: bool = False,
+    start: Start | None = None,
+    monitor: Monitor | None = None,
     probe: bool = True,
 ) -> Solution:
-    """The method of a case on a prepared problem.
+    """The method of a case on a prepared problem, as `iterate`; without `probe` the elastic residual is left for `probed`.
 
-    `start`, initial u_t and σ_t (m, 1), has precedence over the method's own. Without `probe` the elastic residual is
-    left for `probed`.
-
-    A solve that fails keeps its last iterate and history in a solution of status "failed"; only a failure before the
-    first iterate raises. With `keep_interrupted` a signal that `signals.install` has taken over counts as a failure, and
-    `info["interrupted"]` is its number; without it `Interrupted` goes through.
+    A solve that fails, or that the monitor ends, keeps its last iterate and history in a solution of status "failed";
+    only a failure before the first iterate raises.
 
     Raises
     ------
     SolverError
         If there is no iterate to keep.
     """
-    began = time.perf_counter()
-    unknowns = prepared.operators.n_unknowns
     last: list[ContactState] = []
 
-    def keep(state: ContactState) -> None:
+    def keep(state: ContactState) -> str | None:
         last[:] = [state]
-        check(prepared.comm)
-        if monitor is not None:
-            monitor(state)
+        return monitor(state) if monitor is not None else None
 
+    unknowns = prepared.operators.n_unknowns
     size = len(prepared.operators.data.contact_nodes) if case.method.formulation == "condensed" else unknowns
-    with options(case.petsc), _threads.suited_to(size), stage("iterate"):
+    with timed() as seconds, options(case.petsc), threads.suited_to(size), stage("iterate"):
         try:
-            state, status, interrupted = run_method(prepared.system, case.method, rule, keep, start), "", 0
-        except (SolverError, Interrupted) as error:
-            if not last or (isinstance(error, Interrupted) and not keep_interrupted):
+            state = iterate(prepared, case.method, rule=rule, start=start, monitor=keep)
+        except SolverError as error:
+            if not last:
                 raise
-            state, status, interrupted = last[0], "failed", getattr(error, "number", 0)
-            state.reason = f"interrupted by {error.name}" if isinstance(error, Interrupted) else str(error)
-    with held(keep_interrupted) as late:
-        with options(case.petsc), _threads.suited_to(size), stage("iterate"):
-            u, traction = prepared.system.boundary(state.sigma_t)
-        timings = {**prepared.timings, "iterate": time.perf_counter() - began}
-        solution = _finish(prepared, case, state, status, u, traction, timings, rule)
-        if probe:
-            solution = probed(solution, prepared.operators)
-    if interrupted or late:
-        solution.info["interrupted"] = interrupted or late[0]
-    return solution
+            state = replace(last[0], reason=str(error), stopped=True)
+        u, traction = prepared.system.boundary(state.sigma)
+    solution = _finish(prepared, case, state, u, traction, {**prepared.timings, **seconds}, rule)
+    return probed(solution, prepared.operators) if probe else solution
 
 
 def solve(
@@ -186,7 +114,7 @@ def solve(
     rule: Rule | None = None,
     petsc_options: Mapping[str, Any] | None = None,
     comm: Any = None,
-    monitor: Callable[[ContactState], None] | None = None,
+    monitor: Monitor | None = None,
 ) -> Solution:
     """Solve a case, or a problem with a method.
 
@@ -203,7 +131,7 @@ def solve(
     comm : PETSc.Comm, optional
         PETSc.COMM_WORLD by default; every rank gets the whole solution.
     monitor : callable, optional
-        Called with the state so far after each iteration.
+        Called with the state so far after each iteration; a reason that it returns ends the solve there.
 
     Raises
     ------
@@ -212,9 +140,7 @@ def solve(
     SolverError
         If a solve fails before there is an iterate to keep.
     """
-    if not isinstance(case, Case):
-        case = Case(**{name: getattr(case, name) for name in type(case).model_fields})
-    changes: dict[str, Any] = {}
+    case, changes = Case.of(case), dict[str, Any]()
     if method is not None:
         changes["method"] = method
     if petsc_options is not None:
@@ -228,7 +154,7 @@ def solve(
 
 
 def _finish(
-    prepared: Prepared, case: Case, state: ContactState, status: str, u: Array, traction: Array,
+    prepared: Prepared, case: Case, state: ContactState, u: Array, traction: Array,
     timings: dict[str, float], rule: Rule | None,
 ) -> Solution:  # fmt: skip
     """Put together what a method returned."""
@@ -236,8 +162,8 @@ def _finish(
     operators, system = prepared.operators, prepared.system
     mesh, data = as_curve(operators.mesh), operators.data
     contact, zones = contact_fields(mesh, data, traction, state)
-    status = status or ("converged" if state.converged else "not converged")
-    residual = projection_residual(state.u_t, state.sigma_t, data.friction_bound, state.rho)
+    status = "failed" if state.stopped else "converged" if state.converged else "not converged"
+    residual = prepared.law.residual(state.v, state.sigma, state.rho)
     timings["check"] = time.perf_counter() - began
     info = {
         "solver": system.describe(),
@@ -295,6 +221,3 @@ def versions() -> str:
         f"petcontact {__version__}, PETSc {numbers}, numpy {np.__version__}, scipy {scipy.__version__}, "
         f"h5py {h5py.__version__}, Python {platform.python_version()}"
     )
-
-
-__all__ = ["History", "Prepared", "discretise", "elastic_residual", "prepare", "run", "solve", "versions"]

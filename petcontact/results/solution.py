@@ -138,12 +138,12 @@ def contact_fields(
     """Nodal fields and zones on Γ_C from the last iterate of a method."""
     nodes = data.contact_nodes
     weight = mesh.weight[nodes]
-    rho = balanced_rho(state.u_t, state.sigma_t, weight, state.rho)
+    rho = balanced_rho(state.v, state.sigma, weight, state.rho)
     normal_traction = np.einsum("ij,ij->i", traction[nodes], mesh.normal[nodes])
-    slips = contact_state(state.u_t, state.sigma_t, data.friction_bound, rho)
+    slips = contact_state(state.v, state.sigma, data.friction_bound, rho)
     names = np.array(mesh.part_names)[mesh.node_part[nodes]]
     contact = ContactFields(
-        nodes, mesh.x[nodes], data.tangent[:, 0], weight, mesh.arc_length[nodes], state.u_t, state.sigma_t,
+        nodes, mesh.x[nodes], data.tangent[:, 0], weight, mesh.arc_length[nodes], state.v, state.sigma,
         normal_traction, data.friction_bound, slips, names,
     )  # fmt: skip
     return contact, _zones(mesh, contact)

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _failures: list[Any] = []
 """A communicator of all ranks on which nothing else is sent, so that a failed rank can ask whether the others failed too."""
+_clocks: list[dict[str, float]] = []
+"""What `timed` blocks have noted so far, the innermost last."""
 _from_tables: dict[str, bool] = {}
 """Options that `[petsc]` tables have set so far, and whether an object used them."""
 _PROGRAM_OPTIONS = ("options_", "help", "log_", "malloc", "info", "skip_petscrc", "no_signal_handler", "on_error_",
@@ -149,8 +151,19 @@ def reason_name(reason: int) -> str:
 
 
 @contextlib.contextmanager
-def stage(name: str, timings: dict[str, float] | None = None) -> Iterator[None]:
-    """A named stage of `-log_view`, timed into `timings`; a PETSc error inside becomes a `SolverError` that names it."""
+def timed() -> Iterator[dict[str, float]]:
+    """Wall seconds of the stages inside the block, by name; of nested blocks the innermost one notes a stage."""
+    seconds: dict[str, float] = {}
+    _clocks.append(seconds)
+    try:
+        yield seconds
+    finally:
+        _clocks.pop()
+
+
+@contextlib.contextmanager
+def stage(name: str) -> Iterator[None]:
+    """A named stage of `-log_view`, timed by `timed`; a PETSc error inside becomes a `SolverError` that names it."""
     module = petsc()
     began = time.perf_counter()
     log = module.Log.Stage(name)
@@ -161,8 +174,8 @@ def stage(name: str, timings: dict[str, float] | None = None) -> Iterator[None]:
         raise solver_error(name, error) from error
     finally:
         log.pop()
-        if timings is not None:
-            timings[name] = timings.get(name, 0.0) + time.perf_counter() - began
+        if _clocks:
+            _clocks[-1][name] = _clocks[-1].get(name, 0.0) + time.perf_counter() - began
 
 
 def solver_error(name: str, error: PETSc.Error) -> SolverError:

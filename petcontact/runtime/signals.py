@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
@@ -75,42 +75,42 @@ def deferred() -> Iterator[None]:
             raise Interrupted(number)
 
 
-@contextlib.contextmanager
-def held(wanted: bool) -> Iterator[list[int]]:
-    """Hold signals back, if wanted, and tell them after the block instead of raising: their numbers are in the list."""
-    late: list[int] = []
-    if not wanted:
-        yield late
-        return
-    try:
-        with deferred():
-            yield late
-    except Interrupted as error:
-        late.append(error.number)
+class Stop:
+    """Asked after each iterate: the number of a signal that wants the work to end, or 0 (collective).
 
-
-@contextlib.contextmanager
-def agreed(comm: Any) -> Iterator[Callable[[], int]]:
-    """Hold signals back on a communicator of several ranks, where one rank alone must not leave the others waiting.
-
-    They are raised by `check`, on all ranks at once; what comes after the last check is what the function given to the
-    block returns (collective): the number of a signal, or 0.
+    From the first question on, signals wait for the next one; before it they are raised at once, on one rank.
     """
-    if comm.getSize() == 1:
-        yield lambda: 0
-        return
-    with deferred():
-        yield lambda: _pending_anywhere(comm)
+
+    def __init__(self, comm: Any, held: contextlib.ExitStack) -> None:
+        self.number, self._comm, self._held = 0, comm, held
+        # one rank alone must not leave the others waiting
+        self._waiting = comm.getSize() > 1
+        if self._waiting:
+            held.enter_context(deferred())
+
+    def __call__(self) -> int:
+        if not self._waiting:
+            self._waiting = True
+            self._held.enter_context(deferred())
+        self.number = self.number or _pending_anywhere(self._comm)
+        return self.number
+
+    @property
+    def reason(self) -> str:
+        """What a monitor says to end a solve; "" without a signal."""
+        return f"interrupted by {signal.Signals(self.number).name}" if self() else ""
 
 
-def check(comm: Any) -> None:
-    """Raise `Interrupted` on every rank if one of them has a signal pending (collective)."""
-    if comm.getSize() > 1 and (number := _pending_anywhere(comm)):
-        raise Interrupted(number)
+@contextlib.contextmanager
+def stopping(comm: Any) -> Iterator[Stop]:
+    """A `Stop` that holds signals until the block is over."""
+    with contextlib.ExitStack() as held:
+        yield Stop(comm, held)
 
 
 def _pending_anywhere(comm: Any) -> int:
-    number: int = max(comm.tompi4py().allgather(_pending[-1] if _pending else 0))
+    own = _pending[-1] if _pending else 0
+    number: int = own if comm.getSize() == 1 else max(comm.tompi4py().allgather(own))
     if number:
         _pending.clear()
     return number

@@ -12,7 +12,7 @@ import numpy as np
 from ..compliance.spectral import shares
 from ..errors import PetcontactError
 from ..model.case import Case
-from ..pipeline.run import CROSSOVER, resolved_bem
+from ..pipeline.prepare import CROSSOVER, resolved_bem
 from ..refinement.marks import mesh_of
 from .cases import SweepCase
 

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..pipeline import run as pipeline
+from ..pipeline.prepare import Prepared, prepare
 from ..results.hdf5 import write_failure, write_solution
 from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
@@ -196,7 +197,7 @@ class _Run:
     def _work_on(self, group: Group) -> None:
         """Prepare a group once, then claim its cases one by one."""
         first = self.sweep.cases[group.cases[0]].case
-        prepared, reason = self.team.attempt(lambda: pipeline.prepare(first, self.team.comm, len(group.cases)))
+        prepared, reason = self.team.attempt(lambda: prepare(first, self.team.comm, len(group.cases)))
         if prepared is not None:
             for name, seconds in prepared.timings.items():
                 self._add(name, seconds)
@@ -209,7 +210,7 @@ class _Run:
     def _claim(self, group: Group) -> int | None:
         return next((place for place in group.cases if self.folder.board.claim(place)), None)
 
-    def _solve(self, place: int, prepared: pipeline.Prepared | None, reason: str) -> None:
+    def _solve(self, place: int, prepared: Prepared | None, reason: str) -> None:
         """One case from its iteration to its file."""
         chosen = self.sweep.cases[place]
         solution: Solution | None = None

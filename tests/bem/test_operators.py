@@ -11,7 +11,7 @@ from conftest import example
 from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Traction
 from petcontact.bem.boundary_data import evaluate_boundary
 from petcontact.bem.dense_assembly import assemble_dense
-from petcontact.pipeline.run import discretise
+from petcontact.pipeline.prepare import discretise
 
 PENTAGON = Polygon(vertices=((0, 0), (3, 0.2), (3.5, 2), (1.4, 3.1), (-0.4, 1.3)), parts=("a", "b", "c", "d", "e"))
 
@@ -138,7 +138,7 @@ from conftest import example
 from petcontact import MeshOptions
 from petcontact.runtime.petsc import petsc
 from petcontact.bem.dense_assembly import assemble_dense
-from petcontact.pipeline.run import discretise
+from petcontact.pipeline.prepare import discretise
 comm = petsc().COMM_SELF
 small = assemble_dense(discretise(example(1, mesh=MeshOptions(element_size=0.2))), comm)
 ops = discretise(example(1, mesh=MeshOptions(element_size=0.01)))

@@ -19,7 +19,8 @@ from petcontact import InputError, SolverError
 from petcontact.commands.main import main
 from petcontact.model.case import load, parse_case
 from petcontact.model.expressions import evaluate
-from petcontact.pipeline.run import ELASTIC_LIMIT, discretise, solve
+from petcontact.pipeline.prepare import discretise
+from petcontact.pipeline.run import ELASTIC_LIMIT, solve
 
 EXAMPLE = tomllib.loads((Path(__file__).parents[2] / "configs" / "example1.toml").read_text())
 EXAMPLE["mesh"]["element_size"] = 1.0

@@ -14,7 +14,8 @@ from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
 from petcontact.compliance.compressed import CompressedSystem
 from petcontact.compliance.condensed import CondensedSystem
 from petcontact.model.solver_options import Bem
-from petcontact.pipeline.run import discretise, prepare, resolved_bem, run
+from petcontact.pipeline.prepare import discretise, prepare, resolved_bem
+from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import options
 from petcontact.sweep.cases import load_sweep
 from petcontact.sweep.cost import group_cases

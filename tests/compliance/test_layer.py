@@ -13,7 +13,7 @@ from petcontact.compliance.layer.kernel import Strip, body_thickness, layer_matr
 from petcontact.compliance.layer.operator import LayerOperator, robin_preconditioner
 from petcontact.compliance.layer.strips import FourierStrip
 from petcontact.mesh.basis import gauss, lagrange
-from petcontact.pipeline.run import discretise, prepare
+from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.runtime.petsc import petsc
 
 GRADED = MeshOptions(order=3)
@@ -105,7 +105,7 @@ def test_operations_agree_with_the_matrix(mesh):
     layer.scale = 1.7
     matrix = layer.matrix()
     rng = np.random.default_rng(8)
-    x, stick = rng.standard_normal(layer.size), rng.random(layer.size) < 0.6
+    x, stick = rng.standard_normal((layer.size, 1)), rng.random((layer.size, 1)) < 0.6
     assert np.allclose(layer.apply(x), matrix @ x, rtol=1e-10, atol=1e-10 * np.abs(matrix @ x).max())
     assert np.allclose(layer.apply(layer.solve(x)), x, atol=1e-8)
     assert np.allclose(x + 5e3 * matrix @ layer.solve(x + 5e3 * matrix @ x, 5e3), x + 5e3 * matrix @ x, atol=1e-8)
@@ -120,9 +120,9 @@ def test_compressed_strip_is_the_dense_one(monkeypatch):
     monkeypatch.setattr(petcontact.compliance.layer.strips, "LONG_SIZE", 100)
     compressed = LayerOperator(operators)
     rng = np.random.default_rng(11)
-    x, stick = rng.standard_normal(dense.size), rng.random(dense.size) < 0.7
-    reference = dense.apply(np.ones(dense.size))
-    assert np.allclose(compressed.apply(np.ones(dense.size)), reference, rtol=0.03)
+    x, stick = rng.standard_normal((dense.size, 1)), rng.random((dense.size, 1)) < 0.7
+    reference = dense.apply(np.ones((dense.size, 1)))
+    assert np.allclose(compressed.apply(np.ones((dense.size, 1))), reference, rtol=0.03)
     assert np.allclose(compressed.apply(compressed.solve(x)), x, atol=1e-7)
     assert np.allclose(compressed.solve(x + 1e4 * compressed.apply(x), 1e4), x, atol=1e-4)
     found = compressed.stick_solve(stick, reference)
@@ -161,7 +161,7 @@ def test_parts_that_go_on_into_each_other_are_one_strip():
 
 def test_fit_scales_only_a_far_off_layer():
     layer = LayerOperator(discretise(example(2)))
-    sigma = np.ones(layer.size)
+    sigma = np.ones((layer.size, 1))
     layer.fit(sigma, 1.2 * layer.apply(sigma))
     assert layer.scale == 1.0
     layer.fit(sigma, 16.0 * layer.apply(sigma))

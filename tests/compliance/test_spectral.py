@@ -11,7 +11,8 @@ from petcontact.compliance.compressed import CompressedSystem
 from petcontact.compliance.condensed import CondensedSystem
 from petcontact.compliance.spectral import SpectralSystem
 from petcontact.model.solver_options import Bem
-from petcontact.pipeline.run import discretise, prepare, run
+from petcontact.pipeline.prepare import discretise, prepare
+from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import options
 
 MESHES = [MeshOptions(element_size=0.1), MeshOptions(element_size=0.4, order=3),
@@ -24,7 +25,7 @@ def test_robin_solves_are_those_of_the_system(number, mesh, comm):
     operators = discretise(example(number, mesh=mesh))
     rng = np.random.default_rng(3)
     for make in (lambda: CondensedSystem(operators, comm), lambda: CompressedSystem(operators, comm, Bem(hodlr_leaf=16))):
-        system, shared = make(), SpectralSystem(make(), comm)
+        system, shared = make(), SpectralSystem(make(), operators, comm)
         exact = system.compliance()
         for rho in (1e-6, 1.0, 1e3, 1e7, 1e12):
             r = rng.standard_normal((len(exact), 1))

@@ -7,8 +7,9 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, SolverError
-from petcontact.compliance.condensed import CondensedSystem, FullSystem
-from petcontact.pipeline.run import discretise
+from petcontact.compliance.condensed import CondensedSystem
+from petcontact.compliance.full import FullSystem
+from petcontact.pipeline.prepare import discretise
 from petcontact.runtime.petsc import options
 
 

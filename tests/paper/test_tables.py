@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from petcontact.pipeline.run import prepare, run
+from petcontact.pipeline.prepare import prepare
+from petcontact.pipeline.run import run
 from petcontact.sweep.cases import load_sweep
 from petcontact.sweep.cost import group_cases
 from petcontact.sweep.published import published_counts

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import signal
-
 import numpy as np
 import pytest
 from conftest import example
@@ -11,11 +9,9 @@ from contact_lines import line_of
 
 from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, solve
 from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
-from petcontact.pipeline import adaptive
-from petcontact.pipeline.adaptive import estimated_error, solve_level
+from petcontact.pipeline.adaptive import estimated_error
 from petcontact.refinement.contact_line import ContactLine, displacement, slip_at_end, transition, without_specks
 from petcontact.refinement.marks import LADDER, Body, marks_for
-from petcontact.runtime.signals import Interrupted
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better
 TRANSITIONS = {1: (3.377767813205719, 7.999854958057404), 2: (2.4115453362464914, 8.435704696178437)}
@@ -195,20 +191,14 @@ def test_points_of_the_config_are_graded(comm):
     assert 2.0 in marks_for(body, Grading(3, 0.3), 1e-4, None)[0].position
 
 
-def test_a_signal_on_the_way_to_the_next_mesh_keeps_the_one_before(comm, monkeypatch):
+def test_a_monitor_that_says_stop_ends_the_climb(comm):
     calls = []
 
-    def interrupted(*arguments):
-        calls.append(1)
-        if len(calls) == 3:
-            raise Interrupted(signal.SIGTERM)
-        return solve_level(*arguments)
+    def monitor(state):
+        calls.append(len(state.history))
+        return "enough" if calls.count(1) == 3 else None
 
-    monkeypatch.setattr(adaptive, "solve_level", interrupted)
-    solution = adapt(example(1), 1e-6, comm=comm, keep_interrupted=True)
-    assert solution.status == "failed" and "SIGTERM" in solution.reason
-    assert solution.info["interrupted"] == signal.SIGTERM and len(solution.info["levels"]) == 2
+    solution = adapt(example(1), 1e-6, comm=comm, monitor=monitor)
+    assert solution.status == "failed" and solution.reason == "enough"
+    assert len(solution.info["levels"]) == 3 and solution.iterations == 1
     assert solution.elastic_residual < 1e-10 and solution.info["estimated_error"] > 1e-6
-    calls.clear()
-    with pytest.raises(Interrupted):
-        adapt(example(1), 1e-6, comm=comm)

@@ -17,11 +17,12 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, SolverError, read_solution, solve, write_solution
-from petcontact.compliance import condensed as formulations
+from petcontact.commands.main import main
+from petcontact.compliance import condensed, full
 from petcontact.pipeline import run as pipeline
-from petcontact.pipeline.run import prepare, run
-from petcontact.runtime import signals
-from petcontact.runtime.signals import Interrupted, deferred, install
+from petcontact.pipeline.prepare import prepare
+from petcontact.pipeline.run import run
+from petcontact.runtime.signals import Interrupted, deferred, install, stopping
 
 ROOT = Path(__file__).parents[2]
 COARSE = MeshOptions(element_size=0.5)
@@ -85,7 +86,7 @@ def test_a_signal_during_a_write_waits_for_it(tmp_path, comm):
     assert read_solution(tmp_path / "r.h5").converged
 
 
-def test_an_interrupt_goes_through_unless_it_is_to_be_kept(comm):
+def test_an_interrupt_goes_through_and_a_stop_is_kept(comm):
     """A sweep must not take an interrupted case for a finished one."""
 
     def interrupt(state):
@@ -96,31 +97,35 @@ def test_an_interrupt_goes_through_unless_it_is_to_be_kept(comm):
     try:
         with pytest.raises(Interrupted):
             run(prepared, example(1, mesh=COARSE), monitor=interrupt)
-        solution = run(prepared, example(1, mesh=COARSE), monitor=interrupt, keep_interrupted=True)
+        solution = run(prepared, example(1, mesh=COARSE), monitor=lambda state: "enough" * (len(state.history) == 3))
     finally:
         prepared.close()
-    assert (solution.status, solution.iterations, solution.info["interrupted"]) == ("failed", 3, signal.SIGTERM)
+    assert (solution.status, solution.reason, solution.iterations) == ("failed", "enough", 3)
 
 
-def test_a_signal_after_the_iteration_keeps_the_solution(comm, monkeypatch):
-    original = pipeline.elastic_residual
+def test_a_stop_is_told_of_signals_from_its_first_question_on(comm):
+    install()
+    with pytest.raises(Interrupted), stopping(comm):
+        os.kill(os.getpid(), signal.SIGTERM)
+    with stopping(comm) as stop:
+        assert stop() == 0 and stop.reason == ""
+        os.kill(os.getpid(), signal.SIGTERM)
+        assert stop.reason == "interrupted by SIGTERM" and stop() == signal.SIGTERM
 
-    def residual(*words):
+
+@pytest.mark.parametrize("where", ["elastic_residual", "contact_fields"])
+def test_a_signal_after_the_iteration_keeps_the_solution(tmp_path, monkeypatch, capsys, where):
+    original = getattr(pipeline, where)
+
+    def signalled(*words):
         os.kill(os.getpid(), signal.SIGTERM)
         return original(*words)
 
-    monkeypatch.setattr(pipeline, "elastic_residual", residual)
-    handler = signal.getsignal(signal.SIGTERM)
-    prepared = prepare(example(1, mesh=COARSE), comm)
-    signal.signal(signal.SIGTERM, signals._handle)
-    try:
-        solution = run(prepared, example(1, mesh=COARSE), keep_interrupted=True)
-        with pytest.raises(Interrupted):
-            run(prepared, example(1, mesh=COARSE))
-    finally:
-        signal.signal(signal.SIGTERM, handler)
-        prepared.close()
-    assert solution.converged and solution.info["interrupted"] == signal.SIGTERM
+    monkeypatch.setattr(pipeline, where, signalled)
+    monkeypatch.chdir(tmp_path)
+    assert main(["solve", str(ROOT / "configs" / "example1.toml"), "--set", "mesh.element_size=0.5", "--no-figures"]) == 143
+    assert "interrupted by SIGTERM; the solution is saved in example1.h5" in capsys.readouterr().err
+    assert read_solution(tmp_path / "example1.h5").converged
 
 
 # --- kill -9 -------------------------------------------------------------------------------------------------------
@@ -171,7 +176,7 @@ def test_too_little_memory_is_one_line(tmp_path):
 # --- failing mathematics -------------------------------------------------------------------------------------------
 def spoilt(monkeypatch, spoil):
     """Both systems get an elastic matrix that `spoil` has changed."""
-    original = formulations.assemble_dense
+    original = condensed.assemble_dense
 
     def assemble(operators, comm):
         blocks = original(operators, comm)
@@ -179,7 +184,8 @@ def spoilt(monkeypatch, spoil):
         blocks.system.assemble()
         return blocks
 
-    monkeypatch.setattr(formulations, "assemble_dense", assemble)
+    for module in (condensed, full):
+        monkeypatch.setattr(module, "assemble_dense", assemble)
 
 
 def nan(matrix):

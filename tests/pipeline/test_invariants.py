@@ -15,9 +15,9 @@ from conftest import example
 
 from petcontact import MeshOptions, Method
 from petcontact.contact.friction_law import contact_norm
-from petcontact.contact.methods.registry import run_method
 from petcontact.contact.rho_rules import make_rule
-from petcontact.pipeline.run import prepare
+from petcontact.pipeline.prepare import prepare
+from petcontact.pipeline.run import iterate
 
 RULES = ("fixed", "self-adaptive", "modified", "modified-safeguarded")
 ROUND_OFF = 1e-11
@@ -28,7 +28,7 @@ def iterates(prepared, rule, rho, omega=1.8):
     zero = np.zeros_like(prepared.system.u_0)
     result = [(zero, zero, rho)]
     method = Method(rule=rule, rho=rho, omega=omega, tolerance=1e-8, max_iterations=300)
-    run_method(prepared.system, method, monitor=lambda s: result.append((s.u_t, s.sigma_t, s.rho)))
+    iterate(prepared, method, monitor=lambda s: result.append((s.v, s.sigma, s.rho)))
     return result
 
 
@@ -39,15 +39,15 @@ def iterates(prepared, rule, rho, omega=1.8):
 def test_3_5_in_every_iteration(number, rule, rho, omega, order, comm):
     prepared = prepare(example(number, mesh=MeshOptions(element_size=0.4, order=order)), comm)
     weight = prepared.operators.mesh.weight[prepared.operators.data.contact_nodes]
-    exact = run_method(prepared.system, Method(name="semismooth-newton"))
+    exact = iterate(prepared, Method(name="semismooth-newton"))
     path = iterates(prepared, rule, rho, omega)
     prepared.close()
     assert len(path) > 10
     for (u, sigma, _), (new_u, new_sigma, rho_k) in itertools.pairwise(path):
-        before = contact_norm(sigma - exact.sigma_t + rho_k * (u - exact.u_t), weight) ** 2
-        after = contact_norm(new_sigma - exact.sigma_t + rho_k * (new_u - exact.u_t), weight) ** 2
-        work = float(weight @ ((sigma - exact.sigma_t) * (u - exact.u_t))[:, 0])
-        size = contact_norm(exact.sigma_t, weight) ** 2 + (rho_k * contact_norm(exact.u_t, weight)) ** 2
+        before = contact_norm(sigma - exact.sigma + rho_k * (u - exact.v), weight) ** 2
+        after = contact_norm(new_sigma - exact.sigma + rho_k * (new_u - exact.v), weight) ** 2
+        work = float(weight @ ((sigma - exact.sigma) * (u - exact.v))[:, 0])
+        size = contact_norm(exact.sigma, weight) ** 2 + (rho_k * contact_norm(exact.v, weight)) ** 2
         assert after <= before - 2.0 * omega * rho_k * work + ROUND_OFF * size
 
 
@@ -74,7 +74,7 @@ def test_3_4_holds_or_not(rule, comm):
     prepared = prepare(example(1), comm)
     method = Method(rule=rule, rho=1.0, tolerance=1e-10, max_iterations=500)
     spy = Spy(make_rule(method))
-    run_method(prepared.system, method, spy)
+    iterate(prepared, method, rule=spy)
     prepared.close()
     broken = [max(new / rho, rho / new) > (1.0 + growth) * (1.0 + 1e-12) for rho, new, growth in spy.updates]
     assert len(broken) > 20

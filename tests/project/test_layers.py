@@ -5,8 +5,6 @@ from __future__ import annotations
 import ast
 from pathlib import Path
 
-import pytest
-
 ROOT = Path(__file__).parents[2] / "petcontact"
 LAYERS = (
     "errors arrays native", "runtime geometry compression", "linalg model", "mesh contact", "bem",
@@ -27,7 +25,6 @@ def imported(path: Path) -> set[tuple[str, ...]]:
     return {names for names in found if names[0] in LEVEL}
 
 
-@pytest.mark.xfail(reason="contact/methods still imports compliance, mesh and results")
 def test_a_module_imports_from_the_left_only():
     wrong = []
     for path in sorted(ROOT.rglob("*.py")):

@@ -18,7 +18,8 @@ from mpi4py import MPI
 
 from petcontact.errors import InputError, ResultError, SolverError
 from petcontact.pipeline import run as pipeline
-from petcontact.pipeline.run import prepare, solve
+from petcontact.pipeline.prepare import prepare
+from petcontact.pipeline.run import solve
 from petcontact.results.hdf5 import read_solution
 from petcontact.sweep import cost as sweep_plan
 from petcontact.sweep import folder as sweep_folder
@@ -251,7 +252,9 @@ def stamps(folder: Path) -> dict[str, int]:
 
 def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(small, tmp_path, monkeypatch, comm):
     calls = []
-    monkeypatch.setattr(pipeline, "prepare", lambda case, comm, cases: calls.append(cases) or prepare(case, comm, cases))
+    monkeypatch.setattr(
+        "petcontact.sweep.run.prepare", lambda case, comm, cases: calls.append(cases) or prepare(case, comm, cases)
+    )
     folder = tmp_path / "new" / "out"
     summary = quietly(small, folder)
     assert (summary.computed, summary.reused, summary.failed, summary.exit_status) == (8, 0, {}, 0)
@@ -361,7 +364,7 @@ def test_a_group_that_cannot_be_prepared_fails_case_by_case(small, tmp_path, mon
             raise SolverError("factor", "zero pivot", "fix the body")
         return prepare(case, comm, cases)
 
-    monkeypatch.setattr(pipeline, "prepare", failing)
+    monkeypatch.setattr("petcontact.sweep.run.prepare", failing)
     summary = quietly(small, tmp_path)
     assert len(summary.failed) == 4
     assert all(id_.endswith("h0.8") and "zero pivot" in reason for id_, reason in summary.failed.items())

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, Protocol
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...bem.operators import BoundaryOperators
-from ..base import ContactVectors
+from ..contact_vectors import ContactVectors
 from .kernel import strips
 from .strips import FourierStrip, StripOperator, strip_operator
 
@@ -42,35 +43,38 @@ class LayerOperator:
         self.fast = all(isinstance(part, FourierStrip) for _, part in self._parts)
 
     def apply(self, x: Array) -> Array:
-        """T x, (m,) [length]."""
-        result = np.empty_like(x)
-        for nodes, part in self._parts:
-            result[nodes] = part.apply(x[nodes])
-        return self.scale * result
+        """T x, (m, k) [length]."""
+        return self.scale * self._by_part(x, lambda part, column, _: part.apply(column))
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
-        """T⁻¹ x [stress], or (I + ρT)⁻¹ x."""
-        result = np.empty_like(x)
-        for nodes, part in self._parts:
-            if rho is None:
-                result[nodes] = part.solve(x[nodes]) / self.scale
-            else:
-                result[nodes] = part.solve(x[nodes], rho * self.scale)
-        return result
+        """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k)."""
+        if rho is None:
+            return self._by_part(x, lambda part, column, _: part.solve(column) / self.scale)
+        return self._by_part(x, lambda part, column, _: part.solve(column, rho * self.scale))
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
-        """x with T x = rhs on the stick nodes and x = 0 off them, (m,) [stress]."""
-        result = np.zeros_like(rhs)
-        for nodes, part in self._parts:
-            if stick[nodes].any():
-                result[nodes] = part.stick_solve(stick[nodes], rhs[nodes], self.rtol) / self.scale
-        return result
+        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k) [stress]."""
+
+        def solve(part: StripOperator, column: Array, place: tuple[Index, int]) -> Array:
+            held = stick[place]
+            return part.stick_solve(held, column, self.rtol) / self.scale if held.any() else np.zeros_like(column)
+
+        return self._by_part(rhs, solve)
 
     def matrix(self) -> Array:
-        """T as a dense array (m, m)."""
+        """T, (m, m)."""
         result = np.zeros((self.size, self.size))
         for nodes, part in self._parts:
             result[nodes[:, None], nodes] = self.scale * part.matrix()
+        return result
+
+    def _by_part(self, x: Array, work: Callable[[StripOperator, Array, tuple[Index, int]], Array]) -> Array:
+        """What `work` makes of each component on each part."""
+        result = np.empty_like(x)
+        for nodes, part in self._parts:
+            for component in range(x.shape[1]):
+                place = nodes, component
+                result[place] = work(part, x[place], place)
         return result
 
     def fit(self, sigma: Array, displacement: Array) -> None:
@@ -79,8 +83,8 @@ class LayerOperator:
         On rough σ they agree for every body, the singularity of the kernel being the same: the scale is the geometric
         mean of that 1 and the quotient.
         """
-        own = float(self._weight @ (sigma * self.apply(sigma)))
-        other = float(self._weight @ (sigma * displacement))
+        own = float(np.sum(self._weight @ (sigma * self.apply(sigma))))
+        other = float(np.sum(self._weight @ (sigma * displacement)))
         if own > 0.0 and other > 0.0 and not 1.0 / SPREAD < other / own < SPREAD:
             self.scale *= float(np.sqrt(other / own))
 
@@ -101,7 +105,7 @@ class RobinPreconditioner:
 
     def apply(self, pc: Any, x: Any, y: Any) -> None:
         """y = (I + ρT)⁻¹ x."""
-        whole = self.contact.everywhere(x.getArray(readonly=True))
+        whole = self.contact.everywhere(x.getArray(readonly=True)).reshape(-1, 1)
         y.setArray(self.layer.solve(whole, self.rho)[self.contact.owned])
 
     def view(self, pc: Any, viewer: Any) -> None:

@@ -168,7 +168,7 @@ class HodlrStrip:
         self._strip, self._layer_factor, self._points = strip, factor, points
         self._matrix = self._compress(None)
         self._factors: dict[float | None, Any] = {}
-        self._krylov = Krylov(len(points), "layer_")
+        self._krylov = Krylov((len(points),), "layer_")
 
     def _compress(self, rho: float | None) -> Any:
         """T, or I + ρT."""

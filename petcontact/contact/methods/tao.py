@@ -8,45 +8,32 @@ the state that is returned solves the same problem as that of every other method
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array
-from ...compliance.base import ContactSystem
 from ...errors import InputError, SolverError
+from ...model.solver_options import Method
 from ...runtime.petsc import petsc
-from ..friction_law import balanced_rho, contact_norm, projection_residual
+from ..friction_law import balanced_rho, contact_norm
+from ..iteration import ContactMethod, Iteration, Recorder
+from ..laws import ContactLaw, Tresca
+from ..rho_rules import Rule
 from ..state import ContactState, History
-from .newton import semismooth_newton
-from .projection import Criterion
+from ..system import ContactSystem
+from .newton import SemismoothNewton
 
 DEFAULT_TYPE = "gpcg"
 LARGEST = 8000
 """Contact nodes above which the dense S that the symmetric part needs is refused."""
 
 
-def tao(
-    system: ContactSystem,
-    *,
-    criterion: Criterion,
-    max_iterations: int,
-    start: tuple[Array, Array] | None = None,
-    monitor: Callable[[ContactState], None] | None = None,
-) -> ContactState:
+def tao(system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
     """The dual problem by TAO (`-tao_type gpcg | bnls | tron | blmvm ...`), then Newton steps on the unsymmetrised S.
 
-    Parameters
-    ----------
-    system : ContactSystem
-    criterion : Criterion
-    max_iterations : int
-        Of the Newton steps; TAO's own are `-tao_max_it`.
-    start : pair of (m, 1) arrays, optional
-        Initial u_t (unused) and σ_t [stress].
-    monitor : callable, optional
-        Called with the state so far after each Newton step.
+    As `ContactMethod`; of the start only σ is used, and the limit is that of the Newton steps: TAO's is `-tao_max_it`.
 
     Notes
     -----
@@ -55,45 +42,49 @@ def tao(
     Raises
     ------
     InputError
-        If there are more than LARGEST contact nodes: the symmetric part of S needs S as a dense matrix.
+        If the law is another one than Tresca's in the plane, or there are more than LARGEST contact nodes: the symmetric
+        part of S needs S as a dense matrix.
     SolverError
         If TAO breaks down.
     """
-    data = system.operators.data
-    weight, bound = system.operators.mesh.weight[data.contact_nodes], data.friction_bound
+    if not isinstance(law, Tresca) or law.k != 1:
+        raise InputError("method.name: tao solves bilateral contact with Tresca friction in the plane, and no other")
+    bound = law.bound
     if len(bound) > LARGEST:
         raise InputError(f"method.name: tao needs S as a dense matrix, too large for {len(bound)} contact nodes")
-    sigma = np.zeros_like(bound) if start is None else np.clip(start[1][:, 0], -bound, bound)
-    iterates = minimise(system.compliance(), system.u_0[:, 0], bound, weight, sigma)
+    start = iteration.start
+    first = np.zeros_like(bound) if start is None else np.clip(start[1][:, 0], -bound, bound)
+    iterates = minimise(system.compliance(), system.u_0[:, 0], bound, system.weight, first)
     sigma = iterates[-1]
     slips = np.abs(sigma) >= bound * (1.0 - 1e-8)
     # any displacement against σ says that a node slips: Newton takes only the set from it
-    u = np.where(slips, -np.sign(sigma), 0.0) * np.abs(system.u_0).max()
-    state = semismooth_newton(
-        system, criterion=criterion, max_iterations=max_iterations, start=(u[:, None], sigma[:, None]),
-        predict=False, monitor=monitor,
-    )  # fmt: skip
-    newton, state.history = state.history, _rows(system, iterates, criterion)
-    for row in zip(newton.rho, newton.w, newton.change, newton.residual, newton.ksp_iterations, strict=True):
+    v = np.where(slips, -np.sign(sigma), 0.0) * np.abs(system.u_0).max()
+    newton = replace(iteration, start=(v[:, None], sigma[:, None]))
+    state = SemismoothNewton(predict=False)(system, law, newton)
+    steps, state.history = state.history, _rows(system, law, iterates, iteration)
+    for row in zip(steps.rho, steps.w, steps.change, steps.residual, steps.ksp_iterations, strict=True):
         state.history.add(*row)
     state.reason += f", after {len(iterates) - 1} TAO iterations"
     return state
 
 
-def _rows(system: ContactSystem, iterates: list[Array], criterion: Criterion) -> History:
+def build(options: Method, rule: Rule | None) -> ContactMethod:
+    """The method that the options describe."""
+    return tao
+
+
+def _rows(system: ContactSystem, law: Tresca, iterates: list[Array], iteration: Iteration) -> History:
     """A row of history for each of TAO's iterations."""
-    data = system.operators.data
-    weight, bound = system.operators.mesh.weight[data.contact_nodes], data.friction_bound
-    history, old = History(), None
+    weight = system.weight
+    recorder, old = Recorder(law, weight, iteration), None
     for sigma in iterates:
         new = system.u_0 + system.apply(sigma[:, None]), sigma[:, None]
         if old is not None:
             rho = balanced_rho(*old, weight, 1.0)
-            residual = contact_norm(projection_residual(*old, bound, rho), weight)
-            change = criterion.change(*new, new[0] - old[0], new[1] - old[1], weight)
-            history.add(rho, np.nan, change, residual, 0)
+            residual = contact_norm(law.residual(*old, rho), weight)
+            recorder.step(*new, new[0] - old[0], new[1] - old[1], rho=rho, residual=residual, ksp_iterations=0)
         old = new
-    return history
+    return recorder.history
 
 
 def minimise(compliance: Array, base: Array, bound: Array, weight: Array, sigma: Array) -> list[Array]:

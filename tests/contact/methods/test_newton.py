@@ -13,11 +13,15 @@ from hypothesis import strategies as st
 import petcontact.contact.restricted
 from petcontact import MeshOptions
 from petcontact.contact.active_set import initial_set, pivots, revised_set, solve_box
-from petcontact.contact.methods.newton import semismooth_newton
-from petcontact.contact.methods.projection import Criterion
-from petcontact.pipeline.run import prepare
+from petcontact.contact.criterion import Criterion
+from petcontact.contact.iteration import Iteration
+from petcontact.contact.methods.newton import SemismoothNewton
+from petcontact.pipeline.prepare import prepare
 
-CRITERION = Criterion(1e-10)
+
+def newton(prepared, max_iterations, predict=None, **keywords):
+    iteration = Iteration(Criterion(1e-10), max_iterations, **keywords)
+    return SemismoothNewton(predict)(prepared.system, prepared.law, iteration)
 
 
 class Dense:
@@ -90,39 +94,37 @@ def test_sets_of_hand_made_states():
 def test_examples_from_full_stick(number, mesh, most, comm):
     prepared = prepare(example(number, mesh=mesh), comm)
     data = prepared.operators.data
-    state = semismooth_newton(prepared.system, criterion=CRITERION, max_iterations=50, predict=False)
-    satisfies(prepared.system.compliance(), prepared.system.u_0[:, 0], data.friction_bound, state.sigma_t[:, 0],
-              state.u_t[:, 0])  # fmt: skip
+    state = newton(prepared, 50, predict=False)
+    satisfies(prepared.system.compliance(), prepared.system.u_0[:, 0], data.friction_bound, state.sigma[:, 0],
+              state.v[:, 0])  # fmt: skip
     assert state.converged and len(state.history) <= most
-    again = semismooth_newton(
-        prepared.system, criterion=CRITERION, max_iterations=50, start=(state.u_t, state.sigma_t)
+    again = newton(prepared, 50, start=(state.v, state.sigma)
     )
-    assert len(again.history) == 1 and np.allclose(again.u_t, state.u_t, atol=1e-12)
-    predicted = semismooth_newton(prepared.system, criterion=CRITERION, max_iterations=50, predict=True)
+    assert len(again.history) == 1 and np.allclose(again.v, state.v, atol=1e-12)
+    predicted = newton(prepared, 50, predict=True)
     assert predicted.converged and len(predicted.history) <= 4
-    assert np.allclose(predicted.u_t, state.u_t, rtol=1e-9, atol=1e-11 * np.abs(state.u_t).max())
+    assert np.allclose(predicted.v, state.v, rtol=1e-9, atol=1e-11 * np.abs(state.v).max())
     prepared.close()
 
 
 @pytest.mark.parametrize("size", [0.1, 0.05, 0.025])
 def test_krylov_solves_find_the_same_in_three_steps(size, comm, monkeypatch):
     prepared = prepare(example(1, mesh=MeshOptions(element_size=size)), comm)
-    direct = semismooth_newton(prepared.system, criterion=CRITERION, max_iterations=50, predict=False)
+    direct = newton(prepared, 50, predict=False)
     monkeypatch.setattr(petcontact.contact.restricted, "DIRECT_SIZE", 0)
     before = prepared.system.applications
-    krylov = semismooth_newton(prepared.system, criterion=CRITERION, max_iterations=50, predict=True)
+    krylov = newton(prepared, 50, predict=True)
     assert krylov.converged and len(krylov.history) <= 4
     assert max(krylov.history.ksp_iterations) <= 16
     assert prepared.system.applications - before <= 60
-    assert np.allclose(krylov.sigma_t, direct.sigma_t, atol=1e-7 * np.abs(direct.sigma_t).max())
+    assert np.allclose(krylov.sigma, direct.sigma, atol=1e-7 * np.abs(direct.sigma).max())
     prepared.close()
 
 
 def test_it_says_when_it_has_not_ended(comm):
     prepared = prepare(example(1), comm)
     states = []
-    state = semismooth_newton(
-        prepared.system, criterion=CRITERION, max_iterations=2, predict=False, monitor=states.append
+    state = newton(prepared, 2, predict=False, monitor=states.append
     )
     assert not state.converged and len(state.history) == 2 and "wrong side" in state.reason
     assert [len(s.history) for s in states] == [2, 2]  # one history, shared

@@ -1,0 +1,105 @@
+"""What all methods are given besides the system and the law, and what all of them keep account of."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import SolverError
+from .criterion import Criterion
+from .friction_law import contact_norm
+from .laws import ContactLaw
+from .rho_rules import usable_balance
+from .state import ContactState, History, Monitor, Start
+from .system import ContactSystem
+
+
+@dataclass(frozen=True)
+class Iteration:
+    """When a method stops, where it starts, and who looks on.
+
+    Attributes
+    ----------
+    criterion : Criterion
+    max_iterations : int
+    start : pair of (m, k) arrays, optional
+        Initial v [length] and σ [stress]; the method's own choice by default.
+    monitor : callable, optional
+        Called with the state so far after each iteration; a reason that it returns ends the method.
+    """
+
+    criterion: Criterion
+    max_iterations: int
+    start: Start | None = None
+    monitor: Monitor | None = None
+
+
+class ContactMethod(Protocol):
+    """A method is a function, or an object that holds its parameters."""
+
+    def __call__(self, system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
+        """v and σ on Γ_C that satisfy v = u_0 + S σ and the law.
+
+        Raises
+        ------
+        SolverError
+            If a solve or an iterate fails.
+        """
+        ...
+
+
+@dataclass
+class Recorder:
+    """The rows of history of one run, the monitor, and the judgement of each iterate.
+
+    Attributes
+    ----------
+    law : ContactLaw
+    weight : (m,) array
+    iteration : Iteration
+    history : History
+    largest : float
+        Largest ‖σ‖ so far.
+    """
+
+    law: ContactLaw
+    weight: Array
+    iteration: Iteration
+    history: History = field(default_factory=History)
+    largest: float = 0.0
+
+    def step(
+        self, v: Array, sigma: Array, dv: Array, dsigma: Array, *, rho: float, residual: float, ksp_iterations: int
+    ) -> tuple[float, float]:
+        """Note the step that led to (v, σ): its relative change, and its balance w.
+
+        Raises
+        ------
+        SolverError
+            If the iterate is not finite.
+        """
+        change = self.iteration.criterion.change(v, sigma, dv, dsigma, self.weight)
+        if not np.isfinite(change):
+            raise SolverError(
+                "iterate", f"iterate {len(self.history) + 1} is not finite (ρ = {rho:g})", "choose another rho or method"
+            )
+        balance = usable_balance(contact_norm(dsigma, self.weight), contact_norm(dv, self.weight))
+        self.history.add(rho, balance, change, residual, ksp_iterations)
+        self.largest = max(self.largest, contact_norm(sigma, self.weight))
+        return change, balance
+
+    def tell(self, v: Array, sigma: Array, rho: float, reason: str = "", *, converged: bool = False) -> ContactState:
+        """The state after the step just noted, which the monitor sees."""
+        reason = reason or f"stopped in iteration {len(self.history)}"
+        state = ContactState(v, sigma, rho, converged, reason, self.history)
+        if self.iteration.monitor is not None and (said := self.iteration.monitor(state)):
+            state.reason, state.converged, state.stopped = said, False, True
+        return state
+
+    @property
+    def exhausted(self) -> bool:
+        """Whether no iteration is left."""
+        return len(self.history) >= self.iteration.max_iterations

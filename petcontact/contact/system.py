@@ -1,0 +1,135 @@
+"""What a method sees of the bodies: v = u_0 + S σ on Γ_C, a Robin solve, and a cheap stand-in T for S.
+
+On Γ_C all vectors are (m, k) arrays, the same on every rank: k components a node, the tangential ones first, then the
+normal one if the law has it. v is the displacement of the contact nodes (of the one body, or relative to the partner),
+σ the traction on them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from ..arrays import Array, Mask
+
+
+@dataclass(frozen=True)
+class Modes:
+    """Rigid motions that only contact holds: v = u_0 + S σ + M α, with E σ + f = 0.
+
+    Attributes
+    ----------
+    motion : (m, k, r) array
+        M: v of each motion with α = 1.
+    resultant : (r, m, k) array
+        E: the work of σ on each motion; most often that of weight · M.
+    load : (r,) array
+        f: the work of all other loads on each motion.
+    """
+
+    motion: Array
+    resultant: Array
+    load: Array
+
+
+class Surrogate(Protocol):
+    """T, symmetric and spectrally equivalent to S, with products and solves that cost no elastic solve.
+
+    Attributes
+    ----------
+    rtol : float
+        Relative tolerance of iterative solves on part of the components.
+    fast : bool
+        Whether products and solves cost next to nothing.
+    """
+
+    rtol: float
+
+    @property
+    def fast(self) -> bool: ...
+
+    def apply(self, x: Array) -> Array:
+        """T x, (m, k) [length]."""
+        ...
+
+    def solve(self, x: Array, rho: float | None = None) -> Array:
+        """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k)."""
+        ...
+
+    def stick_solve(self, stick: Mask, rhs: Array) -> Array:
+        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k) [stress]."""
+        ...
+
+    def matrix(self) -> Array:
+        """T, (m k, m k)."""
+        ...
+
+    def fit(self, sigma: Array, displacement: Array) -> None:
+        """Scale T to S, given a smooth σ and S σ."""
+        ...
+
+
+class ContactSystem(Protocol):
+    """What a method may ask.
+
+    Attributes
+    ----------
+    weight : (m,) array
+        Quadrature weights of the contact nodes [length or area].
+    modes : Modes or None
+    matrix_free : bool
+        Whether S is known by its products: `compliance` is then a product a column.
+    ksp_iterations : int
+        KSP iterations of the last Robin solve.
+    ksp_reason : int
+        Its outcome, PETSc's number.
+    elastic_solves, applications : int
+        Robin solves, and products with S, so far.
+    """
+
+    modes: Modes | None
+    matrix_free: bool
+    ksp_iterations: int
+    ksp_reason: int
+    elastic_solves: int
+    applications: int
+
+    @property
+    def weight(self) -> Array: ...
+
+    @property
+    def u_0(self) -> Array:
+        """v for σ = 0 (and no rigid motion), (m, k) [length]."""
+        ...
+
+    def apply(self, sigma: Array) -> Array:
+        """S σ, (m, k) [length]."""
+        ...
+
+    def robin(self, rho: float, f: Array) -> tuple[Array, Array]:
+        """v and σ with v = u_0 + S σ and σ + ρ v = f: the Robin problem (4.4)-(4.8)."""
+        ...
+
+    def robin_increment(self, rho: float, r: Array) -> tuple[Array, Array]:
+        """δv and δσ with δv = S δσ and δσ + ρ δv = r, so that inexact solves do not disturb w_k."""
+        ...
+
+    def compliance(self) -> Array:
+        """S as a dense array (m k, m k) [length/stress], the same on every rank."""
+        ...
+
+    def surrogate(self) -> Surrogate:
+        """A new T, unscaled."""
+        ...
+
+    def boundary(self, sigma: Array) -> tuple[Array, Array]:
+        """Displacement [length] and traction [stress] (n, d) on the whole boundary for a given σ."""
+        ...
+
+    def describe(self) -> str:
+        """One line: formulation, operator, KSP and PC."""
+        ...
+
+    def close(self) -> None:
+        """Free every PETSc object."""
+        ...

@@ -1,0 +1,111 @@
+"""From a case to its contact system: mesh, boundary data, operators, elimination."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, field
+from typing import Any
+
+from ..bem.boundary_data import evaluate_boundary
+from ..bem.kernels import kernel_for
+from ..bem.operators import BoundaryOperators
+from ..compliance.base import EliminatedSystem
+from ..compliance.condensed import CondensedSystem
+from ..compliance.full import FullSystem
+from ..compliance.spectral import shared_by
+from ..contact.laws import ContactLaw, Tresca
+from ..contact.system import ContactSystem
+from ..errors import InputError
+from ..model.case import Case
+from ..model.problem import Contact, Problem
+from ..model.solver_options import Bem
+from ..refinement.marks import mesh_of
+from ..runtime import threads
+from ..runtime.petsc import options, petsc, timed
+
+CROSSOVER = 1200
+"""Nodes above which `mat_type = "auto"` compresses."""
+
+
+@dataclass
+class Prepared:
+    """A discretised and eliminated problem: any number of methods, rules and ρ run on it.
+
+    Attributes
+    ----------
+    operators : BoundaryOperators
+    system : ContactSystem
+    law : ContactLaw
+    comm : PETSc.Comm
+    timings : dict of str to float
+        Seconds of mesh, assemble and factor.
+    """
+
+    operators: BoundaryOperators
+    system: ContactSystem
+    law: ContactLaw
+    comm: Any
+    timings: dict[str, float] = field(default_factory=dict)
+
+    def close(self) -> None:
+        """Free every PETSc object."""
+        self.system.close()
+
+
+def discretise(problem: Problem) -> BoundaryOperators:
+    """Mesh, boundary data and operators (not yet assembled) of a problem."""
+    if not any(isinstance(condition, Contact) for condition in problem.boundary):
+        raise InputError('boundary: no part is in contact; one at least needs condition = "contact"')
+    outline = problem.geometry.outline()
+    mesh = mesh_of(problem, outline)
+    return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), kernel_for(mesh, problem.material))
+
+
+def prepare(case: Case, comm: Any = None, cases: int = 1) -> Prepared:
+    """Discretise and eliminate; what does not depend on the method's parameters is done once, here.
+
+    `cases` is how many will be run on it: several may share more than one would.
+    """
+    comm = comm if comm is not None else petsc().COMM_WORLD
+    began = time.perf_counter()
+    operators = discretise(case)
+    return prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began}, cases)
+
+
+def prepare_operators(
+    operators: BoundaryOperators, case: Case, comm: Any, timings: dict[str, float], cases: int = 1
+) -> Prepared:
+    """Eliminate a problem that is discretised already; `timings` are the seconds that this has taken."""
+    with options(case.petsc), threads.suited_to(operators.n_unknowns), timed() as seconds:
+        system = _build_system(operators, case, comm)
+        if isinstance(system, EliminatedSystem) and cases > 1:
+            system = shared_by(cases, system, operators, comm)
+    return Prepared(operators, system, Tresca(operators.data.friction_bound), comm, {**timings, **seconds})
+
+
+def _build_system(operators: BoundaryOperators, case: Case, comm: Any) -> ContactSystem:
+    """The system that `[bem]`, the -bem_ options and the formulation ask for."""
+    bem = resolved_bem(case.bem)
+    compressed = bem.mat_type == "hodlr" or (bem.mat_type == "auto" and operators.mesh.n_nodes > CROSSOVER)
+    if case.method.formulation == "full":
+        if bem.mat_type == "hodlr":
+            raise InputError('method.formulation: "full" is dense; use "condensed" with bem.mat_type = "hodlr"')
+        return FullSystem(operators, comm)
+    if compressed:
+        from ..compliance.compressed import CompressedSystem
+
+        return CompressedSystem(operators, comm, bem)
+    return CondensedSystem(operators, comm)
+
+
+def resolved_bem(bem: Bem) -> Bem:
+    """`[bem]` with -bem_mat_type, -bem_hodlr_tol and -bem_hodlr_leaf over it."""
+    database = petsc().Options("bem_")
+    given = {name: database.getString(name) for name in type(bem).model_fields if database.hasName(name)}
+    values: dict[str, Any] = {**bem.model_dump()}
+    for name, text in given.items():
+        try:
+            values[name] = text if name == "mat_type" else float(text) if name == "hodlr_tol" else int(text)
+        except ValueError:
+            raise InputError(f"-bem_{name}: {text!r} is not a number") from None
+    return Bem(**values)
