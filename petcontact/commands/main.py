@@ -13,12 +13,15 @@ from .. import __version__
 from .failures import guarded
 
 COMMANDS = {
+    "init": "write a commented starter config",
     "solve": "solve one problem, print a verdict, write the result and figures",
     "sweep": "compute independent cases over MPI ranks, and go on where a sweep was stopped",
     "report": "tables of a sweep as Markdown, CSV or one HTML page, beside the published ones",
     "compare": "methods and rules side by side: tables and figures over a list of rho_0 and h",
     "plot": "draw the figures of a result file",
     "field": "displacement and stress inside the body: .vtu for ParaView, and a figure",
+    "schema": "JSON Schema of config files, for editors",
+    "help": "chapters of the manual",
     "doctor": "check versions, MPI, BLAS threads, HDF5 and fonts of this installation",
 }
 SHORT = {"-o", "-n", "-h"}

@@ -192,13 +192,13 @@ def _models_at(cls: Any, loc: list[int | str]) -> list[Any]:
     models = [cls]
     for step in loc:
         following = [m for model in models if isinstance(step, str) and step in model.model_fields
-                     for m in _models_in(model.model_fields[step].annotation)]  # fmt: skip
+                     for m in models_in(model.model_fields[step].annotation)]  # fmt: skip
         named = [m for m in models if any(field.default == step for field in m.model_fields.values())]
         models = following or named or models
     return models
 
 
-def _models_in(annotation: Any) -> list[Any]:
+def models_in(annotation: Any) -> list[Any]:
     if isinstance(annotation, type) and issubclass(annotation, Model):
         return [annotation]
-    return [model for inner in getattr(annotation, "__args__", ()) for model in _models_in(inner)]
+    return [model for inner in getattr(annotation, "__args__", ()) for model in models_in(inner)]

@@ -1,0 +1,66 @@
+"""Write a commented starter config, with the schema that editors complete and check it by."""
+
+from __future__ import annotations
+
+import argparse
+from importlib.resources import files
+from pathlib import Path
+
+from ..errors import InputError
+
+KINDS = {
+    "block": "a block on a foundation",
+    "outline": "straight sides, arcs and a hole",
+    "gmsh": "a body from a Gmsh mesh",
+    "sweep": "many cases of a block",
+}
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `petcontact init`."""
+    parser.add_argument("name", metavar="NAME", help="NAME.toml is written, and what goes with it")
+    kinds = "; ".join(f"{kind}: {text}" for kind, text in KINDS.items())
+    parser.add_argument("--kind", choices=KINDS, default="block", metavar="KIND", help=f"{kinds} (default: block)")
+    parser.add_argument("--force", action="store_true", help="replace files that exist")
+
+
+def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
+    """Write the files; needs no PETSc."""
+    from ..runtime.atomic_write import check_target, write_text
+
+    target = Path(arguments.name.removesuffix(".toml"))
+    contents = starter(arguments.kind, target.name)
+    paths = [target.parent / name for name in contents]
+    for path in paths:
+        if not path.name.endswith("schema.json"):
+            check_target(path, replace=arguments.force)
+    for path, text in zip(paths, contents.values(), strict=True):
+        write_text(path, text)
+    for path in paths:
+        print(path)
+    return 0
+
+
+def starter(kind: str, name: str) -> dict[str, str]:
+    """File names and contents of a starter.
+
+    Raises
+    ------
+    InputError
+        If the name is empty.
+    """
+    from .schema import schema_text
+
+    if not name:
+        raise InputError("init: a name is needed, for example petcontact init block")
+    result = {f"{name}.toml": _read(f"{kind}.toml", name), "petcontact.schema.json": schema_text("problem")}
+    if kind == "gmsh":
+        result[f"{name}.msh"] = _read("gmsh.msh", name)
+    if kind == "sweep":
+        result |= {f"{name}-problem.toml": _read("block.toml", f"{name}-problem")}
+        result["petcontact.sweep-schema.json"] = schema_text("sweep")
+    return result
+
+
+def _read(file: str, name: str) -> str:
+    return files(__package__).joinpath("starters", file).read_text(encoding="utf-8").replace("NAME", name)

@@ -1,0 +1,128 @@
+"""What a config may say, told from its models: a reference in Markdown and a JSON Schema for editors."""
+
+from __future__ import annotations
+
+import json
+import re
+import typing
+from typing import Any
+
+import numpy as np
+
+from .base import Model, models_in
+
+SCHEMA_LINE = "#:schema {name}"
+"""First line of a TOML file with which editors (Taplo, VS Code's Even Better TOML) find its schema."""
+ENTRY = re.compile(r"^(\w[\w, ]*) : .*\n((?:[ \t]+.*\n|\n)*)", re.MULTILINE)
+
+
+def described(cls: type[Model]) -> dict[str, str]:
+    """What the docstring's Attributes say of each field, in one line."""
+    section = (cls.__doc__ or "").partition("Attributes\n    ----------\n")[2]
+    text = "\n".join(line[4:] for line in section.splitlines()) + "\n"
+    return {
+        name.strip(): " ".join(body.split())
+        for names, body in ENTRY.findall(text)
+        for name in names.split(",")
+    }  # fmt: skip
+
+
+def json_schema(cls: type[Model]) -> dict[str, Any]:
+    """The JSON Schema of a model, with the descriptions of its docstrings.
+
+    Parameters
+    ----------
+    cls : type of Model
+        `Case` for a problem file, `SweepFile` for a sweep file.
+    """
+    schema = cls.model_json_schema()
+    for model in _reached(cls):
+        entry = schema if model is cls else schema["$defs"][model.__name__]
+        entry["description"] = _summary(model)
+        for name, text in described(model).items():
+            if name in entry["properties"]:
+                entry["properties"][name]["description"] = text
+    return {"$schema": "http://json-schema.org/draft-07/schema#", **schema}
+
+
+def markdown(cls: type[Model]) -> str:
+    """One table a model: key, what it takes, default, meaning."""
+    schema = json_schema(cls)
+    return "\n".join(_table(place, model, schema) for place, model in _places(cls))
+
+
+def _places(cls: type[Model], place: str = "") -> list[tuple[str, type[Model]]]:
+    """Each model below a model, with the name of its TOML table; a model that may stand at several places stands once."""
+    found: list[tuple[str, type[Model]]] = [(place, cls)]
+    for name, field in cls.model_fields.items():
+        inner = models_in(field.annotation)
+        path = f"{place.strip('[]')}.{name}".strip(".")
+        for model in inner:
+            tag = _tag(model) if len(inner) > 1 else ""
+            brackets = "[[{}]]" if _is_array(field.annotation) else "[{}]"
+            for there, reached in _places(model, brackets.format(path)):
+                if reached not in [other for _, other in found]:
+                    found.append((f"{there}{tag if reached is model else ''}", reached))
+    return found
+
+
+def _reached(cls: type[Model]) -> list[type[Model]]:
+    return [model for _, model in _places(cls)]
+
+
+def _tag(model: type[Model]) -> str:
+    """` shape = "rectangle"`: the key that chooses one of several models."""
+    for name, field in model.model_fields.items():
+        if typing.get_origin(field.annotation) is typing.Literal and len(typing.get_args(field.annotation)) == 1:
+            return f' {name} = "{field.default}"'
+    return ""
+
+
+def _is_array(annotation: Any) -> bool:
+    """Whether TOML writes the models of an annotation as an array of tables."""
+    if typing.get_origin(annotation) in (tuple, list):
+        return True
+    return any(_is_array(inner) for inner in typing.get_args(annotation))
+
+
+def _summary(model: type[Model]) -> str:
+    return " ".join((model.__doc__ or "").split("\n\n")[0].split())
+
+
+def _table(place: str, model: type[Model], schema: dict[str, Any]) -> str:
+    entry = schema if schema.get("title") == model.__name__ else schema["$defs"][model.__name__]
+    head = f"## `{place}`" if place else "## Top of the file"
+    lines = [head, "", _summary(model), "", "| key | takes | default | meaning |", "| --- | --- | --- | --- |"]
+    for name, item in entry["properties"].items():
+        required = name in entry.get("required", ())
+        default = "required" if required else _shown(item.get("default"))
+        text = f"| `{name}` | {_takes(item)} | {default} | {item.get('description', '')}"
+        lines.append(text.replace("\\", "\\\\").rstrip() + " |")
+    return "\n".join([*lines, ""])
+
+
+def _takes(item: dict[str, Any]) -> str:
+    """The values that a property takes, in a few words."""
+    if "const" in item or "enum" in item:
+        return ", ".join(f'`"{value}"`' for value in item.get("enum", [item.get("const")]))
+    if "$ref" in item or "discriminator" in item:
+        return "table"
+    if "anyOf" in item or "oneOf" in item:
+        kinds = [_takes(one) for one in item.get("anyOf") or item["oneOf"] if one.get("type") != "null"]
+        return "number or expression" if kinds == ["number", "text"] else " or ".join(dict.fromkeys(kinds))
+    kind = item.get("type", "")
+    if kind == "array":
+        count = len(item["prefixItems"]) if "prefixItems" in item else 0
+        inner = _takes(item["prefixItems"][0] if count else item.get("items", {}))
+        return f"{count} × {inner}" if count else f"list of {inner}"
+    bounds = [f"{sign} {item[key]:g}" for key, sign in (("exclusiveMinimum", ">"), ("minimum", "≥"),
+                                                         ("exclusiveMaximum", "<"), ("maximum", "≤"))
+              if abs(item.get(key, np.inf)) < 1e50]  # fmt: skip
+    word = {"string": "text", "integer": "whole number", "boolean": "true or false", "object": "table"}.get(kind, kind)
+    return " ".join([word, ", ".join(bounds)]).strip()
+
+
+def _shown(value: Any) -> str:
+    if value is None or value in ({}, [], "") or isinstance(value, dict):
+        return ""
+    return f"`{json.dumps(value)}`"

@@ -1,0 +1,54 @@
+"""Starters solve as they are written, editors get a schema that fits, and chapters of the manual are shown."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+
+import jsonschema
+import pytest
+
+from petcontact.commands.init import KINDS
+from petcontact.commands.main import main
+from petcontact.manual import ORDER
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_starter_solves_as_it_is(kind, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "own", "--kind", kind]) == 0
+    schema = json.loads((tmp_path / f"petcontact.{'sweep-' if kind == 'sweep' else ''}schema.json").read_text())
+    jsonschema.Draft7Validator.check_schema(schema)
+    jsonschema.validate(tomllib.loads((tmp_path / "own.toml").read_text()), schema)
+    command = ["sweep", "own.toml", "-o", "out"] if kind == "sweep" else ["solve", "own.toml", "--no-figures"]
+    assert main(command) == 0
+    assert "converged" in capsys.readouterr().out
+
+
+def test_the_schema_refuses_what_the_program_refuses(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["init", "own"]) == 0
+    schema = json.loads((tmp_path / "petcontact.schema.json").read_text())
+    config = tomllib.loads((tmp_path / "own.toml").read_text())
+    wrong = [("material", "young_modulus", -1.0), ("material", "youngs_modulus", 1.0), ("geometry", "shape", "disc")]
+    for table, key, value in wrong:
+        with pytest.raises(jsonschema.ValidationError):
+            jsonschema.validate(config | {table: config[table] | {key: value}}, schema)
+
+
+def test_init_replaces_nothing_unasked(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "own.toml").write_text("mine")
+    assert main(["init", "own"]) == 2
+    assert "--force" in capsys.readouterr().err and (tmp_path / "own.toml").read_text() == "mine"
+
+
+def test_help_lists_and_shows_chapters(capsys):
+    assert main(["help"]) == 0
+    listed = capsys.readouterr().out
+    for topic in ORDER:
+        assert f"  {topic} " in listed
+    assert main(["help", "config"]) == 0
+    assert "young_modulus" in capsys.readouterr().out
+    assert main(["help", "confg"]) == 2
+    assert "did you mean 'config'" in capsys.readouterr().err

@@ -1,0 +1,74 @@
+"""The manual and the README keep what they say: commands run, links lead somewhere, the reference is current."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from petcontact.commands.schema import schema_text
+from petcontact.manual import ORDER, chapter
+
+ROOT = Path(__file__).parents[2]
+MANUAL = ROOT / "petcontact" / "manual"
+PAGES = [ROOT / "README.md", *sorted(MANUAL.glob("*.md"))]
+FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
+LINK = re.compile(r"\]\(([^)#\s]+)\)")
+
+
+def blocks(page: Path, language: str) -> list[tuple[str, str]]:
+    """Words after the language, and the text, of each fenced block."""
+    return [(words.strip(), text) for kind, words, text in FENCE.findall(page.read_text()) if kind == language]
+
+
+def run(program: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
+    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "MPLBACKEND": "agg",
+                                "PYTHONPATH": str(ROOT), "OMPI_MCA_rmaps_base_oversubscribe": "1",
+                                "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}  # fmt: skip
+    return subprocess.run(program, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_fenced_command_runs(page, tmp_path):
+    """Blocks of `sh`, in order; those of `sh fails` must be refused, those of `sh slow` take minutes and are not run here."""
+    shutil.copytree(ROOT / "configs", tmp_path / "configs")
+    for words, text in blocks(page, "sh"):
+        if "slow" in words:
+            continue
+        for line in filter(None, (line.partition("   #")[0].strip() for line in text.splitlines())):
+            done = run(["bash", "-c", line], tmp_path)
+            assert (done.returncode != 0) == ("fails" in words), f"{line}\n{done.stdout}{done.stderr}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_python_block_runs(page, tmp_path):
+    found = blocks(page, "python")
+    shutil.copytree(ROOT / "configs", tmp_path / "configs", ignore=shutil.ignore_patterns("pictures"))
+    program = "\n".join(text for words, text in found if "sketch" not in words)
+    if program:
+        done = run([sys.executable, "-c", program], tmp_path)
+        assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_links_lead_somewhere(page):
+    for target in LINK.findall(page.read_text()):
+        assert "://" in target or (page.parent / target).exists(), target
+
+
+def test_the_chapters_are_the_files():
+    assert {path.stem for path in MANUAL.glob("*.md")} == set(ORDER)
+
+
+def test_the_config_reference_is_current():
+    """Mended by scripts/manual."""
+    assert chapter("config").endswith(schema_text("problem", as_markdown=True))
+    for kind in ("problem", "sweep"):
+        name = {"problem": "petcontact.schema.json", "sweep": "petcontact.sweep-schema.json"}[kind]
+        assert (ROOT / "configs" / name).read_text() == schema_text(kind)
