@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import traceback
@@ -12,9 +13,12 @@ from ..errors import PetcontactError
 from ..runtime.mpi import all_meet
 from ..runtime.petsc import failure_comm, solver_error
 from ..runtime.signals import Interrupted, install
+from ..runtime.terminal import mend_streams, printable, silence_output
 
 PATIENCE = 3.0
 """Seconds that a failed rank waits for the others to fail likewise before it ends the job."""
+NO_MORE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF}
+"""What a write to a stream fails with; errors of files have a name."""
 
 
 def guarded(program: Callable[[], int]) -> int:
@@ -23,12 +27,14 @@ def guarded(program: Callable[[], int]) -> int:
     An exception is told in one line (PETCONTACT_TRACEBACK=1 shows where it comes from). Under mpiexec a rank that fails
     alone ends the whole job after a few seconds: the others would wait for it for ever.
     """
+    mend_streams()
     install()
     try:
-        return program()
+        status = program()
+        sys.stdout.flush()
+        return status
     except BrokenPipeError:
-        # whoever read the output has gone; nothing may be flushed to it at exit either
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        silence_output()  # whoever read it has gone
         return 1
     except (Exception, KeyboardInterrupt, Interrupted) as error:
         if os.environ.get("PETCONTACT_TRACEBACK"):
@@ -49,8 +55,14 @@ def guarded(program: Callable[[], int]) -> int:
 
 
 def _described(error: BaseException) -> tuple[str, int]:
+    """One line that can be printed, and the exit status."""
     if isinstance(error, PetcontactError):
-        return " ".join(str(error).split()), error.exit_status
+        return printable(" ".join(str(error).split())), error.exit_status
+    if isinstance(error, OSError) and error.strerror and error.filename is not None:
+        return printable(f"{error.filename}: {error.strerror}"), 1
+    if isinstance(error, OSError) and error.errno in NO_MORE:
+        silence_output()
+        return f"standard output: cannot be written ({error.strerror})", 1
     if isinstance(error, Interrupted):
         return f"interrupted by {error}", error.exit_status
     if isinstance(error, KeyboardInterrupt):

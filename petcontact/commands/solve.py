@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -36,7 +37,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..model import case as config
     from ..runtime.atomic_write import check_target
     from ..runtime.petsc import initialise, petsc
-    from ..runtime.terminal import StatusLine
+    from ..runtime.terminal import StatusLine, say
 
     initialise(petsc_words)
     comm = petsc().COMM_WORLD
@@ -65,14 +66,13 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             write_solution(output, solution, replace=arguments.force)
         except Interrupted as late:
             number = late.number
-        print(solution.verdict())
-        print(f"  result: {output}")
+        say(f"{solution.verdict()}\n  result: {output}")
         if not (arguments.no_figures or number):
             from ..results.figures import plot_all
 
             folder = Path(arguments.figures) if arguments.figures else output.parent
             for path in plot_all(solution, folder, output.stem):
-                print(f"  figure: {path}")
+                say(f"  figure: {path}")
     report_unused(first)
     if number:
         what = "the last iterate" if solution.status == "failed" else "the solution"
@@ -112,6 +112,10 @@ def overrides(words: list[str]) -> dict[str, Any]:
 
     result: dict[str, Any] = {}
     for word in words:
+        try:
+            word = os.fsencode(word).decode("utf-8")  # Python takes the words in the encoding of the locale
+        except UnicodeDecodeError:
+            raise InputError(f"--set {word!a}: not text in UTF-8") from None
         key, equals, value = word.partition("=")
         if not (key and equals and value):
             raise InputError(f"--set {word}: expected KEY=VALUE")

@@ -36,6 +36,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if arguments.ranks_per_case < 1:
         raise InputError(f"--ranks-per-case {arguments.ranks_per_case}: must be at least 1")
     from ..runtime.petsc import initialise, petsc
+    from ..runtime.terminal import say
 
     initialise(petsc_words)
     from ..runtime.mpi import shared
@@ -49,18 +50,14 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     try:
         summary = run_sweep(
             sweep, folder, world,
-            only=arguments.only, ranks_per_case=arguments.ranks_per_case, force=arguments.force, say=_say,
+            only=arguments.only, ranks_per_case=arguments.ranks_per_case, force=arguments.force, say=say,
         )  # fmt: skip
     except Interrupted as error:
         raise Interrupted(error.number, f"finished cases are saved in {folder}, the same command goes on") from None
     if world.Get_rank() == 0:
         for line in summary.lines():
-            _say(line)
+            say(line)
     report_unused(world.Get_rank() == 0)
     # Open MPI may end the job when a rank ends with an error status: not before the summary is out
     world.Barrier()
     return summary.exit_status
-
-
-def _say(line: str) -> None:
-    print(line, flush=True)

@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..results.figures import save_all
-from ..runtime.text_table import aligned
+from ..results.figures import plain, save_all
+from ..runtime.text_table import aligned, as_csv
 from .run import Trial
 
 COLUMNS = ("problem", "contender", "rho", "converged", "iterations", "elastic_solves", "applications", "seconds",
@@ -68,11 +66,7 @@ def _by_rho(rows: Sequence[Trial]) -> list[list[str]]:
 
 def csv_text(rows: Sequence[Trial]) -> str:
     """One line a run."""
-    target = io.StringIO()
-    writer = csv.writer(target, lineterminator="\n")
-    writer.writerow(COLUMNS)
-    writer.writerows(["" if getattr(row, key) is None else getattr(row, key) for key in COLUMNS] for row in rows)
-    return target.getvalue()
+    return as_csv(COLUMNS, ([getattr(row, key) for key in COLUMNS] for row in rows))
 
 
 def write_figures(rows: Sequence[Trial], folder: str | Path, stem: str = "compare") -> list[Path]:
@@ -94,7 +88,7 @@ def _panels(figure: Any, rows: Sequence[Trial]) -> Iterable[tuple[Any, list[Tria
     for axes in [*grid[:, -1], *panels[len(problems):]]:
         axes.set_axis_off()
     for axes, problem in zip(panels, problems, strict=False):
-        axes.set_title(problem, fontsize=9)
+        axes.set_title(plain(problem), fontsize=9)
         yield axes, [row for row in rows if row.problem == problem]
     handles, labels = panels[0].get_legend_handles_labels()
     grid[0, -1].legend(handles, labels, loc="center left", fontsize=7, frameon=False)

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..fields.interior import Field, field_on_grid
 from ..mesh.basis import lagrange
-from .figures import round_number, save
+from .figures import plain, round_number, save
 from .solution import Solution
 
 MAGNIFIED = 0.06
@@ -74,7 +74,7 @@ def _draw(figure: Any, solution: Solution, field: Field, factor: float) -> None:
         chosen = contact.state == state
         if chosen.any():
             axes.plot(*shown[chosen].T, ".", color=colour, mec="black", mew=0.2, ms=4, label=label)
-    axes.set(xlabel="x", ylabel="y", aspect="equal", title=solution.case.title)
+    axes.set(xlabel="x", ylabel="y", aspect="equal", title=plain(solution.case.title))
     axes.title.set_fontsize("medium")
     figure.colorbar(colours, ax=axes, label="von Mises stress", extend="max" if stress.max() > top else "neither",
                     shrink=0.8)  # fmt: skip

@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Array, Mask
 from ..runtime.atomic_write import temporary_name
+from ..runtime.terminal import printable
 from .solution import ContactFields, Solution
 
 SLIP, STICK = "#f3d9c4", "#d5e3ef"
@@ -85,7 +86,7 @@ def draw_displacement(figure: Any, solution: Solution) -> None:
         contact = solution.contact
         axes.plot(contact.arc_length[chosen], contact.u_t[chosen, 0], color="C0", lw=1.5)
         axes.axhline(0.0, color="0.5", lw=0.6)
-        axes.set(xlabel=f"arc length along {part}", ylabel="tangential displacement $u_t$")
+        axes.set(xlabel=f"arc length along {plain(part)}", ylabel="tangential displacement $u_t$")
 
 
 def draw_traction(figure: Any, solution: Solution) -> None:
@@ -97,7 +98,7 @@ def draw_traction(figure: Any, solution: Solution) -> None:
         for sign in (1.0, -1.0):
             axes.plot(s, sign * bound, color="C3", lw=1.0, ls="--", label=r"$\pm g$" if sign > 0 else None)
         axes.margins(y=0.08)
-        axes.set(xlabel=f"arc length along {part}", ylabel=r"tangential traction $\sigma_t$")
+        axes.set(xlabel=f"arc length along {plain(part)}", ylabel=r"tangential traction $\sigma_t$")
         axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 0.8), frameon=False)
 
 
@@ -162,5 +163,10 @@ def round_number(wanted: float, peak: float) -> float:
 
 
 def _title(solution: Solution) -> str:
-    title = solution.case.title
+    title = plain(solution.case.title)
     return title if len(title) <= 70 else title[:67] + "..."
+
+
+def plain(text: str) -> str:
+    """A user's text for matplotlib, which would take what stands between dollars for a formula."""
+    return printable(text).replace("$", r"\$")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..runtime.terminal import printable
 from .solution import Solution, Zone
 
 
@@ -12,7 +13,7 @@ def verdict(solution: Solution) -> str:
     case, mesh, contact = solution.case, solution.mesh, solution.contact
     orders = sorted(set(mesh.order.tolist()))
     order = str(orders[0]) if len(orders) == 1 else f"{orders[0]}-{orders[-1]}"
-    lines = [case.title] if case.title else []
+    lines = [printable(case.title)] if case.title else []
     lines.append(f"  {solution.status}: {solution.reason}")
     lines.append(
         f"  {mesh.n_elements} elements of order {order}, {2 * mesh.n_nodes} unknowns, {len(contact.nodes)} contact nodes"
@@ -20,7 +21,7 @@ def verdict(solution: Solution) -> str:
     lines.append(f"  {_method(solution)}")
     lines.append("  " + ": ".join(filter(None, (solution.info.get("solver", ""), solution.info.get("ksp_reason", "")))))
     for part in dict.fromkeys(zone.part for zone in solution.zones):
-        lines += _wrapped(f"  {part}: ", [_zone(zone) for zone in solution.zones if zone.part == part])
+        lines += _wrapped(f"  {printable(part)}: ", [_zone(zone) for zone in solution.zones if zone.part == part])
     if "accuracy" in solution.info:
         lines.append(_accuracy(solution))
     peak = np.abs(contact.u_t).max()

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import itertools
+import os
 import sys
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -42,7 +44,7 @@ def initialise(argv: Sequence[str] = ()) -> None:
     MissingPetscError
         If petsc4py cannot be imported.
     InputError
-        If an `-options_file` does not exist.
+        If an `-options_file` does not exist or includes itself, or a viewer's file cannot be written.
     """
     arguments = _files_first(argv)
     started = "petsc4py.PETSc" in sys.modules
@@ -66,6 +68,8 @@ def initialise(argv: Sequence[str] = ()) -> None:
         ) from error
     if started and arguments:
         PETSc.Options().insertString(" ".join(arguments))
+    if arguments:
+        _check_viewers()
 
 
 def _files_first(argv: Sequence[str]) -> list[str]:
@@ -75,13 +79,44 @@ def _files_first(argv: Sequence[str]) -> list[str]:
     words = iter(argv)
     for word in words:
         if word == "-options_file":
-            name = next(words, None)
-            if name is None or not Path(name).is_file():
-                raise InputError(f"-options_file {name or ''}: no such file")
+            name = next(words, "")
+            _check_options_file(name, ())
             files += [word, name]
         else:
             others.append(word)
     return files + others
+
+
+def _check_options_file(name: str, within: tuple[str, ...]) -> None:
+    """Refuse an options file that is not there or, directly or not, includes itself: PETSc would follow it for ever."""
+    if not Path(name).is_file():
+        raise InputError(f"-options_file {name}: no such file")
+    real = os.path.realpath(name)
+    if real in within:
+        raise InputError(f"-options_file {name}: includes itself")
+    try:
+        lines = Path(name).read_text(encoding="utf-8", errors="replace").splitlines()
+    except OSError as error:
+        raise InputError(f"-options_file {name}: cannot be read ({error.strerror})") from None
+    for words in (line.partition("#")[0].split() for line in lines):
+        for word, included in itertools.pairwise(words):
+            if word == "-options_file":
+                _check_options_file(included.strip("\"'"), (*within, real))
+
+
+def _check_viewers() -> None:
+    """Refuse viewers that write to a file in a folder that is not there: those of PETSc's own end fail unnoticed."""
+    from petsc4py import PETSc
+
+    database = PETSc.Options()
+    for option, value in database.getAll().items():
+        kind, colon, rest = (value or "").partition(":")
+        file = Path(rest.partition(":")[0])
+        if not (colon and kind in ("", "ascii", "binary", "hdf5") and file.name):
+            continue
+        if file.is_dir() or not os.access(file.parent, os.W_OK | os.X_OK):
+            database.delValue(option)
+            raise InputError(f"-{option} {value}: {file} cannot be written")
 
 
 def failure_comm() -> Any:

@@ -1,4 +1,4 @@
-"""SIGINT and SIGTERM: they end a solve between two steps, never in the middle of a write."""
+"""Signals that ask a program to end: they end a solve between two steps, never in the middle of a write."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU)
+"""Ctrl-C, the batch system, the terminal that is closed, the limit of processor time (a soft one: there is time to save)."""
 
 
 class Interrupted(BaseException):
@@ -43,12 +44,13 @@ def _handle(number: int, frame: FrameType | None) -> None:
 
 
 def install() -> None:
-    """Turn SIGINT and SIGTERM into `Interrupted`; for the command line, in the main thread."""
+    """Turn the signals into `Interrupted`; for the command line, in the main thread. What nohup ignores stays ignored."""
     global _installed
     if threading.current_thread() is threading.main_thread():
         _installed = True
         for number in SIGNALS:
-            signal.signal(number, _handle)
+            if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
+                signal.signal(number, _handle)
 
 
 def reinstall() -> None:

@@ -1,7 +1,8 @@
-"""The line that shows how far a program is, and whether a user looks at standard error, also through mpiexec."""
+"""Standard streams: what may be printed, the line that shows how far a program is, whether a user looks at it."""
 
 from __future__ import annotations
 
+import io
 import os
 import sys
 from pathlib import Path
@@ -9,6 +10,43 @@ from pathlib import Path
 LAUNCHERS = {"mpiexec", "mpirun", "orterun", "prterun", "prun", "mpiexec.hydra", "srun"}
 LAUNCHERS |= {"mpiexec.openmpi", "mpirun.openmpi", "mpiexec.mpich", "mpirun.mpich"}  # Debian's names
 RANK_VARIABLES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "PMIX_RANK", "SLURM_PROCID")
+
+
+def mend_streams() -> None:
+    """Make standard streams that can take whatever is said: closed ones lead nowhere, what an encoding lacks is escaped.
+
+    A closed standard error would otherwise be the number of the next file that is opened, a result for example.
+    """
+    for number, name in enumerate(("stdin", "stdout", "stderr")):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free, this one
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(number, "w" if number else "r", closefd=False))  # noqa: SIM115 (as long as the process)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def printable(text: str) -> str:
+    """A text on one line that moves no cursor: whatever is not printable is escaped."""
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
+
+
+def say(text: str) -> None:
+    """Print what is good to know; nobody being there to read it, or no room, is no failure of the program."""
+    try:
+        print("\n".join(map(printable, text.split("\n"))), flush=True)
+    except OSError as error:
+        silence_output()
+        if not isinstance(error, BrokenPipeError):
+            print(f"petcontact: standard output: cannot be written ({error.strerror})", file=sys.stderr)
+
+
+def silence_output() -> None:
+    """Let standard output lead nowhere from now on: what is left in its buffer must not fail at exit."""
+    os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 class StatusLine:

@@ -2,7 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import csv
+import io
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from .terminal import printable
+
+FORMULA = ("=", "+", "-", "@")
+"""What a spreadsheet's formula begins with."""
 
 
 def aligned(grid: Sequence[Sequence[str]]) -> list[str]:
@@ -10,8 +18,18 @@ def aligned(grid: Sequence[Sequence[str]]) -> list[str]:
 
     The first row of the grid is the head.
     """
-    cells = [[word.replace("|", "\\|") for word in line] for line in grid]
+    cells = [[printable(word).replace("|", "\\|") for word in line] for line in grid]
     widths = [max(3, *(len(line[k]) for line in cells)) for k in range(len(cells[0]))]
     padded = [[word.rjust(width) for word, width in zip(line, widths, strict=True)] for line in cells]
     lines = ["| " + " | ".join(line) + " |" for line in padded]
     return [lines[0], "|" + "|".join("-" * (width + 1) + ":" for width in widths) + "|", *lines[1:]]
+
+
+def as_csv(head: Sequence[str], rows: Iterable[Sequence[Any]]) -> str:
+    """Rows as CSV. Text that a spreadsheet would take for a formula begins with an apostrophe; None is an empty cell."""
+    target = io.StringIO()
+    writer = csv.writer(target, lineterminator="\n")
+    for row in [head, *rows]:
+        words = [printable(cell) if isinstance(cell, str) else cell for cell in row]
+        writer.writerow(["'" + word if isinstance(word, str) and word.startswith(FORMULA) else word for word in words])
+    return target.getvalue()

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import base64
-import csv
-import io
 import tempfile
 from collections import Counter
 from collections.abc import Sequence
@@ -13,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from ..results.hdf5 import read_solution
-from ..runtime.text_table import aligned
+from ..runtime.terminal import printable
+from ..runtime.text_table import aligned, as_csv
 from .published import SOURCE, example_number
 from .table import Row, Table, make_cell, text
 
@@ -45,7 +44,7 @@ def legend(rows: Sequence[Row]) -> str:
 
 def markdown(title: str, rows: Sequence[Row], tables: Sequence[Table]) -> str:
     """Title, counts, and the tables, aligned so that they read well as plain text too."""
-    parts = [f"# {title or 'Sweep'}", counts_line(rows), legend(rows)]
+    parts = [f"# {printable(title) or 'Sweep'}", counts_line(rows), legend(rows)]
     for table in tables:
         if table.title:
             parts.append(f"## {table.title}")
@@ -83,18 +82,11 @@ def csv_text(rows: Sequence[Row]) -> str:
     """One line a case: id, coordinates, status, iterations, published, final rho, residuals, seconds of iteration."""
     names = list(dict.fromkeys(name for row in rows for name in row.coordinates))
     facts = ("iterations", "rho", "residual", "elastic_residual")
-    target = io.StringIO()
-    writer = csv.writer(target, lineterminator="\n")
     heads = ["status", "published", "iterations", "final_rho", *facts[2:], "iterate_seconds", "reason"]
-    writer.writerow(["id", *names, *heads])
-    for row in rows:
-        published = "" if row.published is None else row.published
-        writer.writerow([
-            row.id, *(row.coordinates.get(name, "") for name in names), row.status, published,
-            *(row.facts.get(name, "") for name in facts), row.facts.get("seconds", {}).get("iterate", ""),
-            row.facts.get("reason", ""),
-        ])  # fmt: skip
-    return target.getvalue()
+    return as_csv(["id", *names, *heads], ([
+        row.id, *(row.coordinates.get(name) for name in names), row.status, row.published,
+        *(row.facts.get(name) for name in facts), row.facts.get("seconds", {}).get("iterate"), row.facts.get("reason"),
+    ] for row in rows))  # fmt: skip
 
 
 @dataclass(frozen=True)

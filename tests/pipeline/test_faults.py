@@ -48,7 +48,10 @@ def wait_for_iterations(job):
 
 
 # --- signals -------------------------------------------------------------------------------------------------------
-@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+@pytest.mark.parametrize(
+    ("number", "status"),
+    [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129), (signal.SIGXCPU, 152)],
+)
 def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
     job = start(tmp_path, *ENDLESS, "-ksp_monitor")
     wait_for_iterations(job)
