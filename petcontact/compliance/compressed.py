@@ -56,9 +56,6 @@ class CompressedSystem(EliminatedSystem):
         self._shell = Shell(self.contact.layout, comm, self._apply_local, self.describe_operator())
         self._solver = LinearSolver(comm, "", "iterate", ksp_type="gmres", pc_type="python")
         self._preconditioner: RobinPreconditioner | None = None
-        if self._solver.ksp.getPC().getType() == "python":
-            self._preconditioner = robin_preconditioner(self, 1.0, self._solver.ksp.getPC())
-        self._solver.set_operator(self._shell.matrix)
 
     def apply(self, sigma_t: Array) -> Array:
         """S σ_t: a product with G_Ct, a solve with A_0."""
@@ -68,6 +65,10 @@ class CompressedSystem(EliminatedSystem):
     def robin_increment(self, rho: float, r: Array) -> tuple[Array, Array]:
         """(I + ρS) δσ = r; δu = S δσ by one more product, so that both belong together whatever the KSP left."""
         self._shell.rho = rho
+        if not self._solver.kind:
+            if self._solver.ksp.getPC().getType() == "python":
+                self._preconditioner = robin_preconditioner(self, rho, self._solver.ksp.getPC())
+            self._solver.set_operator(self._shell.matrix)
         if self._preconditioner is not None:
             self._preconditioner.rho = rho
         rhs = self.contact.vector(r)
@@ -106,8 +107,7 @@ class CompressedSystem(EliminatedSystem):
 
     def describe(self) -> str:
         """Formulation, operator and solver."""
-        ksp = self._solver.ksp
-        return f"condensed, hodlr {self.bem.hodlr_tol:g}; KSP {ksp.getType()}, PC {ksp.getPC().getType()}"
+        return "; ".join(filter(None, [f"condensed, hodlr {self.bem.hodlr_tol:g}", self._solver.kind]))
 
     def close(self) -> None:
         """Free the PETSc objects and let go of the compressed operators."""

@@ -77,8 +77,7 @@ class CondensedSystem(EliminatedSystem):
 
     def describe(self) -> str:
         """Formulation and solver."""
-        ksp = self._solver.ksp
-        return f"condensed, dense; KSP {ksp.getType()}, PC {ksp.getPC().getType()}"
+        return "; ".join(filter(None, ["condensed, dense", self._solver.kind]))
 
     def close(self) -> None:
         """Free every PETSc object."""

@@ -70,7 +70,7 @@ class FullSystem(SystemBase):
 
     def describe(self) -> str:
         """Formulation and solver."""
-        return f"full, dense; KSP {self._solver.ksp.getType()}, PC {self._solver.ksp.getPC().getType()}"
+        return f"full, dense; {self._solver.kind}"
 
     def close(self) -> None:
         """Free every PETSc object."""

@@ -6,15 +6,20 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import SolverError
+from ..errors import InputError, SolverError
 from ..runtime.petsc import has_scalapack, options_error, petsc, reason_name, solver_error
 from .row_layout import even_ranges, redistribute
 
 RTOL = 1e-12
+EXACT = ("lu", "cholesky", "svd", "redundant")
+"""Preconditioners that one application solves with."""
 
 
 class LinearSolver:
     """A PETSc KSP over one operator that may be replaced, with checked outcomes.
+
+    It is created, and its options are read, when it is first needed: options of a KSP that never solves count as unused.
+    A preconditioner that does not solve by itself takes GMRES, unless another method is asked for.
 
     Parameters
     ----------
@@ -27,32 +32,67 @@ class LinearSolver:
         Defaults, under what the user says.
     in_place : bool
         Whether LU may overwrite the operator (halves the memory of a factorisation).
+    context : object, optional
+        Of a preconditioner of type python.
 
     Raises
     ------
+    InputError
+        From the first solve, if an option has a value that PETSc refuses, or `preonly` goes with an inexact preconditioner.
     SolverError
         From the solves, if the KSP ends with a negative reason or the solution is not finite.
     """
 
     def __init__(
-        self, comm: Any, prefix: str, stage: str, *, in_place: bool = False, ksp_type: str = "preonly", pc_type: str = "lu"
-    ) -> None:
-        module = petsc()
+        self, comm: Any, prefix: str, stage: str, *, in_place: bool = False, ksp_type: str = "preonly", pc_type: str = "lu",
+        context: Any = None,
+    ) -> None:  # fmt: skip
         self.stage, self.iterations, self.reason = stage, 0, 0
-        self._comm = comm
+        self._comm, self._prefix, self._in_place, self._context = comm, prefix, in_place, context
+        self._types = ksp_type, pc_type
+        self._ksp: Any = None
         self._converted: Any = None
-        self.ksp = module.KSP().create(comm)
-        self.ksp.setOptionsPrefix(prefix)
-        self.ksp.setType(ksp_type)
-        self.ksp.getPC().setType(pc_type)
-        self.ksp.setTolerances(rtol=RTOL, atol=0.0, max_it=2000)
-        try:
-            if in_place and comm.getSize() == 1 and not module.Options(prefix).hasName("pc_factor_in_place"):
-                self.ksp.getPC().setFactorSolverType("petsc")
-                _use_in_place(self.ksp.getPC(), prefix)
-            self.ksp.setFromOptions()
-        except module.Error as error:
-            raise options_error(prefix, error) from error
+
+    @property
+    def ksp(self) -> Any:
+        """The PETSc object."""
+        if self._ksp is None:
+            self._ksp = petsc().KSP().create(self._comm)
+            try:
+                self._configure(self._ksp)
+            except petsc().Error as error:
+                raise options_error(self._prefix, error) from error
+        return self._ksp
+
+    @property
+    def kind(self) -> str:
+        """KSP and PC by their types; empty as long as nothing was solved."""
+        return "" if self._ksp is None else f"KSP {self._ksp.getType()}, PC {self._ksp.getPC().getType()}"
+
+    def _configure(self, ksp: Any) -> None:
+        pc, database = ksp.getPC(), petsc().Options(self._prefix)
+        ksp.setOptionsPrefix(self._prefix)
+        ksp.setType(self._types[0])
+        pc.setType(self._types[1])
+        ksp.setTolerances(rtol=RTOL, atol=0.0, max_it=2000)
+        ksp.setFromOptions()
+        name = pc.getType()
+        if name == "python":
+            pc.setPythonContext(self._context)
+        elif ksp.getType() == "preonly" and name not in EXACT:
+            if database.hasName("ksp_type"):
+                raise InputError(
+                    f"-{self._prefix}ksp_type preonly: needs a preconditioner that solves by itself (-{self._prefix}pc_type "
+                    f"lu); with -{self._prefix}pc_type {name} use -{self._prefix}ksp_type gmres"
+                )
+            ksp.setType("gmres")
+            ksp.setFromOptions()
+        # any other KSP needs the matrix itself
+        if self._in_place and self._comm.getSize() == 1 and (ksp.getType(), name) == ("preonly", "lu"):
+            if not database.hasName("pc_factor_mat_solver_type"):
+                pc.setFactorSolverType("petsc")
+            if not database.hasName("pc_factor_in_place"):
+                _use_in_place(pc, self._prefix)
 
     def set_operator(self, matrix: Any, preconditioner: Any = None) -> None:
         """Solve with this matrix from now on; LU is computed at the next solve.
@@ -133,7 +173,9 @@ class LinearSolver:
     def close(self) -> None:
         """Free the KSP, its preconditioner and what was converted for it."""
         self._drop_converted()
-        self.ksp.destroy()
+        if self._ksp is not None:
+            self._ksp.destroy()
+            self._ksp = None
 
     def _drop_converted(self) -> None:
         if self._converted is not None:

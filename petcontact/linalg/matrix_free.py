@@ -23,10 +23,9 @@ class Krylov:
         self._precondition: Callable[[Array], Array] = np.copy
         self._matrix = petsc().Mat().createPython((size, size), context=self, comm=comm)
         self._matrix.setUp()
-        self._solver = LinearSolver(comm, prefix, "iterate", ksp_type="gmres", pc_type="python")
-        if self._solver.ksp.getPC().getType() == "python":
-            self._solver.ksp.getPC().setPythonContext(_Preconditioner(self))
-        self._solver.set_operator(self._matrix)
+        self._solver = LinearSolver(
+            comm, prefix, "iterate", ksp_type="gmres", pc_type="python", context=_Preconditioner(self)
+        )
         self._x, self._b = self._matrix.createVecs()
 
     @property
@@ -50,6 +49,8 @@ class Krylov:
         self._product, self._precondition = product, precondition
         self._b.setArray(rhs)
         self._x.set(0.0)
+        if not self._solver.kind:
+            self._solver.set_operator(self._matrix)
         self._solver.ksp.setTolerances(rtol=rtol, atol=floor)
         self._solver.solve(self._b, self._x)
         return np.array(self._x.getArray(readonly=True)).reshape(self._shape)

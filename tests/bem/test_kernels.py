@@ -11,7 +11,7 @@ from conftest import example
 from petcontact import MeshOptions, solve
 from petcontact.bem.kelvin2d.kernel import Kelvin2D
 from petcontact.bem.kernels import KERNELS, kernel_for
-from petcontact.pipeline.run import discretise
+from petcontact.pipeline.prepare import discretise
 
 
 @dataclass(frozen=True)

@@ -137,7 +137,7 @@ def test_status_1_for_a_solve_that_fails(folder):
 
 
 def test_a_wrong_elastic_solve_fails_with_its_last_iterate(folder):
-    done = solve(folder, "-elastic_pc_type", "none")
+    done = solve(folder, "-elastic_ksp_type", "gmres", "-elastic_pc_type", "none", "-elastic_ksp_rtol", "1e-2")
     assert done.returncode == 1 and "  failed: " in done.stdout
     with h5py.File(folder / "case.h5") as file:
         assert file.attrs["status"] == "failed" and len(file["history/rho"]) > 0
@@ -184,6 +184,14 @@ def test_unused_options_are_named_wherever_they_come_from(folder, place):
     done = solve(folder, *words)
     assert done.returncode == 0
     assert done.stderr.startswith("petcontact: PETSc option -no_such_option was not used") and done.stderr.count("\n") == 1
+
+
+def test_options_of_a_ksp_that_solves_nothing_are_named(folder):
+    """Newton factors the block of the sticking nodes by LAPACK: no KSP, and none in the verdict."""
+    done = solve(folder, "-ksp_type", "gmres", "-pc_type", "none", "-ksp_max_it", "1", "--set",
+                 "method.name=semismooth-newton")  # fmt: skip
+    assert done.returncode == 0 and "KSP" not in done.stdout
+    assert [line.split()[3] for line in done.stderr.splitlines()] == ["-ksp_max_it", "-ksp_type", "-pc_type"]
 
 
 def test_options_that_are_used_are_not_named(folder):

@@ -73,6 +73,7 @@ def test_an_eigenbasis_that_cannot_be_used_is_not(monkeypatch):
     case = example(1, mesh=MeshOptions(element_size=0.4))
     monkeypatch.setattr(np.linalg, "eig", lambda matrix: (np.full(len(matrix), 1.0 + 1e-3j), np.eye(len(matrix))))
     prepared = prepare(case, cases=8)
+    prepared.system.robin(1.0, prepared.system.u_0)
     assert "KSP preonly" in prepared.system.describe()
     assert run(prepared, case).converged
     prepared.close()
