@@ -2,9 +2,51 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any, Protocol
 
-from ..arrays import Array
+from ..arrays import Array, Index, Mask
+
+
+@dataclass(frozen=True)
+class ColumnData:
+    """What makes columns of the boundary operators out of G and H.
+
+    Attributes
+    ----------
+    traction_known : (n, d) bool array
+        Where the column is one of H (with the free term), else of -G.
+    frame : (n, d, d) array
+        Directions of the unknowns of each node.
+    rhs_first : (n + 1,) array
+        Node i has the right-hand sides rhs_first[i] to rhs_first[i + 1] - 1.
+    rhs_traction, rhs_displacement : (q, d) arrays
+        Each is G times a traction less (½ + H) times a displacement.
+    """
+
+    traction_known: Mask
+    frame: Array
+    rhs_first: Index
+    rhs_traction: Array
+    rhs_displacement: Array
+
+
+class ColumnFiller(Protocol):
+    """Blocks of columns of the boundary operators in one call, where compiled code does better than `Kernel.integrals`."""
+
+    def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
+        """Fill what is given.
+
+        Parameters
+        ----------
+        rows, columns : (m,) and (k,) arrays
+            Nodes, the rows increasing.
+        system : (k, d, m, d) array or None
+            By column, direction, row and component.
+        right_hand_sides : (q, m, d) array or None
+            Those of the columns, one after another.
+        """
+        ...
 
 
 class Kernel(Protocol):

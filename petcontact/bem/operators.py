@@ -18,7 +18,8 @@ from ..arrays import Array, Index
 from ..mesh.boundary_mesh import Batch, BoundaryMesh
 from .boundary_data import BoundaryData
 from .column_blocks import ColumnBlock, RightHandSides, as_slice, columns_of, common, contract, put
-from .kernel import Kernel
+from .kernel import ColumnData, ColumnFiller, Kernel
+from .kernels import column_filler
 
 BLOCK = (512, 96)
 """Targets and nodes of one block: its temporaries fit a core's second-level cache."""
@@ -70,9 +71,20 @@ class BoundaryOperators:
         d, rhs = self.kernel.dim, self.right_hand_sides
         a_0 = np.empty((len(columns), d, len(rows), d)) if system else None
         beside = np.zeros((rhs.count[columns].sum(), len(rows), d)) if outer else None
-        for block in self.blocks(rhs, columns):
-            self.fill(rows, block, system=a_0, right_hand_sides=beside)
+        if self._filler is not None:
+            self._filler.fill(rows, columns, a_0, beside)
+        else:
+            for block in self.blocks(rhs, columns):
+                self.fill(rows, block, system=a_0, right_hand_sides=beside)
         return [entries.reshape(-1, d * len(rows)).T for entries in (a_0, beside) if entries is not None]
+
+    @functools.cached_property
+    def _filler(self) -> ColumnFiller | None:
+        rhs = self.right_hand_sides
+        data = ColumnData(
+            self.data.traction_known, self.data.frame, np.append(rhs.first, len(rhs.node)), rhs.traction, rhs.displacement
+        )
+        return column_filler(self.kernel, self.mesh, data)
 
     @functools.cached_property
     def contact_columns(self) -> RightHandSides:

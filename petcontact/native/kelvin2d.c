@@ -173,3 +173,105 @@ DISPATCHED void petcontact_constant(
         }
     }
 }
+
+/* One interleaved pair (component 0, component 1) a target: the kernel's columns times a vector. */
+INLINE void put(int count, const double *k00, const double *k01, const double *k10, const double *k11, double f0, double f1,
+                double *out)
+{
+    for (int k = 0; k < count; k++) {
+        out[2 * k] = k00[k] * f0 + k01[k] * f1;
+        out[2 * k + 1] = k10[k] * f0 + k11[k] * f1;
+    }
+}
+
+INLINE void subtract(int count, const Values *v, double f0, double f1, double *out)
+{
+    for (int k = 0; k < count; k++) {
+        out[2 * k] -= v->h00[k] * f0 + v->h01[k] * f1;
+        out[2 * k + 1] -= v->h10[k] * f0 + v->h11[k] * f1;
+    }
+}
+
+/* Columns of the boundary operators of a mesh of straight elements of order 0, one node in the middle of each.
+
+   start, end, x (n, 2), line (n,), known (n, 2) and frame (n, 2, 2) are the whole mesh's; node i has the right-hand sides
+   rhs_first[i] to rhs_first[i+1]-1, each G times a traction less (½ + H) times a displacement. Filled are, where not null,
+   system (k, 2, m, 2) and beside (number of the columns' right-hand sides, m, 2), G in units of the length. */
+DISPATCHED void petcontact_columns(
+    int64_t m, const int64_t *rows, int64_t k, const int64_t *columns, const double *start, const double *end,
+    const int64_t *line, const double *x, const int64_t *known, const double *frame, const int64_t *rhs_first,
+    const double *rhs_traction, const double *rhs_displacement, double nu, double length, double *system, double *beside)
+{
+    Constants c = constants_of(nu, length);
+    const double unit = 1.0 / length;
+    Values v;
+    double px[CHUNK], py[CHUNK], xi[CHUNK] = {0.0}, square[2][CHUNK], log[2][CHUNK];
+    int64_t target_line[CHUNK];
+    for (int64_t first = 0; first < m; first += CHUNK) {
+        const int count = m - first < CHUNK ? (int)(m - first) : CHUNK;
+        const int64_t *row = rows + first;
+        int one = 0;
+        int64_t rhs = 0;
+        for (int i = 0; i < count; i++) {
+            px[i] = x[2 * row[i]];
+            py[i] = x[2 * row[i] + 1];
+            target_line[i] = line[row[i]];
+        }
+        for (int64_t j = 0; j < k; j++) {
+            const int64_t node = columns[j], last = j ? columns[j - 1] : 0, first_rhs = rhs_first[node];
+            const int64_t own_rhs = rhs_first[node + 1] - first_rhs;
+            const int64_t *is_known = known + 2 * node;
+            int needs_g = system && !(is_known[0] && is_known[1]), needs_h = system && (is_known[0] || is_known[1]);
+            for (int64_t q = first_rhs; beside && q < first_rhs + own_rhs; q++) {
+                needs_g |= rhs_traction[2 * q] != 0.0 || rhs_traction[2 * q + 1] != 0.0;
+                needs_h |= rhs_displacement[2 * q] != 0.0 || rhs_displacement[2 * q + 1] != 0.0;
+            }
+            const Element e = element_between(start + 2 * node, end + 2 * node);
+            if (j > 0 && start[2 * node] == end[2 * last] && start[2 * node + 1] == end[2 * last + 1])
+                one = 1 - one;
+            else
+                distances(start + 2 * node, count, px, py, square[one], log[one]);
+            const double *s1 = square[one], *l1 = log[one];
+            double *s2 = square[1 - one], *l2 = log[1 - one];
+            const int64_t on = line[node] < 0 ? -2 : line[node];
+            distances(end + 2 * node, count, px, py, s2, l2);
+            if (needs_g && needs_h)
+                values_of(&e, &c, on, node, count, px, py, target_line, row, xi, s1, l1, s2, l2, 1, 1, &v);
+            else if (needs_g)
+                values_of(&e, &c, on, node, count, px, py, target_line, row, xi, s1, l1, s2, l2, 1, 0, &v);
+            else if (needs_h)
+                values_of(&e, &c, on, node, count, px, py, target_line, row, xi, s1, l1, s2, l2, 0, 1, &v);
+            int own = count;                                   /* place of the node among the targets */
+            if (row[0] <= node && node <= row[count - 1])
+                for (own = 0; own < count && row[own] != node;)
+                    own++;
+            for (int d = 0; system && d < 2; d++) {
+                const double *f = frame + 4 * node + 2 * d;
+                double *out = system + ((2 * j + d) * m + first) * 2;
+                if (is_known[d]) {
+                    put(count, v.h00, v.h01, v.h10, v.h11, f[0], f[1], out);
+                    if (own < count) {
+                        out[2 * own] += 0.5 * f[0];
+                        out[2 * own + 1] += 0.5 * f[1];
+                    }
+                } else
+                    put(count, v.g00, v.g01, v.g01, v.g11, -unit * f[0], -unit * f[1], out);
+            }
+            for (int64_t q = first_rhs; beside && q < first_rhs + own_rhs; q++, rhs++) {
+                const double *t = rhs_traction + 2 * q, *u = rhs_displacement + 2 * q;
+                double *out = beside + (rhs * m + first) * 2;
+                if (t[0] != 0.0 || t[1] != 0.0)
+                    put(count, v.g00, v.g01, v.g01, v.g11, unit * t[0], unit * t[1], out);
+                else
+                    memset(out, 0, 2 * count * sizeof(double));
+                if (u[0] != 0.0 || u[1] != 0.0) {
+                    subtract(count, &v, u[0], u[1], out);
+                    if (own < count) {
+                        out[2 * own] -= 0.5 * u[0];
+                        out[2 * own + 1] -= 0.5 * u[1];
+                    }
+                }
+            }
+        }
+    }
+}

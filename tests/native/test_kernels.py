@@ -8,10 +8,13 @@ import sys
 
 import numpy as np
 import pytest
+from conftest import example
 
-from petcontact import native
+from petcontact import Displacement, MeshOptions, native
+from petcontact.bem import operators
 from petcontact.bem.kelvin2d import integrals as module
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
+from petcontact.pipeline.run import discretise
 
 compiled = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
 
@@ -78,3 +81,24 @@ def test_can_be_switched_off():
     environment = {**os.environ, native.VARIABLE: "0"}
     done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
     assert done.stdout == "numpy (PETCONTACT_NATIVE=0)\n"
+
+
+@compiled
+@pytest.mark.parametrize(("number", "lift"), [(1, (0.0, 0.0)), (2, (0.01, -0.03))])
+def test_columns_agree_with_numpy(monkeypatch, number, lift):
+    """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression asks for them."""
+    case = example(number, mesh=MeshOptions(element_size=0.25))
+    top = tuple(Displacement(part="top", value=lift) if b.part == "top" else b for b in case.boundary)
+    quick, slow = (discretise(case.model_copy(update={"boundary": top})) for _ in range(2))
+    monkeypatch.setattr(operators, "column_filler", lambda *_: None)
+    assert slow._filler is None
+    monkeypatch.undo()
+    assert quick._filler is not None
+    every, rng = np.arange(quick.mesh.n_nodes), np.random.default_rng(3)
+    pieces = [(every, every), *((np.sort(rng.permutation(every)[:k]), every[a::3]) for k, a in ((5, 0), (40, 1)))]
+    for rows, columns in pieces:
+        for ours, theirs in zip(quick.all_entries(rows, columns), slow.all_entries(rows, columns), strict=True):
+            assert ours.shape == theirs.shape
+            assert np.abs(ours - theirs).max() <= 1e-13 * np.abs(theirs).max()
+        assert np.array_equal(quick.system_entries(rows, columns), quick.all_entries(rows, columns)[0])
+        assert np.array_equal(quick.outer_entries(rows, columns), quick.all_entries(rows, columns)[1])
