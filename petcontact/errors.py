@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Iterator
+
 
 class PetcontactError(Exception):
     """Base of all errors raised on purpose; `exit_status` is what the command line returns."""
@@ -13,6 +16,17 @@ class InputError(PetcontactError, ValueError):
     """A config, argument or file that cannot be used: one line that names it and says what is allowed."""
 
     exit_status = 2
+
+
+@contextlib.contextmanager
+def in_file(path: object) -> Iterator[None]:
+    """Mistakes found in the block name the file that holds them."""
+    try:
+        yield
+    except InputError as error:
+        if type(error) is not InputError or str(error).startswith((f"{path}:", "-")):
+            raise
+        raise InputError(f"{path}: {error}") from None
 
 
 class ResultError(InputError):

@@ -180,6 +180,9 @@ def _check_rigid_modes(data: BoundaryData, mesh: BoundaryMesh) -> None:
     for mode in free_modes(data, mesh)[:1]:
         along = ", ".join(f"{value:.2g}" for value in mode[: mesh.dim])
         name = "rotate" if np.abs(mode[mesh.dim :]).max() > 1e-6 else f"translate along ({along})"
+        held = int((~data.traction_known).any(axis=1).sum())
+        if 0 < held <= mesh.dim:
+            raise InputError(f"boundary: the body can {name} freely: it is held at {held} nodes only; use smaller elements")
         raise InputError(
             f"boundary: the body can {name} freely (friction does not hold it); "
             "fix it with a displacement condition, a roller or another contact part"

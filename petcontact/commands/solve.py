@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import InputError
+from ..errors import InputError, in_file
 from ..runtime.signals import Interrupted, stopping
 
 if TYPE_CHECKING:
@@ -57,7 +57,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             return stop.reason
 
         try:
-            solution = solved(case, accuracy, comm, monitor)
+            with in_file(arguments.config):
+                solution = solved(case, accuracy, comm, monitor)
         finally:
             status.clear()
         number = stop()

@@ -159,8 +159,22 @@ _WORDS = (
 )  # fmt: skip
 
 
+SYNONYMS = {
+    "mu": "friction_coefficient", "friction": "friction_coefficient", "g": "friction_bound", "bound": "friction_bound",
+    "E": "young_modulus", "nu": "poisson_ratio", "h": "element_size", "size": "element_size",
+    "p": "order", "type": "condition",
+    "frictional": "contact", "tresca": "contact", "coulomb": "contact", "clamped": "displacement", "fixed": "displacement",
+    "dirichlet": "displacement", "neumann": "traction", "load": "traction", "free": "traction", "cylinder": "outline",
+    "circle": "outline", "block": "rectangle", "cuboid": "box",
+}  # fmt: skip
+"""What others call it."""
+
+
 def _nearest(given: Any, names: list[str]) -> str:
-    near = difflib.get_close_matches(given, names, n=1) if isinstance(given, str) else []
+    if not isinstance(given, str):
+        return ""
+    near = [word for word in [SYNONYMS.get(given, SYNONYMS.get(given.lower()))] if word in names]
+    near = near or difflib.get_close_matches(given, names, n=1)
     return f", did you mean {near[0]!r}?" if near else ""
 
 

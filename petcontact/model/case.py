@@ -10,7 +10,8 @@ from typing import Any
 import tomli_w
 
 from ..errors import InputError
-from .base import Options, parse
+from .base import Model, Options, parse
+from .mesh_options import MeshOptions
 from .problem import Problem
 from .solver_options import Bem, Method
 
@@ -88,12 +89,20 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Case:
 def parse_case(data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path) -> Case:
     """A case from plain data; files that it names are taken relative to `folder`."""
     for key, value in overrides.items():
-        set_key(data, key, value, source)
+        set_key(data, whole_key(key), value, source)
     geometry = data.get("geometry")
     if isinstance(geometry, dict) and isinstance(geometry.get("file"), str):
         data = {**data, "geometry": {**geometry, "file": str(folder / geometry["file"])}}
     case: Case = parse(Case, data, source)
     return case
+
+
+def whole_key(key: str) -> str:
+    """The dotted key of a bare one of [method], [mesh] or [bem], as in `element_size`; any other key as it is."""
+    if "." in key or key in Case.model_fields:
+        return key
+    sections: dict[str, type[Model]] = {"method": Method, "mesh": MeshOptions, "bem": Bem}
+    return next((f"{section}.{key}" for section, model in sections.items() if key in model.model_fields), key)
 
 
 def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:

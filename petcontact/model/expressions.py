@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -12,6 +13,7 @@ import simpleeval
 from ..arrays import Array
 from ..errors import InputError
 
+PRODUCT = "cannot be read; a product needs its sign, as in 10*x"
 _FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
     "sin": (np.sin, 1), "cos": (np.cos, 1), "tan": (np.tan, 1), "asin": (np.arcsin, 1), "acos": (np.arccos, 1),
     "atan": (np.arctan, 1), "atan2": (np.arctan2, 2), "sinh": (np.sinh, 1), "cosh": (np.cosh, 1), "tanh": (np.tanh, 1),
@@ -55,14 +57,20 @@ def _parse(text: str) -> ast.expr:
     try:
         tree = ast.parse(text.strip(), mode="eval")
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
+        if re.search(r"\d\s*[a-z(]|\)\s*[\w(]", text):
+            raise InputError(PRODUCT) from None
         raise InputError(f"cannot be read ({getattr(error, 'msg', None) or str(error) or 'nested too deeply'})") from None
     for node in ast.walk(tree):
+        if isinstance(node, ast.BitXor):
+            raise InputError("a power is written with **, as in x**2")
         plain_number = not isinstance(node, ast.Constant) or type(node.value) in (int, float)
         if not isinstance(node, _ALLOWED) or not plain_number or (isinstance(node, ast.Call) and node.keywords):
             raise InputError("only numbers, names, arithmetic, comparisons and functions are allowed")
         if isinstance(node, ast.Compare) and len(node.ops) > 1:
             raise InputError("chained comparisons are not allowed, write (a < x) * (x < b)")
         if isinstance(node, ast.Call):
+            if isinstance(node.func, ast.Constant | ast.BinOp):
+                raise InputError(PRODUCT)
             name = node.func.id if isinstance(node.func, ast.Name) else "?"
             if name in _FUNCTIONS and len(node.args) != _FUNCTIONS[name][1]:
                 count = _FUNCTIONS[name][1]
@@ -100,6 +108,8 @@ def evaluate(value: float | str, variables: Mapping[str, Array], count: int, key
             result = np.broadcast_to(_real(evaluator.eval(value, previously_parsed=_parse(value))), (count,)).astype(float)
     except (simpleeval.NameNotDefined, simpleeval.FunctionNotDefined) as error:
         name = str(getattr(error, "name", None) or getattr(error, "func_name", "?"))
+        if name == "free":
+            raise InputError(f'{key}: only a displacement can be "free"; a free component of a traction is 0.0') from None
         raise InputError(f"{key}: unknown name {_shown(name)} in expression {_shown(value)}; {allowed}") from None
     except InputError as error:
         raise InputError(f"{key}: cannot evaluate expression {_shown(value)}: {error}") from None

@@ -6,6 +6,10 @@ import io
 import os
 import sys
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.status import Status
 
 LAUNCHERS = {"mpiexec", "mpirun", "orterun", "prterun", "prun", "mpiexec.hydra", "srun"}
 LAUNCHERS |= {"mpiexec.openmpi", "mpirun.openmpi", "mpiexec.mpich", "mpirun.mpich"}  # Debian's names
@@ -54,16 +58,24 @@ class StatusLine:
 
     def __init__(self, enabled: bool) -> None:
         self.enabled = enabled
+        self._status: Status | None = None
 
     def show(self, text: str) -> None:
         """Write over what stands there."""
-        if self.enabled:
-            print(f"\r{text:<79.79}", end="", file=sys.stderr, flush=True)
+        if not self.enabled:
+            return
+        if self._status is None:
+            from rich.console import Console
+
+            self._status = Console(stderr=True, force_terminal=True).status("", refresh_per_second=4)
+            self._status.start()
+        self._status.update(text.replace("[", r"\["))
 
     def clear(self) -> None:
         """Wipe the line."""
-        if self.enabled:
-            print(f"\r{'':<79}\r", end="", file=sys.stderr, flush=True)
+        if self._status is not None:
+            self._status.stop()
+            self._status = None
 
 
 def on_terminal() -> bool:

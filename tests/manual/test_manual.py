@@ -36,7 +36,7 @@ def run(program: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
 @pytest.mark.mpi
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_every_fenced_command_runs(page, tmp_path):
-    """Blocks of `sh`, in order; those of `sh fails` must be refused, those of `sh slow` take minutes and are not run here."""
+    """Blocks of `sh`, in order; those of `sh fails` must be refused; those of `sh slow` take minutes, not here."""
     shutil.copytree(ROOT / "configs", tmp_path / "configs")
     for words, text in blocks(page, "sh"):
         if "slow" in words:

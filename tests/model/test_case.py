@@ -77,7 +77,7 @@ def test_a_case_survives_its_own_toml():
         ("material.young_modulus", "10e3", "material.young_modulus: must be a number, got '10e3'"),
         ("material.young_modulus", -1.0, "material.young_modulus: must be greater than 0, got -1.0"),
         ("material.poisson_ratio", 0.5, "poisson_ratio must lie in (-1, 1/2) in plane strain, got 0.5"),
-        ("material.nu", 0.3, "material.nu: unknown key; valid keys: plane, poisson_ratio, young_modulus"),
+        ("material.nu", 0.3, "material.nu: unknown key, did you mean 'poisson_ratio'?"),
         ("material", 5, "material: must be a table, got 5"),
         ("materiel", {}, "materiel: unknown key, did you mean 'material'?"),
         ("method.rule", "modifed", "got 'modifed', did you mean 'modified'?"),
