@@ -26,6 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--force", action="store_true", help="replace a result file that exists")
     parser.add_argument("--set", metavar="KEY=VALUE", action="append", default=[],
                         help="override a key of the config, for example --set method.rho=100")  # fmt: skip
+    parser.add_argument("--monitor", action="store_true", help="print a line an iteration: change, residual, states, KSP")
     parser.add_argument("--adapt", action="store_true",
                         help="refine the mesh until the estimated error of u_t is below the wanted one")  # fmt: skip
     parser.add_argument("--accuracy", metavar="ERROR", type=float,
@@ -53,6 +54,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     with stopping(comm) as stop:
 
         def monitor(state: ContactState) -> str:
+            if arguments.monitor and first:
+                say(monitor_line(state))
             status.show(iteration_line(state, tolerance))
             return stop.reason
 
@@ -74,6 +77,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             folder = Path(arguments.figures) if arguments.figures else output.parent
             for path in plot_all(solution, folder, output.stem):
                 say(f"  figure: {path}")
+    if first:
+        report_ignored(case, accuracy)
     report_unused(first)
     if number:
         what = "the last iterate" if solution.status == "failed" else "the solution"
@@ -139,6 +144,27 @@ def report_unused(first: bool) -> None:
 
     for name in unused_options() if first else []:
         print(f"petcontact: PETSc option {name} was not used by any object (-help lists those that are)", file=sys.stderr)
+
+
+def report_ignored(case: Any, accuracy: float | None) -> None:
+    """Name the keys of the config that the method that ran does not read."""
+    method = case.method if accuracy is None else case.method.model_copy(update={"name": "semismooth-newton", "rule": None})
+    keys = [f"method.{key}" for key in method.ignored]
+    if accuracy is not None:
+        keys += [f"mesh.{key}" for key in type(case.mesh).model_fields
+                 if key in case.mesh.model_fields_set and key != "graded_points"]  # fmt: skip
+    if keys:
+        who = "an adaptive solve" if accuracy is not None else method.resolved_name
+        rule = f" with rule {method.rule}" if method.rule and method.resolved_name == "projection" else ""
+        print(f"petcontact: {who}{rule} does not use {', '.join(keys)}", file=sys.stderr)
+
+
+def monitor_line(state: Any) -> str:
+    """The iteration that has just ended, in full."""
+    h = state.history
+    counts = ", ".join(f"{name} {count}" for name, count in state.counts.items())
+    ksp = f", KSP {h.ksp_iterations[-1]}" if h.ksp_iterations[-1] else ""
+    return f"  {len(h):3d}: change {h.change[-1]:.3e}, |R_rho| {h.residual[-1]:.3e}, {counts}{ksp}"
 
 
 def iteration_line(state: Any, tolerance: float) -> str:

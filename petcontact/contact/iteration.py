@@ -94,7 +94,7 @@ class Recorder:
     def tell(self, v: Array, sigma: Array, rho: float, reason: str = "", *, converged: bool = False) -> ContactState:
         """The state after the step just noted, which the monitor sees."""
         reason = reason or f"stopped in iteration {len(self.history)}"
-        state = ContactState(v, sigma, rho, converged, reason, self.history)
+        state = ContactState(v, sigma, rho, converged, reason, self.history, law=self.law)
         if self.iteration.monitor is not None and (said := self.iteration.monitor(state)):
             state.reason, state.converged, state.stopped = said, False, True
         return state

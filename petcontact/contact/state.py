@@ -5,7 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+import numpy as np
+
 from ..arrays import Array
+from .laws import ContactLaw
 
 COLUMNS = ("rho", "w", "change", "residual", "ksp_iterations")
 
@@ -56,6 +59,7 @@ class ContactState:
     history : History
     stopped : bool
         Whether the monitor or an error ended it.
+    law : ContactLaw, optional
     """
 
     v: Array
@@ -65,6 +69,15 @@ class ContactState:
     reason: str
     history: History
     stopped: bool = False
+    law: ContactLaw | None = None
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many nodes stick, slip, and are open, as far as there are any."""
+        if self.law is None:
+            return {}
+        found = np.bincount(self.law.states(self.v, self.sigma, self.rho), minlength=3)
+        return {name: int(n) for name, n in zip(("stick", "slip", "open"), found, strict=True) if n}
 
 
 Start = tuple[Array, Array]

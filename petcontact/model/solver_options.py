@@ -24,6 +24,15 @@ RULES = {
 }
 """Rules for ρ by name, and the class of contact/rho_rules that each is."""
 DEFAULT_RULE = "modified"
+READ_BY = {
+    "rho": ("projection",),
+    "omega": ("projection", "operator-robin"),
+    "tau": ("self-adaptive", "modified", "modified-safeguarded"),
+    "max_changes": ("self-adaptive", "modified", "modified-safeguarded"),
+    "change_test": ("self-adaptive", "modified", "modified-safeguarded"),
+    "rule": ("projection",),
+}
+"""Keys of `[method]` that only some methods, or some rules of the projection method, read."""
 Count = Annotated[int, pydantic.Field(ge=0, le=10**9, strict=True)]
 
 
@@ -73,6 +82,14 @@ class Method(Model):
     def resolved_name(self) -> str:
         """The method, its default filled in."""
         return self.name or ("projection" if self.rule else DEFAULT_METHOD)
+
+    @property
+    def ignored(self) -> list[str]:
+        """Keys that are given, and that the method and its rule do not read."""
+        name = self.resolved_name
+        readers = {name, (self.rule or DEFAULT_RULE) if name == "projection" else name}
+        return [key for key, names in READ_BY.items() if key in self.model_fields_set and not readers & {*names}
+                and getattr(self, key) is not None]  # fmt: skip
 
 
 class Bem(Model):

@@ -108,4 +108,7 @@ def resolved_bem(bem: Bem) -> Bem:
             values[name] = text if name == "mat_type" else float(text) if name == "hodlr_tol" else int(text)
         except ValueError:
             raise InputError(f"-bem_{name}: {text!r} is not a number") from None
-    return Bem(**values)
+    try:
+        return Bem(**values)
+    except InputError as error:
+        raise InputError(f"-bem_{error}") from None

@@ -189,9 +189,18 @@ def probed(solution: Solution, operators: BoundaryOperators) -> Solution:
     status, reason = solution.status, solution.reason
     if status != "failed" and not defect <= ELASTIC_LIMIT:
         status = "failed"
-        reason = f"check: elastic residual {defect:.1e} > {ELASTIC_LIMIT:g}; use LU or a tighter -ksp_rtol"
+        reason = f"check: elastic residual {defect:.1e} > {ELASTIC_LIMIT:g}; {_remedy(solution)}"
     timings = {**solution.timings, "check": solution.timings.get("check", 0.0) + time.perf_counter() - began}
     return replace(solution, status=status, reason=reason, elastic_residual=defect, timings=timings)
+
+
+def _remedy(solution: Solution) -> str:
+    """What makes the elastic solution of a formulation more accurate."""
+    solver = solution.info["solver"]
+    if "hodlr" in solver:
+        return "use a smaller -bem_hodlr_tol, or -bem_mat_type dense"
+    prefix = "" if solver.startswith("full") else "elastic_"
+    return f"use -{prefix}pc_type lu, or a smaller -{prefix}ksp_rtol"
 
 
 def elastic_residual(operators: BoundaryOperators, u: Array, traction: Array) -> float:

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import h5py
+import numpy as np
 import pytest
 
 from petcontact.commands.main import COMMANDS, main, split_arguments
@@ -191,7 +192,44 @@ def test_options_of_a_ksp_that_solves_nothing_are_named(folder):
     done = solve(folder, "-ksp_type", "gmres", "-pc_type", "none", "-ksp_max_it", "1", "--set",
                  "method.name=semismooth-newton")  # fmt: skip
     assert done.returncode == 0 and "KSP" not in done.stdout
-    assert [line.split()[3] for line in done.stderr.splitlines()] == ["-ksp_max_it", "-ksp_type", "-pc_type"]
+    assert re.findall(r"option (\S+) was not used", done.stderr) == ["-ksp_max_it", "-ksp_type", "-pc_type"]
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--set", "method.name=semismooth-newton"),
+         "semismooth-newton does not use method.rho, method.omega, method.tau, method.max_changes, method.rule"),
+        (("--set", "method.rule=fixed", "--set", "method.tau=1.5"),
+         "projection with rule fixed does not use method.tau, method.max_changes"),
+        (("--adapt", "--accuracy", "0.1"), "an adaptive solve does not use method.rho, method.omega, "
+         "method.tau, method.max_changes, mesh.element_size, mesh.order"),
+        (("--set", "method.rule=modified"), ""),
+    ],
+)
+def test_keys_that_are_not_read_are_named(folder, words, said):
+    done = solve(folder, *words)
+    assert done.returncode in (0, 3) and done.stderr == (f"petcontact: {said}\n" if said else "")
+
+
+def test_monitor_prints_a_line_an_iteration(folder):
+    done = solve(folder, "--monitor")
+    with h5py.File(folder / "case.h5") as file:
+        rows = re.findall(r"^ +(\d+): change (\S+), \|R_rho\| (\S+), (.*)$", done.stdout, re.MULTILINE)
+        assert [int(row[0]) for row in rows] == list(range(1, file.attrs["iterations"] + 1))
+        assert [float(row[1]) for row in rows] == pytest.approx(file["history/change"][()], rel=1e-3)
+        stick, slip = (int(np.count_nonzero(file["contact/state"][()] == state)) for state in (0, 1))
+        assert rows[-1][3] == f"stick {stick}, slip {slip}, KSP 1"
+
+
+def test_a_wrong_elastic_solve_is_told_by_the_option_that_mends_it(folder):
+    done = solve(folder, "-elastic_ksp_type", "gmres", "-elastic_pc_type", "none", "-elastic_ksp_rtol", "1e-2")
+    assert "use -elastic_pc_type lu, or a smaller -elastic_ksp_rtol" in done.stdout
+    done = solve(folder, "--force", "-bem_mat_type", "hodlr", "-bem_hodlr_tol", "1e-3", "-bem_hodlr_leaf", "8",
+                 "--set", "mesh.element_size=0.02")  # fmt: skip
+    assert done.returncode == 1 and "use a smaller -bem_hodlr_tol, or -bem_mat_type dense" in done.stdout
+    done = solve(folder, "-bem_mat_type", "sparse", "--force")
+    assert done.returncode == 2 and done.stderr.startswith("petcontact: -bem_mat_type: must be 'auto'")
 
 
 def test_options_that_are_used_are_not_named(folder):
