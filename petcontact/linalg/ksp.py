@@ -34,6 +34,8 @@ class LinearSolver:
         Whether LU may overwrite the operator (halves the memory of a factorisation).
     context : object, optional
         Of a preconditioner of type python.
+    rtol : float
+        Default of the relative tolerance.
 
     Raises
     ------
@@ -45,11 +47,11 @@ class LinearSolver:
 
     def __init__(
         self, comm: Any, prefix: str, stage: str, *, in_place: bool = False, ksp_type: str = "preonly", pc_type: str = "lu",
-        context: Any = None,
+        context: Any = None, rtol: float = RTOL,
     ) -> None:  # fmt: skip
         self.stage, self.iterations, self.reason = stage, 0, 0
         self._comm, self._prefix, self._in_place, self._context = comm, prefix, in_place, context
-        self._types = ksp_type, pc_type
+        self._types, self._rtol = (ksp_type, pc_type), rtol
         self._ksp: Any = None
         self._converted: Any = None
 
@@ -74,7 +76,7 @@ class LinearSolver:
         ksp.setOptionsPrefix(self._prefix)
         ksp.setType(self._types[0])
         pc.setType(self._types[1])
-        ksp.setTolerances(rtol=RTOL, atol=0.0, max_it=2000)
+        ksp.setTolerances(rtol=self._rtol, atol=0.0, max_it=2000)
         ksp.setFromOptions()
         name = pc.getType()
         if name == "python":

@@ -140,3 +140,20 @@ def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
             assert np.abs(dense.contact.u_t - small.contact.u_t).max() < 1e-9 * np.abs(dense.contact.u_t).max()
             counted += 1
     assert counted == 128
+
+
+@pytest.mark.parametrize("ksp", [{}, {"ksp_type": "bcgs"}, {"ksp_gmres_restart": 3, "ksp_rtol": 1e-12}])
+def test_a_robin_increment_takes_no_product_of_its_own(ksp, comm):
+    """u = S σ comes from the products that the KSP asked for, to round-off, however loosely it solved."""
+    operators = discretise(example(1, mesh=MeshOptions(element_size=0.1)))
+    system = CompressedSystem(operators, comm, Bem(hodlr_leaf=16))
+    r = np.random.default_rng(4).standard_normal((len(operators.data.contact_nodes), 1))
+    with options(ksp):
+        u_t, sigma_t = system.robin_increment(1e4, r)
+    counted = system.applications
+    product = system.apply(sigma_t)
+    assert np.abs(u_t - product).max() <= 1e-12 * np.abs(product).max()
+    if not ksp:
+        assert counted == system.ksp_iterations > 1
+        assert 1e-8 < np.linalg.norm(sigma_t + 1e4 * u_t - r) / np.linalg.norm(r) < 1e-3
+    system.close()

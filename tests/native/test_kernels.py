@@ -14,7 +14,7 @@ from petcontact import Displacement, MeshOptions, native
 from petcontact.bem import operators
 from petcontact.bem.kelvin2d import integrals as module
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
-from petcontact.pipeline.run import discretise
+from petcontact.pipeline.prepare import discretise
 
 compiled = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
 
