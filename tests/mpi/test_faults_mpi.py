@@ -25,10 +25,11 @@ import os, signal, sys
 from petcontact.commands import main as cli
 from petcontact.runtime.petsc import petsc
 from petcontact.commands import solve
-def fail(self, state):
+def fail(state, tolerance):
     if len(state.history) == 4 and petsc().COMM_WORLD.getRank() == {rank}:
         {fault}
-solve.Progress.__call__ = fail
+    return ""
+solve.iteration_line = fail
 sys.argv[0] = "petcontact"
 cli.entry()
 """
@@ -91,10 +92,11 @@ import pathlib, sys
 from petcontact.commands import main as cli
 from petcontact.runtime.petsc import petsc
 from petcontact.commands import solve
-def told(self, state):
+def told(state, tolerance):
     if len(state.history) == 4:
         pathlib.Path(f"iterating-{petsc().COMM_WORLD.getRank()}").touch()
-solve.Progress.__call__ = told
+    return ""
+solve.iteration_line = told
 sys.argv[0] = "petcontact"
 cli.entry()
 """
