@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
@@ -139,7 +140,8 @@ class CurveMesh:
     def targets(self, nodes: Index | slice) -> Targets:
         """The kernels' view of collocation nodes."""
         element = self.element[nodes]
-        return Targets(point=self.x[nodes], line=self.line[element], element=element, xi=self.xi[nodes])
+        before, after = (numbers[element] for numbers in self._even_arcs)
+        return Targets(self.x[nodes], self.line[element], element, self.xi[nodes], before, after)
 
     def points(self, x: Array) -> Targets:
         """The kernels' view of points (m, 2) that are nodes of no element."""
@@ -163,6 +165,15 @@ class CurveMesh:
     def neighbours(self) -> tuple[Index, Index]:
         """The element before and the element after each one round its loop, two (n_elements,) arrays."""
         return round_loops([len(loop) for loop in self.loops()])
+
+    @functools.cached_property
+    def _even_arcs(self) -> tuple[Index, Index]:
+        """The elements before and after each one that is a constant arc between two like it, -2 for the others."""
+        pair = np.array(self.neighbours())
+        even = np.all((self.order == 0) & (self.curvature != 0.0) & (self.order[pair] == 0)
+                      & np.isclose(self.curvature[pair], self.curvature, rtol=1e-6, atol=0.0)
+                      & np.isclose(self.length[pair], self.length, rtol=1e-6, atol=0.0), axis=0)  # fmt: skip
+        return np.where(even, pair[0], -2), np.where(even, pair[1], -2)
 
     def on_element(self, number: int, xi: Array) -> tuple[Array, Array]:
         """Points (k, 2) of an element at places ξ in [-1, 1] and outward normals there."""

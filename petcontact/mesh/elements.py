@@ -58,9 +58,13 @@ class Targets:
         Number of the straight line that the point lies on and of the element that it is a node of, or -1.
     xi : (m,) array
         Local coordinate on its own element, in (-1, 1).
+    before, after : (m,) int arrays, optional
+        Numbers of the constant arcs of the same length and curvature before and after the point's own element, or -2.
     """
 
     point: Array
     line: Index
     element: Index
     xi: Array
+    before: Index | None = None
+    after: Index | None = None

@@ -80,6 +80,8 @@ def integrals(
         _constant(targets, elements, result)
     else:
         _polynomial(targets, elements, result)
+        if elements.order == 0 and result.kernel_h is not None:
+            _add_slopes(targets, elements, result.kernel_h, poisson_ratio)
     shape = (2, 2, n * nodes, m)
     return (
         None if result.kernel_g is None else result.kernel_g.reshape(shape),
@@ -87,12 +89,28 @@ def integrals(
     )
 
 
-def _own_targets(targets: Targets, elements: Elements) -> tuple[Index, Index]:
-    """Pairs (place of the element, target) where the target is a node of the element."""
+def _add_slopes(targets: Targets, elements: Elements, kernel_h: Array, poisson_ratio: float) -> None:
+    """What constant arcs miss of the slope of the displacement, from the difference of their neighbours.
+
+    Along the boundary T is c/s J with c = (1-2ν)/(4π(1-ν)) and J the rotation by 90°. A displacement s u' that is constant
+    on elements of length h has ∫ u/s = u' Σ ∫ s_j/s ds = u' (L - h ln 2), whose defect makes constant elements of first
+    order. h u' is half the difference of the neighbours. On straight sides the elements stay those of the paper.
+    """
+    if targets.before is None or targets.after is None:
+        return
+    share = 0.5 * np.log(2.0) * (1.0 - 2.0 * poisson_ratio) / (4.0 * np.pi * (1.0 - poisson_ratio))
+    for numbers, sign in ((targets.before, 1.0), (targets.after, -1.0)):
+        place, column = _pairs(numbers, elements)
+        kernel_h[0, 1, place, 0, column] += sign * share
+        kernel_h[1, 0, place, 0, column] -= sign * share
+
+
+def _pairs(numbers: Index, elements: Elements) -> tuple[Index, Index]:
+    """Pairs (place of the element, target) where the number that a target has is that of the element."""
     order = np.argsort(elements.index, kind="stable")
-    place = np.searchsorted(elements.index, targets.element, sorter=order)
+    place = np.searchsorted(elements.index, numbers, sorter=order)
     place = order[np.minimum(place, len(order) - 1)]
-    column = np.flatnonzero(elements.index[place] == targets.element)
+    column = np.flatnonzero(elements.index[place] == numbers)
     return place[column], column
 
 
@@ -123,7 +141,7 @@ def _constant(targets: Targets, elements: Elements, result: Result) -> None:
             native.pointer(result.kernel_g), native.pointer(result.kernel_h), n * m, m,
         )  # fmt: skip
         return
-    own_element, own_column = _own_targets(targets, elements)
+    own_element, own_column = _pairs(targets.element, elements)
     for rows in _chunks(len(elements.index), len(targets.line), CHUNK):
         inside = (own_element >= rows.start) & (own_element < rows.stop)
         column = own_column[inside]
