@@ -60,7 +60,9 @@ class BoundaryData:
         return (self.frame.shape[1] * self.contact_nodes[:, None] + self.contact_directions).ravel()
 
 
-def evaluate_boundary(problem: Problem, mesh: BoundaryMesh, *, normal_unknown: bool = False) -> BoundaryData:
+def evaluate_boundary(
+    problem: Problem, mesh: BoundaryMesh, *, normal_unknown: bool = False, held: bool = True
+) -> BoundaryData:
     """The problem's conditions at the nodes of its mesh.
 
     Parameters
@@ -69,6 +71,8 @@ def evaluate_boundary(problem: Problem, mesh: BoundaryMesh, *, normal_unknown: b
     mesh : BoundaryMesh
     normal_unknown : bool
         Whether a method looks for the normal traction in contact too; else u_n = 0 there.
+    held : bool
+        Whether the conditions have to hold the body.
 
     Raises
     ------
@@ -106,7 +110,8 @@ def evaluate_boundary(problem: Problem, mesh: BoundaryMesh, *, normal_unknown: b
     contact_nodes = np.flatnonzero(contact)
     directions = direction[contact_nodes, :looked_for]
     data = BoundaryData(frame, known, value, contact_nodes, directions, bound[contact_nodes])
-    _check_rigid_modes(data, mesh)
+    if held:
+        _check_rigid_modes(data, mesh)
     return data
 
 
@@ -131,7 +136,7 @@ def _traction(condition: Traction, variables: dict[str, Array], normal: Array, k
 
 
 def _friction_bound(condition: Contact, variables: dict[str, Array], x: Array, key: str) -> Array:
-    bound = evaluate(condition.friction_bound, variables, len(x), f"{key}.friction_bound")
+    bound = evaluate(condition.friction_bound or 0.0, variables, len(x), f"{key}.friction_bound")
     if np.any(bound < 0.0):
         k = int(np.argmin(bound))
         place = ", ".join(f"{name} = {value:g}" for name, value in zip("xyz", x[k], strict=False))

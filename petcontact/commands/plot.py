@@ -16,10 +16,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Draw; needs no PETSc."""
     from ..results.figures import plot_all
-    from ..results.hdf5 import read_solution
+    from ..results.hdf5 import read_result
 
     for name in arguments.result:
-        solution = read_solution(name, arguments.case)
+        solution = read_result(name, arguments.case)
         stem = Path(name).stem if arguments.case == "/" else arguments.case
         for path in plot_all(solution, arguments.figures or Path(name).parent, stem):
             print(path)

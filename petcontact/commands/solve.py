@@ -5,14 +5,12 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import InputError, in_file
 from ..runtime.signals import Interrupted, stopping
-
-if TYPE_CHECKING:
-    from ..contact.state import ContactState, Monitor
 
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
@@ -43,7 +41,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     initialise(petsc_words)
     comm = petsc().COMM_WORLD
     first = comm.getRank() == 0
-    case = config.load(arguments.config, overrides(arguments.set))
+    case = config.load_any(arguments.config, overrides(arguments.set))
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     check_target(output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest)
@@ -53,7 +51,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     status, tolerance = StatusLine(first and sys.stderr.isatty()), case.method.tolerance
     with stopping(comm) as stop:
 
-        def monitor(state: ContactState) -> str:
+        def monitor(state: Any) -> str:
             if arguments.monitor and first:
                 say(monitor_line(state))
             status.show(iteration_line(state, tolerance))
@@ -96,8 +94,15 @@ def wanted_accuracy(arguments: argparse.Namespace) -> float | None:
     return accuracy if arguments.adapt else None
 
 
-def solved(case: Any, accuracy: float | None, comm: Any, monitor: Monitor) -> Any:
+def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None]) -> Any:
     """The solution on the config's own mesh, or on adaptive ones where an accuracy is wanted."""
+    from ..model.assembly import Assembly, assembly_of
+
+    if isinstance(case, Assembly) or not case.plain:
+        from ..pipeline.load_steps import solve_assembly
+
+        assembly = case if isinstance(case, Assembly) else assembly_of(case)
+        return solve_assembly(assembly, comm=comm, monitor=monitor)
     if accuracy is not None:
         from ..pipeline.adaptive import adapt
 
@@ -134,8 +139,8 @@ def overrides(words: list[str]) -> dict[str, Any]:
 
 def read_files(config: str, case: Any) -> list[str]:
     """The files that a case is read from, but for the result that it starts from: going on may replace that."""
-    mesh = getattr(case.geometry, "file", None)
-    return [config, mesh] if mesh else [config]
+    shapes = [body.geometry for body in getattr(case, "body", [case])]
+    return [config, *(shape.file for shape in shapes if hasattr(shape, "file"))]
 
 
 def report_unused(first: bool) -> None:
@@ -150,7 +155,7 @@ def report_ignored(case: Any, accuracy: float | None) -> None:
     """Name the keys of the config that the method that ran does not read."""
     method = case.method if accuracy is None else case.method.model_copy(update={"name": "semismooth-newton", "rule": None})
     keys = [f"method.{key}" for key in method.ignored]
-    if accuracy is not None:
+    if accuracy is not None and hasattr(case, "mesh"):
         keys += [f"mesh.{key}" for key in type(case.mesh).model_fields
                  if key in case.mesh.model_fields_set and key != "graded_points"]  # fmt: skip
     if keys:
@@ -160,7 +165,9 @@ def report_ignored(case: Any, accuracy: float | None) -> None:
 
 
 def monitor_line(state: Any) -> str:
-    """The iteration that has just ended, in full."""
+    """The iteration that has just ended, in full; of load steps the increment."""
+    if not hasattr(state, "history"):
+        return f"  {iteration_line(state, 0.0)}, {state.reason}"
     h = state.history
     counts = ", ".join(f"{name} {count}" for name, count in state.counts.items())
     ksp = f", KSP {h.ksp_iterations[-1]}" if h.ksp_iterations[-1] else ""
@@ -168,6 +175,8 @@ def monitor_line(state: Any) -> str:
 
 
 def iteration_line(state: Any, tolerance: float) -> str:
-    """The iteration that has just ended."""
+    """The iteration, or the increment of a load step, that has just ended."""
+    if not hasattr(state, "history"):
+        return f"step {state.step} ({state.name}): {state.load_factor:.4g}, {state.iterations} Newton iterations"
     h = state.history
     return f"iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho {h.rho[-1]:.3g}"

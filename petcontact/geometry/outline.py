@@ -77,6 +77,12 @@ def arc(start: Array, end: Array, alpha: float, part: str) -> list[Side]:
 class Outline:
     """The boundary of a body: loops of sides, the outer one counter-clockwise, holes clockwise.
 
+    Attributes
+    ----------
+    loops : tuple of tuples of Side
+    exterior : bool
+        Whether there is no outer loop: the body is the infinite plate around the loops.
+
     Raises
     ------
     InputError
@@ -84,6 +90,7 @@ class Outline:
     """
 
     loops: tuple[tuple[Side, ...], ...]
+    exterior: bool = False
 
     def __post_init__(self) -> None:
         for loop in self.loops:
@@ -121,7 +128,8 @@ class Outline:
         length is 0.083 for a thin body (whose lowest scale is 0.18 at ν = 0) and at most 0.131 for a disc (0.30 or more). It
         is 1 for both examples of the paper, whose digits depend on it through the discretisation error.
         """
-        return hull_scale(self.polygon())
+        rings = shapely.MultiPoint(np.vstack([_ring(loop, 64) for loop in self.loops]))
+        return hull_scale(rings if self.exterior else self.polygon())
 
     @functools.cached_property
     def neighbours(self) -> tuple[Index, Index]:
@@ -129,9 +137,12 @@ class Outline:
         return round_loops([len(loop) for loop in self.loops])
 
     def polygon(self, points_per_arc: int = 64) -> shapely.Polygon:
-        """The body as a shapely polygon, arcs as chords: for point-in-body tests and pictures."""
+        """The body as a shapely polygon, arcs as chords: for tests and pictures; of an infinite plate a piece."""
         rings = [_ring(loop, points_per_arc) for loop in self.loops]
-        return shapely.Polygon(rings[0], rings[1:])
+        if not self.exterior:
+            return shapely.Polygon(rings[0], rings[1:])
+        low, high = np.min(np.vstack(rings), axis=0), np.max(np.vstack(rings), axis=0)
+        return shapely.Polygon(shapely.box(*(2.0 * low - high), *(2.0 * high - low)).exterior, rings)
 
     def _check_digits(self) -> None:
         """Squares of lengths must not vanish, nor differences of coordinates lose what tells the sides apart."""
@@ -170,13 +181,13 @@ def hull_scale(shape: shapely.Geometry) -> float:
     return float(shape.convex_hull.length) / 24.0
 
 
-def oriented(loops: Sequence[Sequence[Side]]) -> tuple[tuple[Side, ...], ...]:
-    """The loops with the largest first and counter-clockwise, the others (holes) clockwise."""
+def oriented(loops: Sequence[Sequence[Side]], *, exterior: bool = False) -> tuple[tuple[Side, ...], ...]:
+    """The loops with the largest first and counter-clockwise, the others (holes) clockwise; `exterior`: all clockwise."""
     areas = [_signed_area(_ring(loop, 64)) for loop in loops]
     order = sorted(range(len(loops)), key=lambda k: -abs(areas[k]))
     turned = []
     for rank, k in enumerate(order):
-        wanted = 1.0 if rank == 0 else -1.0
+        wanted = 1.0 if rank == 0 and not exterior else -1.0
         loop = list(loops[k])
         turned.append(tuple(loop if areas[k] * wanted > 0 else [side.reversed() for side in reversed(loop)]))
     return tuple(turned)

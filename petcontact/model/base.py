@@ -121,7 +121,7 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     given = f", got {_shown(mistake['input'])}"
     if kind == "extra_forbidden":
         keys = sorted({name for model in _models_at(cls, loc[:-1]) for name in model.model_fields})
-        return f"{_key(loc, data)}: unknown key{_nearest(str(loc[-1]), keys) or '; valid keys: ' + ', '.join(keys)}"
+        return f"{_key(loc, data)}: unknown key{nearest(str(loc[-1]), keys) or '; valid keys: ' + ', '.join(keys)}"
     if kind.startswith("union_tag"):
         name = context["discriminator"].strip("'")
         tags = sorted({model.model_fields[name].default for model in _models_at(cls, loc)})
@@ -129,14 +129,14 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
         key = _joined(_key(loc, data), name)
         if kind == "union_tag_not_found":
             return f"{key}: this key is required, {allowed}"
-        return f"{key}: {allowed}, got {_shown(context['tag'])}{_nearest(context['tag'], tags)}"
+        return f"{key}: {allowed}, got {_shown(context['tag'])}{nearest(context['tag'], tags)}"
     if kind == "missing":
         if isinstance(loc[-1], int):
             return f"{_key(loc[:-1], data)}: has {loc[-1]} entries, too few"
         return f"{_joined(_key(loc[:-1], data), loc[-1])}: this key is required"
     message = str(context["error"]) if kind == "value_error" else _allowed(kind, str(mistake["msg"]))
     if kind == "literal_error":
-        given += _nearest(mistake["input"], context["expected"].replace(" or ", ", ").replace("'", "").split(", "))
+        given += nearest(mistake["input"], context["expected"].replace(" or ", ", ").replace("'", "").split(", "))
     # a model's own check names its values itself
     own_check = kind == "value_error" and isinstance(mistake["input"], dict)
     return ": ".join(filter(None, [_key(loc, data), message + ("" if own_check else given)]))
@@ -170,7 +170,8 @@ SYNONYMS = {
 """What others call it."""
 
 
-def _nearest(given: Any, names: list[str]) -> str:
+def nearest(given: Any, names: list[str]) -> str:
+    """`, did you mean ...?` where a name is near, else nothing."""
     if not isinstance(given, str):
         return ""
     near = [word for word in [SYNONYMS.get(given, SYNONYMS.get(given.lower()))] if word in names]
@@ -207,7 +208,7 @@ def _models_at(cls: Any, loc: list[int | str]) -> list[Any]:
     for step in loc:
         following = [m for model in models if isinstance(step, str) and step in model.model_fields
                      for m in models_in(model.model_fields[step].annotation)]  # fmt: skip
-        named = [m for m in models if any(field.default == step for field in m.model_fields.values())]
+        named = [m for m in models if isinstance(step, str) and step in [field.default for field in m.model_fields.values()]]
         models = following or named or models
     return models
 

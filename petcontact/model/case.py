@@ -10,6 +10,7 @@ from typing import Any
 import tomli_w
 
 from ..errors import InputError
+from .assembly import ONE_BODY, Assembly, assembly_of
 from .base import Model, Options, parse
 from .mesh_options import MeshOptions
 from .problem import Problem
@@ -70,7 +71,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Case:
-    """The case of a TOML file.
+    """The case of a TOML file of one body; `load_assembly` reads those of several.
 
     Parameters
     ----------
@@ -86,15 +87,64 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Case:
     return parse_case(read_toml(path), str(path), overrides or {}, Path(path).parent)
 
 
+def load_assembly(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Assembly:
+    """The assembly of a TOML file, of several bodies or of one.
+
+    Raises
+    ------
+    InputError
+        As `load`.
+    """
+    case = load_any(path, overrides)
+    return case if isinstance(case, Assembly) else assembly_of(case)
+
+
+def load_any(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Case | Assembly:
+    """What a TOML file holds.
+
+    Raises
+    ------
+    InputError
+        As `load`.
+    """
+    return parse_any(read_toml(path), str(path), overrides or {}, Path(path).parent)
+
+
 def parse_case(data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path) -> Case:
     """A case from plain data; files that it names are taken relative to `folder`."""
+    case = parse_any(data, source, overrides, folder)
+    if isinstance(case, Assembly):
+        raise InputError(f"{source}: body: one body is expected here; load_assembly and `petcontact solve` take several")
+    return case
+
+
+def parse_any(data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path) -> Case | Assembly:
+    """A case, or an assembly where there are [[body]], [[obstacle]] or [[contact]] tables, from plain data."""
     for key, value in overrides.items():
         set_key(data, whole_key(key), value, source)
+    data = _one_body_named(_found_in(data, folder))
+    bodies = data.get("body")
+    if isinstance(bodies, list):
+        data = {**data, "body": [_found_in(body, folder) if isinstance(body, dict) else body for body in bodies]}
+    case: Case | Assembly = parse(Assembly if "body" in data else Case, data, source)
+    return case
+
+
+def _found_in(data: dict[str, Any], folder: Path) -> dict[str, Any]:
+    """The data with the file of its geometry relative to the folder."""
     geometry = data.get("geometry")
     if isinstance(geometry, dict) and isinstance(geometry.get("file"), str):
-        data = {**data, "geometry": {**geometry, "file": str(folder / geometry["file"])}}
-    case: Case = parse(Case, data, source)
-    return case
+        return {**data, "geometry": {**geometry, "file": str(folder / geometry["file"])}}
+    return data
+
+
+def _one_body_named(data: dict[str, Any]) -> dict[str, Any]:
+    """A one-body file with obstacles or contact pairs as an assembly of one body."""
+    if "body" in data or not {"obstacle", "contact"} & set(data):
+        return data
+    own = ("material", "geometry", "mesh", "boundary", "point_force")
+    body = {"name": ONE_BODY, **{key: data[key] for key in own if key in data}}
+    return {**{key: value for key, value in data.items() if key not in own}, "body": [body]}
 
 
 def whole_key(key: str) -> str:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import pydantic
 
 from .base import Expression, Finite, Model, Positive
+from .load_steps import Step
 from .mesh_options import MeshOptions
 from .shapes import Gmsh, Polygon, Rectangle, SideBySide
 
@@ -73,12 +74,36 @@ class Traction(Model):
         return self
 
 
+Normal = Literal["bilateral", "unilateral", "bonded"]
+
+
 class Contact(Model):
-    """Bilateral contact u_n = 0 with Tresca friction |σ_t| <= g = friction_bound >= 0 [stress]."""
+    """Contact with a fixed rigid obstacle; |σ_t| is bounded by Tresca, Coulomb, both (the bound caps), or is zero.
+
+    Attributes
+    ----------
+    part : str
+    normal : {"bilateral", "unilateral", "bonded"}
+        u_n = gap; pressure p >= 0 where the gap closes, none where it is open; or u = 0 altogether.
+    gap : expression
+        Initial gap along the outward normal [length].
+    friction_coefficient : expression, optional
+        µ >= 0 of Coulomb's law |σ_t| <= µp [-].
+    friction_bound : expression, optional
+        g >= 0 of Tresca's law |σ_t| <= g [stress]; with neither the contact is frictionless.
+    """
 
     part: str
     condition: Literal["contact"] = "contact"
-    friction_bound: Expression
+    normal: Normal = "bilateral"
+    gap: Expression = 0.0
+    friction_coefficient: Expression | None = None
+    friction_bound: Expression | None = None
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is the contact of the paper: bilateral without a gap, with a given friction bound."""
+        return self.normal == "bilateral" and self.gap == 0.0 and self.friction_coefficient is None
 
 
 Condition = Annotated[Displacement | Traction | Contact, pydantic.Field(discriminator="condition")]
@@ -86,10 +111,16 @@ Geometry = Annotated[Rectangle | Polygon | SideBySide | Gmsh, pydantic.Field(dis
 
 
 class Problem(Model):
-    """A contact problem: what TOML says above `[method]`, and what Python builds with keyword arguments."""
+    """A contact problem of one body: what TOML says above `[method]`, and what Python builds with keyword arguments."""
 
     title: str = ""
     material: Material
     geometry: Geometry
     mesh: MeshOptions = MeshOptions()
     boundary: tuple[Condition, ...]
+    step: tuple[Step, ...] = ()
+
+    @property
+    def plain(self) -> bool:
+        """Whether one solve with the methods of the paper answers it: bilateral Tresca contact, no load steps."""
+        return not self.step and all(c.plain for c in self.boundary if isinstance(c, Contact))

@@ -127,17 +127,21 @@ class Circle(Model):
 
 
 class SideBySide(Model):
-    """`shape = "outline"`: loops of sides or circles, the largest being the body's outer boundary, the others holes.
+    """`shape = "outline"`: loops of sides or circles, the largest being the body's outer boundary, the others holes; or,
+    `exterior`, all of them holes of an infinite plate.
 
     Attributes
     ----------
     loops : list of loops
         A loop is a list of sides, the first of which starts where the last one ends, or a circle. Loops may be given in
         either direction: the outer one is turned counter-clockwise, holes clockwise.
+    exterior : bool
+        Whether the body is the infinite plate around the loops.
     """
 
     shape: Literal["outline"] = "outline"
     loops: tuple[tuple[OutlineSide, ...] | Circle, ...] = pydantic.Field(min_length=1)
+    exterior: bool = False
 
     def outline(self) -> Outline:
         """The outline.
@@ -147,9 +151,8 @@ class SideBySide(Model):
         InputError
             If an arc does not exist, a side has no length, or sides cross or touch.
         """
-        return Outline(oriented([
-            loop.loop() if isinstance(loop, Circle) else _loop(loop, number) for number, loop in enumerate(self.loops)
-        ]))
+        loops = [loop.loop() if isinstance(loop, Circle) else _loop(loop, number) for number, loop in enumerate(self.loops)]
+        return Outline(oriented(loops, exterior=self.exterior), self.exterior)
 
 
 def _loop(given: tuple[OutlineSide, ...], number: int) -> list[Side]:

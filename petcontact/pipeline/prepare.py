@@ -65,7 +65,14 @@ def prepare(case: Case, comm: Any = None, cases: int = 1) -> Prepared:
     """Discretise and eliminate; what does not depend on the method's parameters is done once, here.
 
     `cases` is how many will be run on it: several may share more than one would.
+
+    Raises
+    ------
+    InputError
+        If the problem has load steps or another contact law than the paper's, which `solve_assembly` takes.
     """
+    if not case.plain:
+        raise InputError("load steps, and contact other than bilateral with a friction bound, need `solve_assembly`")
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
     operators = discretise(case)

@@ -78,11 +78,10 @@ def _data(problem: Problem, outline: Outline, side: int, low: float, high: float
     They are the nodes of a mesh of constant elements, so that data mean what they mean in a solve.
     """
     ends = np.linspace(low, high, count + 1)
-    # nodes enough on the other sides to hold the body wherever a solve would
     breaks = [np.linspace(0.0, 1.0, OTHERS + 1) for _ in outline.sides]
     breaks[side] = np.concatenate([[0.0][: int(low > 0.0)], ends, [1.0][: int(high < 1.0)]])
     mesh = build_mesh(outline, breaks, [np.zeros(len(b) - 1, dtype=np.int64) for b in breaks])
-    data = evaluate_boundary(problem, mesh)
+    data = evaluate_boundary(problem, mesh, held=False)
     values = np.column_stack([np.zeros(mesh.n_nodes), data.value])
     values[data.contact_nodes, 0] = data.friction_bound
     first = OTHERS * side + int(low > 0.0)

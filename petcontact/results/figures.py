@@ -12,16 +12,17 @@ from ..arrays import Array, Mask
 from ..runtime.atomic_write import temporary_name
 from ..runtime.terminal import printable
 from .solution import ContactFields, Solution
+from .steps import AssemblySolution
 
 SLIP, STICK = "#f3d9c4", "#d5e3ef"
 
 
-def plot_all(solution: Solution, folder: str | Path, stem: str = "result") -> list[Path]:
+def plot_all(solution: Solution | AssemblySolution, folder: str | Path, stem: str = "result") -> list[Path]:
     """Draw every figure of a solution as PNG.
 
     Parameters
     ----------
-    solution : Solution
+    solution : Solution or AssemblySolution
     folder : str or Path
         Made if it does not exist.
     stem : str
@@ -30,8 +31,13 @@ def plot_all(solution: Solution, folder: str | Path, stem: str = "result") -> li
     Returns
     -------
     list of Path
-        STEM-deformed.png, STEM-displacement.png, STEM-traction.png, STEM-history.png.
+        STEM-deformed.png, STEM-displacement.png, STEM-traction.png, STEM-history.png; with bodies or load steps
+        STEM-PAIR-traction.png and STEM-PAIR-motion.png of each interface instead of the second and third.
     """
+    if isinstance(solution, AssemblySolution):
+        from .steps_figures import drawings as of_steps
+
+        return save_all(of_steps(solution), folder, stem, solution) if solution.steps else []
     drawings = {"deformed": draw_deformed, "displacement": draw_displacement, "traction": draw_traction,
                 "history": draw_history}  # fmt: skip
     return save_all(drawings, folder, stem, solution)

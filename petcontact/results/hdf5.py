@@ -18,19 +18,21 @@ from ..model.base import parse
 from ..model.case import Case
 from ..runtime.atomic_write import temporary_name
 from .solution import ContactFields, Solution, Zone
+from .steps import AssemblySolution
 
 FORMAT = "petcontact result"
 FORMAT_VERSION = 1
 MESH_ARRAYS = ("curvature", "order", "part", "line", "side_start")
 
 
-def write_solution(path: str | Path, solution: Solution, *, replace: bool = True) -> None:
+def write_solution(path: str | Path, solution: Solution | AssemblySolution, *, replace: bool = True) -> None:
     """Write a result file: to a temporary name, flushed to the disk, then renamed.
 
     Parameters
     ----------
     path : str or Path
-    solution : Solution
+    solution : Solution or AssemblySolution
+        Written in format 1 or 2.
     replace : bool
         Whether a file of that name may be replaced; if not, and there is one, the result is kept beside it.
 
@@ -40,7 +42,12 @@ def write_solution(path: str | Path, solution: Solution, *, replace: bool = True
         If the file cannot be written (folder missing or read-only, disk full), then nothing is left behind; or if it is
         kept under another name.
     """
-    write_atomically(path, lambda file: write_group(file, solution), replace=replace)
+    from .steps_hdf5 import fill
+
+    if isinstance(solution, AssemblySolution):
+        write_atomically(path, lambda file: fill(file, solution), replace=replace)
+    else:
+        write_atomically(path, lambda file: write_group(file, solution), replace=replace)
 
 
 def write_failure(path: str | Path, case: Case, reason: str) -> None:
@@ -76,14 +83,7 @@ def write_group(group: Any, solution: Solution) -> None:
                        ("traction", solution.traction)):  # fmt: skip
         boundary[key] = value
     boundary.create_dataset("part", data=names[mesh.node_part], dtype=text)
-    elements = group.create_group("mesh")
-    vertices, numbers = np.unique(np.vstack([mesh.start, mesh.end]), axis=0, return_inverse=True)
-    elements["vertices"] = vertices
-    elements["elements"] = numbers.reshape(2, -1).T
-    for key in MESH_ARRAYS:
-        elements[key] = getattr(mesh, key)
-    elements.create_dataset("part_names", data=names, dtype=text)
-    elements.attrs["unit_length"] = mesh.unit_length
+    write_mesh(group.create_group("mesh"), mesh)
     contacts = group.create_group("contact")
     for key in ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state"):
         contacts[key] = getattr(contact, key)
@@ -101,8 +101,46 @@ def write_group(group: Any, solution: Solution) -> None:
     })  # fmt: skip
 
 
+def write_mesh(elements: Any, mesh: CurveMesh) -> None:
+    """A mesh into an HDF5 group."""
+    vertices, numbers = np.unique(np.vstack([mesh.start, mesh.end]), axis=0, return_inverse=True)
+    elements["vertices"] = vertices
+    elements["elements"] = numbers.reshape(2, -1).T
+    for key in MESH_ARRAYS:
+        elements[key] = getattr(mesh, key)
+    elements.create_dataset("part_names", data=np.array(mesh.part_names, dtype=object), dtype=h5py.string_dtype())
+    elements.attrs["unit_length"] = mesh.unit_length
+
+
+def read_mesh(elements: Any) -> CurveMesh:
+    """A mesh from an HDF5 group."""
+    vertices, numbers = elements["vertices"][()], elements["elements"][()]
+    return CurveMesh(
+        start=vertices[numbers[:, 0]], end=vertices[numbers[:, 1]],
+        part_names=tuple(name.decode() for name in elements["part_names"][()]),
+        unit_length=float(elements.attrs.get("unit_length", 0.0)), **{key: elements[key][()] for key in MESH_ARRAYS},
+    )  # fmt: skip
+
+
+def read_result(path: str | Path, group: str = "/") -> Solution | AssemblySolution:
+    """What a result file of either format holds.
+
+    Raises
+    ------
+    ResultError
+        As `read_solution`.
+    """
+    from .steps_hdf5 import FORMAT_VERSION as WITH_STEPS
+    from .steps_hdf5 import read_assembly
+
+    with opened(path) as file:
+        if group in file and file[group].attrs.get("format_version") == WITH_STEPS:
+            return read_assembly(file[group], f"{path}")
+    return read_solution(path, group)
+
+
 def read_solution(path: str | Path, group: str = "/") -> Solution:
-    """A solution from a result file.
+    """A solution of the paper's problem, one body and no steps, from a result file.
 
     Raises
     ------
@@ -150,13 +188,7 @@ def read_group(group: Any, source: str) -> Solution:
 def _read(group: Any, attributes: dict[str, Any], source: str) -> Solution:
     import tomllib
 
-    elements = group["mesh"]
-    vertices, numbers = elements["vertices"][()], elements["elements"][()]
-    mesh = CurveMesh(
-        start=vertices[numbers[:, 0]], end=vertices[numbers[:, 1]],
-        part_names=tuple(name.decode() for name in elements["part_names"][()]),
-        unit_length=float(elements.attrs.get("unit_length", 0.0)), **{key: elements[key][()] for key in MESH_ARRAYS},
-    )  # fmt: skip
+    mesh = read_mesh(group["mesh"])
     stored = group["contact"]
     contact = ContactFields(**{
         key: np.array([name.decode() for name in stored[key][()]]) if key == "part" else stored[key][()]

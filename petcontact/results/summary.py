@@ -21,7 +21,7 @@ def verdict(solution: Solution) -> str:
     lines.append(f"  {_method(solution)}")
     lines.append("  " + ": ".join(filter(None, (solution.info.get("solver", ""), solution.info.get("ksp_reason", "")))))
     for part in dict.fromkeys(zone.part for zone in solution.zones):
-        lines += _wrapped(f"  {printable(part)}: ", [_zone(zone) for zone in solution.zones if zone.part == part])
+        lines += wrapped(f"  {printable(part)}: ", [_zone(zone) for zone in solution.zones if zone.part == part])
     if "accuracy" in solution.info:
         lines.append(_accuracy(solution))
     peak = np.abs(contact.u_t).max()
@@ -29,7 +29,7 @@ def verdict(solution: Solution) -> str:
         f"  max |u_t| {peak:.6g}, |R_rho| {solution.residual:.2e}, elastic residual {solution.elastic_residual:.1e}"
     )
     stages = [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()]
-    lines += _wrapped("  time [s]: ", stages)
+    lines += wrapped("  time [s]: ", stages)
     return "\n".join(lines)
 
 
@@ -58,11 +58,13 @@ def _zone(zone: Zone) -> str:
     return f"{zone.name}{sign} {zone.start:.7g} .. {zone.end:.7g}"
 
 
-def _wrapped(head: str, items: list[str], width: int = 80) -> list[str]:
-    """Items joined by commas, broken into lines that are indented under the first."""
+def wrapped(head: str, items: list[str], width: int = 80, separator: str = ",") -> list[str]:
+    """Items joined by commas, or words (separator " "), broken into lines that are indented under the first."""
+    if separator == " ":
+        items = " ".join(items).split()
     lines, line = [], head
     for k, item in enumerate(items):
-        text = item + ("," if k < len(items) - 1 else "")
+        text = item + (separator.strip() if k < len(items) - 1 else "")
         if len(line) + len(text) + 1 > width and line.strip() and line != head:
             lines.append(line.rstrip())
             line = " " * len(head)

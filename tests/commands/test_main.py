@@ -279,7 +279,7 @@ def test_a_reader_that_leaves_ends_quietly(folder):
 
 
 def test_an_unexpected_exception_is_one_line(folder, monkeypatch, capsys):
-    monkeypatch.setattr("petcontact.model.case.load", lambda *words: 1 / 0)
+    monkeypatch.setattr("petcontact.model.case.read_toml", lambda *words: 1 / 0)
     assert main(["solve", str(folder / "case.toml")]) == 1
     text = capsys.readouterr().err
     assert text.count("\n") == 1 and "ZeroDivisionError: division by zero (test_main.py:" in text

@@ -1,0 +1,217 @@
+"""Several bodies and rigid obstacles, and the pairs of parts that may touch."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import pydantic
+import tomli_w
+
+from .base import Expression, Finite, Model, Options, Point, nearest
+from .load_steps import Freedom, Step
+from .mesh_options import MeshOptions
+from .problem import Condition, Contact, Displacement, Geometry, Material, Normal, Traction
+from .solver_options import Bem, Method
+
+ONE_BODY = "body"
+"""Name of the body of a file without [[body]]."""
+Name = Annotated[str, pydantic.Field(min_length=1, pattern=r"^[^./]+$")]
+
+
+class PointForce(Model):
+    """A force at a point of the body [force/length of thickness].
+
+    Attributes
+    ----------
+    at : point
+        Inside the body, not on its boundary [length].
+    force : (fx, fy)
+    name : str
+        For load steps that change it.
+    """
+
+    at: Point
+    force: tuple[Finite, Finite]
+    name: str = ""
+
+
+class Body(Model):
+    """One elastic body; parts without a condition or a contact are free of traction."""
+
+    name: Name
+    material: Material
+    geometry: Geometry
+    mesh: MeshOptions = MeshOptions()
+    boundary: tuple[Condition, ...] = ()
+    point_force: tuple[PointForce, ...] = ()
+
+    def condition(self, part: str) -> Displacement | Traction | Contact | None:
+        """The condition of a part."""
+        return next((c for c in self.boundary if c.part == part), None)
+
+
+class Obstacle(Model):
+    """A rigid body without a mesh: it moves by given components, or by those that are "free" under its force and moment.
+
+    Attributes
+    ----------
+    name : str
+    displacement : pair of float or "free"
+        Of the centre [length].
+    rotation : float or "free"
+        About the centre, counter-clockwise [rad].
+    centre : point
+    force, moment
+        From outside, where the component is free [force/length, force].
+    """
+
+    name: Name
+    displacement: tuple[Freedom, Freedom] = (0.0, 0.0)
+    rotation: Freedom = 0.0
+    centre: Point = (0.0, 0.0)
+    force: tuple[Finite, Finite] = (0.0, 0.0)
+    moment: Finite = 0.0
+
+
+class Pair(Model):
+    """Two parts that may touch.
+
+    Attributes
+    ----------
+    name : str
+    secondary : str
+        "body.part": the side whose nodes are collocated; pressure and shear live there.
+    primary : str
+        "body.part", or the name of an obstacle.
+    normal : {"unilateral", "bilateral", "bonded"}
+    gap : "geometry" or expression
+        Initial gap [length]: the distance along the direction, or an expression in the secondary's x, y, nx, ny, s.
+        "geometry" is 0 against an obstacle, and where the contact is bilateral or bonded.
+    direction : vector, optional
+        From the secondary to the primary; the secondary's outward normal by default [-].
+    friction_coefficient, friction_bound : expressions, optional
+        As in `Contact`.
+    """
+
+    name: Name
+    secondary: str
+    primary: str
+    normal: Normal = "unilateral"
+    gap: Expression = "geometry"
+    direction: tuple[Finite, Finite] | None = None
+    friction_coefficient: Expression | None = None
+    friction_bound: Expression | None = None
+
+    @pydantic.field_validator("direction")
+    @classmethod
+    def _points_somewhere(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
+        if value is not None and not 1e-300 < value[0] ** 2 + value[1] ** 2 < 1e300:
+            raise ValueError("must be a vector other than zero")
+        return value
+
+
+class Assembly(Model):
+    """A contact problem of several bodies, and how it is solved: one TOML file with [[body]]."""
+
+    title: str = ""
+    body: Annotated[tuple[Body, ...], pydantic.Field(min_length=1)]
+    obstacle: tuple[Obstacle, ...] = ()
+    contact: tuple[Pair, ...] = ()
+    step: tuple[Step, ...] = ()
+    method: Method = Method()
+    bem: Bem = Bem()
+    petsc: Options = {}  # noqa: RUF012 (pydantic copies it)
+
+    @pydantic.model_validator(mode="after")
+    def _names_exist(self) -> Assembly:
+        _distinct("body", [body.name for body in self.body])
+        _distinct("obstacle", [o.name for o in self.obstacle])
+        _distinct("contact", [pair.name for pair in self.contact])
+        bodies, obstacles = [body.name for body in self.body], [o.name for o in self.obstacle]
+        for name in set(bodies) & set(obstacles):
+            raise ValueError(f"obstacle: the name {name!r} is that of a body already")
+        for k, pair in enumerate(self.contact):
+            self.side(f"contact[{k}].secondary", pair.secondary)
+            if pair.primary not in obstacles:
+                self.side(f"contact[{k}].primary", pair.primary, obstacles)
+            if pair.primary == pair.secondary:
+                raise ValueError(f"contact[{k}].primary: {pair.primary!r} is the secondary side itself")
+        for k, step in enumerate(self.step):
+            self._check_step(f"step[{k}]", step, bodies, obstacles)
+        return self
+
+    def side(self, key: str, text: str, obstacles: list[str] = []) -> tuple[int, str]:  # noqa: B006 (read only)
+        """Number of the body and name of the part that "body.part" means; of a single body "part" will do."""
+        bodies = [body.name for body in self.body]
+        name, dot, part = text.partition(".")
+        if not dot and len(bodies) == 1 and text not in bodies:
+            name, dot, part = bodies[0], ".", text
+        if name not in bodies or not part:
+            what = 'must be "body.part"' + (" or the name of an obstacle" if obstacles else "")
+            names = [*(f"{body}.…" for body in bodies), *obstacles]
+            hint = nearest(name, [*bodies, *obstacles]) or f"; there are {', '.join(names)}"
+            raise ValueError(f"{key}: {what}, got {text!r}{hint}")
+        return bodies.index(name), part
+
+    def _check_step(self, key: str, step: Step, bodies: list[str], obstacles: list[str]) -> None:
+        for k, change in enumerate(step.boundary):
+            here = f"{key}.boundary[{k}]"
+            if change.body is None and len(bodies) > 1:
+                raise ValueError(f"{here}.body: this key is required where there are several bodies")
+            name = change.body or bodies[0]
+            if name not in bodies:
+                hint = nearest(name, bodies) or f"; bodies are {', '.join(bodies)}"
+                raise ValueError(f"{here}.body: no body {name!r}{hint}")
+            changed_condition(self.body[bodies.index(name)], change, here)
+        for k, other in enumerate(step.obstacle):
+            if other.name not in obstacles:
+                hint = nearest(other.name, obstacles) or "; obstacles are " + (", ".join(obstacles) or "none")
+                raise ValueError(f"{key}.obstacle[{k}].name: no obstacle {other.name!r}{hint}")
+        forces = [force.name for body in self.body for force in body.point_force if force.name]
+        for k, force in enumerate(step.point_force):
+            if force.name not in forces:
+                hint = nearest(force.name, forces) or "; point forces with a name are " + (", ".join(forces) or "none")
+                raise ValueError(f"{key}.point_force[{k}].name: no point force {force.name!r}{hint}")
+
+    def toml(self) -> str:
+        """The whole assembly as TOML, defaults filled in."""
+        return tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
+
+
+def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction:
+    """The condition of a part with the values of a step; components that are free stay so.
+
+    Raises
+    ------
+    ValueError
+        If the part has no such condition, or it would become another kind.
+    """
+    old = body.condition(change.part)
+    if old is None or isinstance(old, Contact):
+        names = [c.part for c in body.boundary if not isinstance(c, Contact)]
+        hint = nearest(change.part, names) or f"; those of body {body.name!r} are {', '.join(names) or 'none'}"
+        raise ValueError(f"{key}.part: no displacement or traction condition on {change.part!r}{hint}")
+    if isinstance(old, Traction):
+        return Traction(part=old.part, value=change.value, pressure=change.pressure)
+    if change.pressure is not None:
+        raise ValueError(f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = [ux, uy]")
+    for new, before in zip(change.value, old.value, strict=True):
+        if (new == "free") != (before == "free"):
+            raise ValueError(f"{key}.value: a component of {change.part!r} that is free stays free, and a known one known; "
+                             f"the condition has {list(old.value)}, got {list(change.value)}")  # fmt: skip
+    return Displacement(part=old.part, value=change.value)
+
+
+def _distinct(key: str, names: list[str]) -> None:
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise ValueError(f"{key}[{k}].name: {name!r} is taken already")
+
+
+def assembly_of(case: Any) -> Assembly:
+    """A one-body case as an assembly of one body, whose contact conditions face fixed rigid obstacles."""
+    body = Body(name=ONE_BODY, material=case.material, geometry=case.geometry, mesh=case.mesh, boundary=case.boundary)
+    return Assembly(title=case.title, body=(body,), step=case.step, method=case.method, bem=case.bem, petsc=case.petsc)
+
+
+__all__ = ["ONE_BODY", "Assembly", "Body", "Obstacle", "Pair", "PointForce", "assembly_of", "changed_condition"]

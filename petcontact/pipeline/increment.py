@@ -1,0 +1,192 @@
+"""One increment of a load step: its contact problem, what it leaves behind, and why it failed if it did."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Mask
+from ..compliance.bodies import BodiesSystem
+from ..contact.unilateral.equilibrium import unheld
+from ..contact.unilateral.newton import Outcome, Reduced, Sets
+from ..model.load_steps import Step
+from ..results.steps import BodyResult, ObstacleResult, PairResult, StepResult
+from .assemble import Discrete
+
+ELASTIC_LIMIT = 1e-7
+"""Largest accepted defect of the boundary integral equations, relative to the largest displacement."""
+
+
+@dataclass
+class Freedoms:
+    """One obstacle on its way through a step: its three motions, given or free under loads.
+
+    Attributes
+    ----------
+    free : (3,) bool array
+    position, load : (2, 3) arrays
+        At the start and the end of the step: displacement and rotation where given, force and moment where free.
+    """
+
+    free: Mask
+    position: Array
+    load: Array
+
+
+@dataclass
+class Progress:
+    """What one increment hands to the next.
+
+    Attributes
+    ----------
+    slip : (M,) array
+        w [length].
+    sigma : (M, 2) array
+    sets : Sets, optional
+    alpha : (r,) array
+        Motions of the bodies.
+    positions, loads : (o, 3) arrays
+        Of the obstacles; loads from outside.
+    """
+
+    slip: Array
+    sigma: Array
+    sets: Sets | None
+    alpha: Array
+    positions: Array
+    loads: Array
+
+
+@dataclass
+class SteppedProblem:
+    """An assembly, eliminated: any number of runs through its steps."""
+
+    discrete: Discrete
+    system: BodiesSystem
+    comm: Any
+    timings: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def steps(self) -> tuple[Step, ...]:
+        """The steps of the config; one that reaches all values where there are none."""
+        return self.discrete.assembly.step or (Step(name="load"),)
+
+
+def reduced_problem(
+    system: BodiesSystem, freedoms: list[Freedoms], progress: Progress, number: int, target: float
+) -> Reduced:
+    base = (1.0 - target) * system.base[number - 1] + target * system.base[number]
+    base[1::2] -= np.where(np.isfinite(system.gap), system.gap, 0.0)
+    modes, balance = [system.modes], [system.balance]
+    resultant = [(1.0 - target) * system.resultant[number - 1] + target * system.resultant[number]]
+    for freedom, mode in zip(freedoms, system.obstacle_modes, strict=True):
+        position, load = ((1.0 - target) * pair[0] + target * pair[1] for pair in (freedom.position, freedom.load))
+        base += mode[:, ~freedom.free] @ position[~freedom.free]
+        modes.append(mode[:, freedom.free])
+        balance.append(system.weighted(mode)[freedom.free])
+        resultant.append(load[freedom.free])
+    return Reduced(
+        base.reshape(-1, 2), system.compliance, np.concatenate(modes, axis=1), np.concatenate(balance),
+        np.concatenate(resultant), system.weight, progress.slip,
+    )  # fmt: skip
+
+
+def step_result(
+    problem: SteppedProblem, freedoms: list[Freedoms], step: Step, number: int, target: float, outcome: Outcome,
+    before: Progress, after: Progress, *, checked: bool,
+) -> StepResult:  # fmt: skip
+    discrete, system = problem.discrete, problem.system
+    assembly = discrete.assembly
+    shares = np.zeros(len(system.base))
+    shares[number - 1] += 1.0 - target
+    shares[number] += target
+    bodies, elastic = {}, 0.0
+    for b, body in enumerate(system.bodies):
+        alpha = system.motion(b, after.alpha)
+        u, traction = body.boundary(shares, system.tractions(b, outcome.sigma), alpha)
+        bodies[assembly.body[b].name] = BodyResult(u, traction)
+        if checked:
+            elastic = max(elastic, body.residual(shares, u, traction, alpha))
+    residuals = {"normal": outcome.normal, "tangential": outcome.tangential, "balance": outcome.balance,
+                 "elastic": elastic if checked else np.nan}  # fmt: skip
+    status, reason = ("converged" if outcome.converged else "not converged"), outcome.reason
+    if outcome.converged and not elastic <= ELASTIC_LIMIT:
+        status, reason = "not converged", f"elastic residual {elastic:.1e} > {ELASTIC_LIMIT:g}"
+    if not outcome.converged:
+        reason = _why(problem, freedoms, before, number, target, outcome)
+    pairs = {}
+    for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
+        mesh = discrete.meshes[side.body]
+        sigma, v, law = outcome.sigma[where], outcome.v[where], discrete.law
+        weight, x = mesh.weight[face.nodes], mesh.x[face.nodes]
+        traction = sigma[:, :1] * face.tangent + sigma[:, 1:] * face.normal
+        slip, moved = v[:, :1], v[:, :1] - before.slip[where, None]
+        force = weight @ traction
+        pairs[face.name] = PairResult(
+            x, face.normal, face.tangent[:, None, :], weight, mesh.arc_length[face.nodes], -sigma[:, 1], sigma[:, :1],
+            law.bound(-outcome.sigma[:, 1])[where],
+            np.where(law.present[where], np.where(outcome.sets.closed[where], 0.0, -v[:, 1]), np.inf), slip, moved,
+            outcome.sets.states[where], force,
+            float(weight @ (x[:, 0] * traction[:, 1] - x[:, 1] * traction[:, 0])),
+            float(-weight @ (sigma[:, 0] * moved[:, 0])),
+        )  # fmt: skip
+    obstacles = {
+        o.name: ObstacleResult(after.positions[k][:2], float(after.positions[k][2]), after.loads[k][:2],
+                               float(after.loads[k][2]))
+        for k, o in enumerate(assembly.obstacle)
+    }  # fmt: skip
+    return StepResult(
+        step.name or f"step {number}", number, target, status, reason, outcome.iterations, residuals, pairs, bodies,
+        obstacles, after.alpha,
+    )  # fmt: skip
+
+
+def _why(
+    problem: SteppedProblem, freedoms: list[Freedoms], before: Progress, number: int, target: float, outcome: Outcome
+) -> str:
+    """What a failed increment says: which body nothing holds, or how Newton's method ended."""
+    reduced = reduced_problem(problem.system, freedoms, before, number, target)
+    push = unheld(reduced.balance, reduced.resultant, problem.discrete.law)
+    where = f"at load factor {target:.4g} of step {problem.steps[number - 1].name!r}"
+    if push is None and outcome.balance > problem.discrete.assembly.method.tolerance and np.any(outcome.pushed):
+        push = outcome.pushed
+    if push is None:
+        return f"{outcome.reason} {where}"
+    return f"no equilibrium {where}: {_pushed(problem, freedoms, push)}"
+
+
+def _pushed(problem: SteppedProblem, freedoms: list[Freedoms], push: Array) -> str:
+    """The body or obstacle that the loads push along a motion that nothing holds, in words."""
+    system, assembly = problem.system, problem.discrete.assembly
+    worst, text = 0.0, "the loads"
+    for b, body in enumerate(system.bodies):
+        mine = system.motion(b, push[: system.modes.shape[1]])
+        along = np.abs(mine).max(initial=0.0)
+        if along > worst:
+            motion = body.modes @ mine
+            weight = body.mesh.weight / body.mesh.weight.sum()
+            worst = float(along)
+            text = f"body {assembly.body[b].name!r} cannot be held: the load {_direction(motion, weight)}"
+    taken = system.modes.shape[1]
+    for k, freedom in enumerate(freedoms):
+        names = np.array(["along x", "along y", "to turn"])[freedom.free]
+        mine = push[taken : taken + len(names)]
+        taken += len(names)
+        if np.abs(mine).max(initial=0.0) > worst:
+            worst = float(np.abs(mine).max())
+            name, way = assembly.obstacle[k].name, names[np.argmax(np.abs(mine))]
+            text = f"obstacle {name!r} cannot be held: the load pushes it {way}"
+    return f"{text} beyond what contact and friction allow"
+
+
+def _direction(motion: Array, weight: Array) -> str:
+    mean = weight @ motion
+    spread = float(np.sqrt(weight @ np.sum((motion - mean) ** 2, axis=1)))
+    if spread > np.hypot(*mean):
+        return "turns it"
+    axis = int(np.argmax(np.abs(mean)))
+    if abs(mean[1 - axis]) < 1e-6 * abs(mean[axis]):
+        return f"pushes it along {'-' if mean[axis] < 0 else '+'}{'xy'[axis]}"
+    return "pushes it along ({:.3g}, {:.3g})".format(*(mean / np.hypot(*mean)))

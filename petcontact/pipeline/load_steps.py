@@ -1,0 +1,217 @@
+"""Load steps of an assembly: one elimination, then increment after increment with w_prev as the only history."""
+
+from __future__ import annotations
+
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+
+from ..contact.unilateral.equilibrium import unheld
+from ..contact.unilateral.newton import Outcome, Sets, pair_newton
+from ..errors import InputError
+from ..model.assembly import Assembly, Obstacle
+from ..model.load_steps import Step
+from ..results.steps import AssemblySolution, StepResult
+from ..runtime import threads
+from ..runtime.petsc import options, petsc
+from .assemble import Discrete, build, discretise
+from .increment import Freedoms, Progress, SteppedProblem, reduced_problem, step_result
+
+HALVINGS = 8
+"""How often an increment that fails is halved."""
+PATH_ERROR = 1e-3
+"""With increments = "auto": change of σ over its size that halving an increment may make."""
+Monitor = Callable[[StepResult], str | None]
+
+
+def prepare_assembly(assembly: Assembly, comm: Any = None, discrete: Discrete | None = None) -> SteppedProblem:
+    """Discretise and eliminate."""
+    if assembly.method.resolved_name != "semismooth-newton":
+        raise InputError(f"method.name: {assembly.method.resolved_name!r} solves one body in bilateral Tresca contact only; "
+                         'bodies, load steps and other laws take "semismooth-newton"')  # fmt: skip
+    comm = comm if comm is not None else petsc().COMM_WORLD
+    began = time.perf_counter()
+    discrete = discrete if discrete is not None else discretise(assembly)
+    timings = {"mesh": time.perf_counter() - began}
+    largest = max(2 * mesh.n_nodes for mesh in discrete.meshes)
+    with options(assembly.petsc), threads.suited_to(largest):
+        system = build(discrete, comm, timings)
+    return SteppedProblem(discrete, system, comm, timings)
+
+
+def solve_assembly(assembly: Assembly, *, comm: Any = None, monitor: Monitor | None = None) -> AssemblySolution:
+    """Solve all load steps of an assembly.
+
+    Parameters
+    ----------
+    assembly : Assembly
+    comm : PETSc.Comm, optional
+        PETSc.COMM_WORLD by default; every rank gets the whole solution.
+    monitor : callable, optional
+        Called with each increment; a reason, if it returns one, ends the solve there, and those solved are returned.
+
+    Raises
+    ------
+    InputError
+        If the problem is ill-posed.
+    SolverError
+        If a body cannot be eliminated.
+    """
+    return run_steps(prepare_assembly(assembly, comm), monitor=monitor)
+
+
+def run_steps(problem: SteppedProblem, *, warm: Sets | None = None, monitor: Monitor | None = None) -> AssemblySolution:
+    """The steps of a prepared problem; `warm` are the sets that a solution on another mesh had after its first increment."""
+    began = time.perf_counter()
+    results: list[StepResult] = []
+    status, reason = "converged", ""
+    with threads.suited_to(2 * len(problem.system.weight)):
+        for result in _increments(problem, warm):
+            results.append(result)
+            stop = monitor(result) if monitor is not None else None
+            if stop:
+                status, reason = "failed", f"{stop} after {len(results)} increments"
+                break
+    return _finished(problem, results, status, reason, {**problem.timings, "steps": time.perf_counter() - began})
+
+
+def _increments(problem: SteppedProblem, warm: Sets | None) -> Iterator[StepResult]:
+    """Increment after increment; the last one has failed where not all steps are reached."""
+    system, m = problem.system, len(problem.system.weight)
+    obstacles = problem.discrete.assembly.obstacle
+    progress = Progress(
+        np.zeros(m), np.zeros((m, 2)), warm, np.zeros(system.modes.shape[1]), np.zeros((len(obstacles), 3)),
+        np.zeros((len(obstacles), 3)),
+    )  # fmt: skip
+    current = list(obstacles)
+    for number, step in enumerate(problem.steps, 1):
+        current = [_changed(o, step) for o in current]
+        freedoms = [_freedoms(o, progress, k) for k, o in enumerate(current)]
+        auto = step.increments == "auto"
+        whole = 1.0 if auto else 1.0 / int(step.increments)
+        size, reached, doubt = whole, 0.0, False
+        while reached < 1.0 - 1e-12:
+            target = min(1.0, reached + size)
+            target = 1.0 if 1.0 - target < 1e-9 else target
+            hopeless = doubt and _unheld(problem, freedoms, progress, number, target)
+            tried = None if hopeless else _attempt(problem, freedoms, progress, number, reached, target, auto=auto)
+            if tried is None:
+                doubt = True
+                size *= 0.5
+                if size >= whole * 0.5**HALVINGS:
+                    continue
+                tried = [_increment(problem, freedoms, progress, number, target)]
+            for place, (outcome, following) in zip(np.linspace(reached, target, len(tried) + 1)[1:], tried, strict=True):
+                last = not outcome.converged or place == 1.0
+                yield step_result(problem, freedoms, step, number, float(place), outcome, progress, following, checked=last)
+                if not outcome.converged:
+                    return
+                progress = following
+            reached = target
+            size = min(whole, 2.0 * size)
+
+
+def _unheld(problem: SteppedProblem, freedoms: list[Freedoms], progress: Progress, number: int, target: float) -> bool:
+    """Whether no admissible traction holds the loads at a load factor."""
+    reduced = reduced_problem(problem.system, freedoms, progress, number, target)
+    return unheld(reduced.balance, reduced.resultant, problem.discrete.law) is not None
+
+
+def _attempt(
+    problem: SteppedProblem, freedoms: list[Freedoms], progress: Progress, number: int, reached: float, target: float, *,
+    auto: bool,
+) -> list[tuple[Outcome, Progress]] | None:  # fmt: skip
+    """One increment, or with "auto" two halves that agree with it; None where it fails."""
+    whole, after = _increment(problem, freedoms, progress, number, target)
+    if not whole.converged:
+        return None
+    if not auto:
+        return [(whole, after)]
+    first, middle = _increment(problem, freedoms, progress, number, 0.5 * (reached + target))
+    if not first.converged:
+        return None
+    second, end = _increment(problem, freedoms, middle, number, target)
+    weight = problem.system.weight
+    change = np.sqrt(weight @ np.sum((second.sigma - whole.sigma) ** 2, axis=1))
+    if not second.converged or change > PATH_ERROR * np.sqrt(weight @ np.sum(second.sigma**2, axis=1)):
+        return None
+    return [(first, middle), (second, end)]
+
+
+def _changed(obstacle: Obstacle, step: Step) -> Obstacle:
+    for change in step.obstacle:
+        if change.name == obstacle.name:
+            given = {key: getattr(change, key) for key in ("displacement", "rotation", "force", "moment")}
+            obstacle = obstacle.model_copy(update={key: value for key, value in given.items() if value is not None})
+    return obstacle
+
+
+def _freedoms(obstacle: Obstacle, progress: Progress, k: int) -> Freedoms:
+    """From where the obstacle is and what it feels to what the step wants."""
+    wanted = [*obstacle.displacement, obstacle.rotation]
+    free = np.array([value == "free" for value in wanted])
+    end = np.array([0.0 if value == "free" else float(value) for value in wanted])
+    load = np.array([*obstacle.force, obstacle.moment])
+    return Freedoms(free, np.array([progress.positions[k], end]), np.array([progress.loads[k], load]))
+
+
+def _increment(
+    problem: SteppedProblem, freedoms: list[Freedoms], progress: Progress, number: int, target: float
+) -> tuple[Outcome, Progress]:
+    """Newton's outcome at a load factor of a step, and what it hands on."""
+    system = problem.system
+    reduced = reduced_problem(system, freedoms, progress, number, target)
+    tolerance = problem.discrete.assembly.method.tolerance
+    outcome = pair_newton(reduced, problem.discrete.law, tolerance=tolerance, warm=progress.sets)
+    r = system.modes.shape[1]
+    positions, loads = progress.positions.copy(), progress.loads.copy()
+    taken = r
+    for k, freedom in enumerate(freedoms):
+        position, load = ((1.0 - target) * pair[0] + target * pair[1] for pair in (freedom.position, freedom.load))
+        free = int(freedom.free.sum())
+        position[freedom.free] = outcome.alpha[taken : taken + free]
+        taken += free
+        feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
+        positions[k], loads[k] = position, np.where(freedom.free, load, -feels)
+    return outcome, Progress(outcome.v[:, 0], outcome.sigma, outcome.sets, outcome.alpha[:r], positions, loads)
+
+
+def _finished(
+    problem: SteppedProblem, results: list[StepResult], status: str, reason: str, timings: dict[str, float]
+) -> AssemblySolution:
+    from .run import versions
+
+    discrete = problem.discrete
+    if results and results[-1].status != "converged":
+        status, reason = "not converged", results[-1].reason
+    if status == "converged":
+        reason = _reached(discrete, results)
+    names = [body.name for body in discrete.assembly.body]
+    info = {
+        "argv": " ".join(sys.argv), "versions": versions(), "ranks": problem.comm.getSize(), "warnings": discrete.warnings,
+        "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
+        "motions": {name: body.modes.shape[2] for name, body in zip(names, problem.system.bodies, strict=True)},
+    }  # fmt: skip
+    return AssemblySolution(
+        discrete.assembly, dict(zip(names, discrete.meshes, strict=True)),
+        {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
+        results, status, reason, timings, info,
+    )  # fmt: skip
+
+
+def _reached(discrete: Discrete, results: list[StepResult]) -> str:
+    """How a converged solve ended, and what to look at."""
+    worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
+             for key in ("normal", "tangential", "balance", "elastic")}  # fmt: skip
+    text = "residuals " + ", ".join(f"{key} {value:.1e}" for key, value in worst.items())
+    if all(np.all(pair.state == 2) for pair in results[-1].pairs.values()):
+        apart = "; ".join(f"pair {side.name!r} lies {d:.3g} apart" if np.isfinite(d) else f"pair {side.name!r} faces nothing"
+                          for side, d in zip(discrete.sides, discrete.distance, strict=True))  # fmt: skip
+        text += f"; no contact anywhere ({apart})"
+    return text
+
+
+__all__ = ["SteppedProblem", "prepare_assembly", "run_steps", "solve_assembly"]

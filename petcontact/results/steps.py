@@ -1,0 +1,180 @@
+"""The outcome of load steps: what every increment left on interfaces, bodies and obstacles."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Index, States
+from ..mesh.curve_mesh import CurveMesh
+from ..model.assembly import Assembly
+
+
+@dataclass(frozen=True)
+class PairResult:
+    """Nodal fields of one interface after an increment; the secondary's nodes.
+
+    Attributes
+    ----------
+    x, normal : (m, 2) arrays
+        Nodes [length], and n, from the secondary to the primary.
+    tangent : (m, 1, 2) array
+        τ: n turned by +90°.
+    weight : (m,) array
+        Quadrature weights [length].
+    arc_length : (m,) array
+        Along the secondary's part [length].
+    pressure : (m,) array
+        p = -σ_n [stress].
+    sigma_t : (m, 1) array
+        Shear traction on the secondary along τ [stress].
+    bound : (m,) array
+        Of |σ_t|: µp, g, the smaller, 0, or infinite where bonded [stress].
+    gap : (m,) array
+        What is left of the gap, infinite where nothing is faced [length].
+    slip, slip_increment : (m, 1) arrays
+        w, relative tangential displacement, and what this increment added [length].
+    state : (m,) array
+        0 stick, 1 slip, 2 open.
+    force : (2,) array
+        On the secondary [force/length].
+    moment : float
+        Of it about the origin [force].
+    dissipated : float
+        Energy that friction took in this increment [force].
+    """
+
+    x: Array
+    normal: Array
+    tangent: Array
+    weight: Array
+    arc_length: Array
+    pressure: Array
+    sigma_t: Array
+    bound: Array
+    gap: Array
+    slip: Array
+    slip_increment: Array
+    state: States
+    force: Array
+    moment: float
+    dissipated: float
+
+    @property
+    def area(self) -> float:
+        """Length of the closed part of the interface [length]."""
+        return float(self.weight[self.state != 2].sum())
+
+    @property
+    def tension_share(self) -> float:
+        """Share of the interface that is in tension [-]."""
+        level = 1e-9 * float(np.abs(self.pressure).max(initial=0.0))
+        return float(self.weight[self.pressure < -level].sum() / self.weight.sum())
+
+
+@dataclass(frozen=True)
+class BodyResult:
+    """Displacement [length] and traction [stress] (n, 2) on the boundary of one body."""
+
+    u: Array
+    traction: Array
+
+
+@dataclass(frozen=True)
+class ObstacleResult:
+    """Where an obstacle is, and the force and moment about its centre that act on it from outside."""
+
+    displacement: Array
+    rotation: float
+    force: Array
+    moment: float
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """One increment.
+
+    Attributes
+    ----------
+    name : str
+        Of the step.
+    step : int
+        Its number, from 1.
+    load_factor : float
+        How much of the step's change is reached, in (0, 1].
+    status : {"converged", "not converged"}
+    reason : str
+    iterations : int
+        Newton's.
+    residuals : dict
+        normal, tangential, balance, elastic [-].
+    pairs, bodies, obstacles : dicts by name
+    alpha : (r,) array
+        Rigid motions of the bodies.
+    """
+
+    name: str
+    step: int
+    load_factor: float
+    status: str
+    reason: str
+    iterations: int
+    residuals: dict[str, float]
+    pairs: dict[str, PairResult]
+    bodies: dict[str, BodyResult]
+    obstacles: dict[str, ObstacleResult]
+    alpha: Array
+
+
+@dataclass(frozen=True)
+class AssemblySolution:
+    """What a solve of an assembly returns and a result file of format 2 holds.
+
+    Attributes
+    ----------
+    assembly : Assembly
+    meshes : dict of CurveMesh by body
+    nodes : dict of (m,) arrays by interface
+        Numbers of the secondary's nodes in its body's mesh.
+    sides : dict of (body, part) by interface
+        Of the secondary.
+    steps : list of StepResult
+        Increments in the order in which they were solved.
+    status : {"converged", "not converged", "failed"}
+    reason : str
+    timings : dict of str to float
+    info : dict
+    """
+
+    assembly: Assembly
+    meshes: dict[str, CurveMesh]
+    nodes: dict[str, Index]
+    sides: dict[str, tuple[str, str]]
+    steps: list[StepResult]
+    status: str
+    reason: str
+    timings: dict[str, float]
+    info: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def converged(self) -> bool:
+        """Whether every step was reached with all residuals small."""
+        return self.status == "converged"
+
+    @property
+    def iterations(self) -> int:
+        """Newton's iterations of all increments."""
+        return sum(step.iterations for step in self.steps)
+
+    @property
+    def last(self) -> StepResult:
+        """The last increment that was solved."""
+        return self.steps[-1]
+
+    def verdict(self) -> str:
+        """Lines that say how the solve ended."""
+        from .steps_summary import verdict
+
+        return verdict(self)

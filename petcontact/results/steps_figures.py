@@ -1,0 +1,168 @@
+"""Figures of an assembly's solution: deformed bodies, tractions, gap and slip along each interface, hysteresis."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Index
+from .figures import SLIP, STICK, round_number
+from .steps import AssemblySolution, PairResult, StepResult
+
+OPEN = "#ffffff"
+CURVES = 5
+"""Step ends drawn into one panel at most."""
+
+
+def drawings(solution: AssemblySolution) -> dict[str, Any]:
+    """Functions that draw a solution into a figure, by the name of the figure."""
+    result: dict[str, Any] = {"deformed": draw_deformed}
+    for name in solution.nodes:
+        plain = "".join(c if c.isalnum() or c in "-_" else "-" for c in name)
+        result[f"{plain}-traction"] = lambda figure, solution, name=name: draw_traction(figure, solution, name)
+        result[f"{plain}-motion"] = lambda figure, solution, name=name: draw_motion(figure, solution, name)
+    result["history"] = draw_history
+    return result
+
+
+def step_ends(solution: AssemblySolution) -> list[StepResult]:
+    """The last increment of each step."""
+    return [step for k, step in enumerate(solution.steps)
+            if k + 1 == len(solution.steps) or solution.steps[k + 1].step != step.step]  # fmt: skip
+
+
+def draw_deformed(figure: Any, solution: AssemblySolution) -> None:
+    """Initial and deformed outlines of all bodies at the end, and the contact forces on the secondaries."""
+    axes = figure.add_subplot()
+    last = solution.last
+    every = np.vstack([mesh.x for mesh in solution.meshes.values()])
+    size = float(np.ptp(every, axis=0).max())
+    peak = max(float(np.abs(body.u).max()) for body in last.bodies.values())
+    factor = round_number(0.05 * size, peak)
+    for number, (name, mesh) in enumerate(solution.meshes.items()):
+        moved = mesh.x + factor * last.bodies[name].u
+        for loop in mesh.loops():
+            nodes = np.concatenate([np.arange(mesh.first_node[k], mesh.first_node[k + 1]) for k in loop])
+            nodes = np.append(nodes, nodes[0])
+            axes.plot(*mesh.x[nodes].T, color="0.7", lw=0.8, ls="--")
+            axes.plot(*moved[nodes].T, color=f"C{number}", lw=1.3)
+        axes.plot([], [], color=f"C{number}", lw=1.3, label=f"{name}, u × {factor:g}")
+    largest = max((float(np.abs(pair.pressure).max(initial=0.0)) for pair in last.pairs.values()), default=0.0)
+    for name, pair in last.pairs.items():
+        moved = pair.x + factor * last.bodies[solution.sides[name][0]].u[solution.nodes[name]]
+        for state, colour in ((0, "C2"), (1, "C3")):
+            chosen = pair.state == state
+            axes.plot(*moved[chosen].T, ".", color=colour, ms=2.5)
+        if largest > 0.0:
+            traction = pair.sigma_t * pair.tangent[:, 0] - pair.pressure[:, None] * pair.normal
+            arrows = traction * (0.12 * size / largest)
+            shown = _spread(pair, 60)
+            axes.quiver(*(moved - arrows)[shown].T, *arrows[shown].T, angles="xy", scale_units="xy", scale=1.0, width=0.002,
+                        color="0.35")  # fmt: skip
+    for colour, label in (("C2", "stick"), ("C3", "slip")):
+        axes.plot([], [], ".", color=colour, label=label)
+    axes.set(xlabel="x", ylabel="y", aspect="equal", title=_title(solution, last.name))
+    axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+
+
+def _spread(pair: PairResult, count: int) -> Index:
+    """Closed nodes about equally far from one another."""
+    closed = np.flatnonzero(pair.state != 2)
+    if len(closed) <= count:
+        return closed
+    s = pair.arc_length[closed]
+    places = np.searchsorted(s, np.linspace(s.min(), s.max(), count)).clip(0, len(closed) - 1)
+    return np.asarray(np.unique(closed[places]))
+
+
+def _shaded(axes: Any, pair: PairResult) -> None:
+    """Stick, slip and open stretches of the arc length behind the curves."""
+    order = np.argsort(pair.arc_length)
+    s, state = pair.arc_length[order], pair.state[order]
+    cuts = np.flatnonzero(np.diff(state)) + 1
+    ends = np.concatenate([[s[0]], 0.5 * (s[cuts - 1] + s[cuts]), [s[-1]]])
+    for first, a, b in zip([0, *cuts.tolist()], ends[:-1], ends[1:], strict=True):
+        axes.axvspan(a, b, color=(STICK, SLIP, OPEN)[state[first]], lw=0)
+    for number, (name, colour) in enumerate((("stick", STICK), ("slip", SLIP))):
+        if np.any(state == number):
+            axes.fill_between([], [], [], color=colour, label=name)
+
+
+def _window(axes: Any, pairs: list[PairResult]) -> None:
+    """The stretch that was closed, with a margin."""
+    closed = np.any([pair.state != 2 for pair in pairs], axis=0)
+    s = pairs[-1].arc_length
+    if closed.any():
+        low, high = s[closed].min(), s[closed].max()
+        margin = 0.15 * (high - low) + 1e-12
+        axes.set_xlim(max(low - margin, s.min()), min(high + margin, s.max()))
+
+
+def draw_traction(figure: Any, solution: AssemblySolution, name: str) -> None:
+    """p and q along an interface with the bounds of q; the states of the end behind them."""
+    axes = figure.add_subplot()
+    ends = step_ends(solution)
+    pair = ends[-1].pairs[name]
+    order = np.argsort(pair.arc_length)
+    s = pair.arc_length[order]
+    _shaded(axes, pair)
+    axes.plot(s, pair.pressure[order], color="C0", lw=1.5, label="pressure p")
+    axes.plot(s, pair.sigma_t[order, 0], color="C3", lw=1.5, label="shear q")
+    if np.isfinite(pair.bound).all():
+        for sign in (1.0, -1.0):
+            axes.plot(s, sign * pair.bound[order], color="C3", lw=0.8, ls="--", label="± bound of q" if sign > 0 else None)
+    for step in ends[:-1][-CURVES:]:
+        axes.plot(s, step.pairs[name].sigma_t[order, 0], color="C3", lw=0.7, alpha=0.5, label=f"q, {step.name}")
+    axes.axhline(0.0, color="0.5", lw=0.6)
+    _window(axes, [step.pairs[name] for step in ends])
+    axes.set(xlabel=f"arc length along {'.'.join(solution.sides[name])}", ylabel="traction", title=_title(solution, name))
+    axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+
+
+def draw_motion(figure: Any, solution: AssemblySolution, name: str) -> None:
+    """What is left of the gap, and the slip of every step, along an interface."""
+    upper, lower = figure.subplots(2, 1, sharex=True)
+    ends = step_ends(solution)
+    shown = ends if len(ends) <= CURVES else [*ends[: CURVES - 1], ends[-1]]
+    order = np.argsort(ends[-1].pairs[name].arc_length)
+    for number, step in enumerate(shown):
+        pair = step.pairs[name]
+        s, gap = pair.arc_length[order], pair.gap[order]
+        upper.plot(s, np.where(np.isfinite(gap), gap, np.nan), color=f"C{number}", lw=1.3, label=step.name)
+        closed = np.where(pair.state[order] == 2, np.nan, pair.slip[order, 0])
+        lower.plot(s, closed, color=f"C{number}", lw=1.3)
+    pairs = [step.pairs[name] for step in ends]
+    _window(lower, pairs)
+    low, high = lower.get_xlim()
+    inside = (pairs[-1].arc_length >= low) & (pairs[-1].arc_length <= high)
+    seen = [pair.gap[inside] for pair in pairs]
+    top = max((float(g[np.isfinite(g)].max(initial=0.0)) for g in seen), default=0.0)
+    upper.set(ylabel="gap", title=_title(solution, name), ylim=(-0.05 * top, 1.05 * top) if top > 0.0 else None)
+    lower.set(xlabel=f"arc length along {'.'.join(solution.sides[name])}", ylabel="slip w")
+    lower.axhline(0.0, color="0.5", lw=0.6)
+    upper.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+
+
+def draw_history(figure: Any, solution: AssemblySolution) -> None:
+    """Tangential force over mean slip of each interface (a loop where loads are cyclic), and the energy dissipated."""
+    left, right = figure.subplots(1, 2)
+    for number, name in enumerate(solution.nodes):
+        pairs = [step.pairs[name] for step in solution.steps]
+        weight = pairs[0].weight
+        touched = np.any([pair.state != 2 for pair in pairs], axis=0)
+        area = float(weight[touched].sum()) or 1.0
+        slip = [0.0, *(float(weight[touched] @ pair.slip[touched, 0]) / area for pair in pairs)]
+        force = [0.0, *(float(weight @ pair.sigma_t[:, 0]) for pair in pairs)]
+        left.plot(slip, force, ".-", color=f"C{number}", lw=1.2, ms=4, label=name)
+        energy = np.cumsum([pair.dissipated for pair in pairs])
+        right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
+    left.set(xlabel="mean slip w", ylabel="tangential force Q", title=_title(solution, "hysteresis"))
+    right.set(xlabel="increment", title="energy dissipated")
+    left.legend(fontsize="small")
+
+
+def _title(solution: AssemblySolution, what: str) -> str:
+    title = solution.assembly.title
+    title = title if len(title) <= 60 else title[:57] + "..."
+    return f"{title}: {what}" if title else what

@@ -1,0 +1,145 @@
+"""Result files of format 2: an assembly's meshes and every increment; h5py alone can read them."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from typing import Any
+
+import h5py
+import numpy as np
+
+from ..arrays import Array
+from ..errors import ResultError
+from ..model.assembly import Assembly
+from ..model.base import parse
+from .hdf5 import FORMAT, read_mesh, write_mesh
+from .steps import AssemblySolution, BodyResult, ObstacleResult, PairResult, StepResult
+
+FORMAT_VERSION = 2
+PAIR_ARRAYS = ("x", "normal", "tangent", "weight", "arc_length", "pressure", "sigma_t", "bound", "gap", "slip",
+               "slip_increment", "state")  # fmt: skip
+
+
+def fill(group: Any, solution: AssemblySolution) -> None:
+    """One assembly into an HDF5 file or group."""
+    text = h5py.string_dtype()
+    for name, mesh in solution.meshes.items():
+        place = group.create_group(f"bodies/{name}")
+        write_mesh(place.create_group("mesh"), mesh)
+    for name, nodes in solution.nodes.items():
+        place = group.create_group(f"pairs/{name}")
+        place["nodes"] = nodes
+        place.attrs.update({"body": solution.sides[name][0], "part": solution.sides[name][1]})
+    for k, step in enumerate(solution.steps, 1):
+        _fill_step(group.create_group(f"steps/{k}"), solution, step)
+    if len(solution.meshes) == 1 and solution.steps:
+        _fill_shorthand(group, solution, text)
+    rows = group.create_group("history")
+    for key in ("step", "load_factor", "iterations"):
+        rows[key] = np.array([getattr(step, key) for step in solution.steps])
+    for key in ("normal", "tangential", "balance", "elastic"):
+        rows[key] = np.array([step.residuals[key] for step in solution.steps])
+    group.attrs.update({
+        "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.assembly.toml(), "status": solution.status,
+        "reason": solution.reason, "iterations": solution.iterations, "timings": json.dumps(solution.timings),
+        "info": json.dumps(solution.info), **{key: solution.info.get(key, "") for key in ("argv", "versions")},
+    })  # fmt: skip
+
+
+def _fill_step(place: Any, solution: AssemblySolution, step: StepResult) -> None:
+    place.attrs.update({
+        "name": step.name, "step": step.step, "load_factor": step.load_factor, "status": step.status, "reason": step.reason,
+        "iterations": step.iterations, **{f"residual_{key}": value for key, value in step.residuals.items()},
+    })  # fmt: skip
+    place["alpha"] = step.alpha
+    for name, pair in step.pairs.items():
+        here = place.create_group(f"contact/{name}")
+        for key in PAIR_ARRAYS:
+            here[key] = getattr(pair, key)
+        here.attrs.update({"force": pair.force, "moment": pair.moment, "area": pair.area, "dissipated": pair.dissipated})
+    for name, body in step.bodies.items():
+        here, mesh = place.create_group(f"body/{name}"), solution.meshes[name]
+        for key, value in (("x", mesh.x), ("normal", mesh.normal), ("weight", mesh.weight), ("u", body.u),
+                           ("traction", body.traction)):  # fmt: skip
+            here[key] = value
+    for name, obstacle in step.obstacles.items():
+        place.create_group(f"obstacle/{name}").attrs.update({
+            "displacement": obstacle.displacement, "rotation": obstacle.rotation, "force": obstacle.force,
+            "moment": obstacle.moment,
+        })  # fmt: skip
+
+
+def _fill_shorthand(group: Any, solution: AssemblySolution, text: Any) -> None:
+    """/boundary, /mesh and /contact of the last increment, with the fields of the one-body format."""
+    (name, mesh), = solution.meshes.items()
+    body, pairs = solution.last.bodies[name], solution.last.pairs
+    names = np.array(mesh.part_names, dtype=object)
+    boundary = group.create_group("boundary")
+    for key, value in (("x", mesh.x), ("normal", mesh.normal), ("weight", mesh.weight), ("u", body.u),
+                       ("traction", body.traction)):  # fmt: skip
+        boundary[key] = value
+    boundary.create_dataset("part", data=names[mesh.node_part], dtype=text)
+    group["mesh"] = group[f"bodies/{name}/mesh"]
+    contact = group.create_group("contact")
+    every = list(pairs.values())
+    nodes = np.concatenate([solution.nodes[key] for key in pairs])
+    tangent = np.concatenate([pair.tangent[:, 0] for pair in every])
+    joined = ("x", "weight", "arc_length", "sigma_t", "pressure", "gap", "state", "slip")
+    columns: dict[str, Array] = {key: np.concatenate([getattr(pair, key) for pair in every]) for key in joined}
+    columns |= {
+        "nodes": nodes, "tangent": tangent, "u_t": np.sum(body.u[nodes] * tangent, axis=1)[:, None],
+        "sigma_n": -columns["pressure"], "friction_bound": np.concatenate([pair.bound for pair in every]),
+    }  # fmt: skip
+    for key, value in columns.items():
+        contact[key] = value
+    parts = [solution.sides[key][1] for key, pair in pairs.items() for _ in pair.weight]
+    contact.create_dataset("part", data=np.array(parts, dtype=object), dtype=text)
+
+
+def read_assembly(group: Any, source: str) -> AssemblySolution:
+    """An assembly's solution from an HDF5 group of format 2.
+
+    Raises
+    ------
+    ResultError
+        If the group is damaged.
+    """
+    attributes = dict(group.attrs)
+    try:
+        meshes = {name: read_mesh(group[f"bodies/{name}/mesh"]) for name in group["bodies"]}
+        nodes = {name: place["nodes"][()] for name, place in group["pairs"].items()}
+        sides = {name: (str(p.attrs["body"]), str(p.attrs["part"])) for name, p in group["pairs"].items()}
+        count = len(group["steps"]) if "steps" in group else 0
+        steps = [_read_step(group[f"steps/{k}"]) for k in range(1, count + 1)]
+        assembly: Assembly = parse(Assembly, tomllib.loads(attributes["config"]), source)
+        return AssemblySolution(
+            assembly, {b.name: meshes[b.name] for b in assembly.body}, nodes, sides, steps, str(attributes["status"]),
+            str(attributes["reason"]), json.loads(attributes["timings"]), json.loads(attributes["info"]),
+        )  # fmt: skip
+    except ResultError:
+        raise
+    except Exception as error:  # whatever damaged bytes make of h5py and numpy
+        raise ResultError(f"{source}: damaged ({type(error).__name__}: {' '.join(str(error).split())})") from error
+
+
+def _read_step(place: Any) -> StepResult:
+    facts = place.attrs
+    pairs = {name: _read_pair(here) for name, here in place.get("contact", {}).items()}
+    bodies = {name: BodyResult(here["u"][()], here["traction"][()]) for name, here in place.get("body", {}).items()}
+    obstacles = {
+        name: ObstacleResult(here.attrs["displacement"], float(here.attrs["rotation"]), here.attrs["force"],
+                             float(here.attrs["moment"]))
+        for name, here in place.get("obstacle", {}).items()
+    }  # fmt: skip
+    residuals = {key: float(facts[f"residual_{key}"]) for key in ("normal", "tangential", "balance", "elastic")}
+    return StepResult(
+        str(facts["name"]), int(facts["step"]), float(facts["load_factor"]), str(facts["status"]), str(facts["reason"]),
+        int(facts["iterations"]), residuals, pairs, bodies, obstacles, place["alpha"][()],
+    )  # fmt: skip
+
+
+def _read_pair(here: Any) -> PairResult:
+    fields = {key: here[key][()] for key in PAIR_ARRAYS}
+    return PairResult(**fields, force=here.attrs["force"], moment=float(here.attrs["moment"]),
+                      dissipated=float(here.attrs["dissipated"]))  # fmt: skip

@@ -1,0 +1,83 @@
+"""The closing lines of a solve of an assembly, within 80 columns."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..arrays import Array
+from ..runtime.terminal import printable
+from .steps import AssemblySolution, PairResult, StepResult
+from .summary import wrapped
+
+SHOWN = 6
+"""Steps that the verdict shows: the first ones and the last."""
+
+
+def verdict(solution: AssemblySolution) -> str:
+    """How a solve ended: status, sizes, and of each step resultants, contact, slip and energy by interface."""
+    title = printable(solution.assembly.title)
+    lines = [title] if title else []
+    lines += wrapped(f"  {solution.status}: ", [solution.reason], separator=" ")
+    for name, mesh in solution.meshes.items():
+        orders = sorted(set(mesh.order.tolist()))
+        order = str(orders[0]) if len(orders) == 1 else f"{orders[0]}-{orders[-1]}"
+        free = solution.info.get("motions", {}).get(name, 0)
+        held = f", {free} motion{'s' if free > 1 else ''} held by contact only" if free else ""
+        size = f"{mesh.n_elements} elements of order {order}, {2 * mesh.n_nodes} unknowns"
+        lines.append(f"  body {printable(name)}: {size}{held}")
+    ends = [k for k, step in enumerate(solution.steps) if step.load_factor == 1.0 or k == len(solution.steps) - 1]
+    shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
+    for before, k in zip([-1, *ends[:-1]], ends, strict=True):
+        if k in shown:
+            lines += _step(solution.steps[before + 1 : k + 1])
+        elif k == ends[SHOWN - 1]:
+            lines.append(f"  ... {len(ends) - SHOWN} more steps ...")
+    for warning in solution.info.get("warnings", []):
+        lines += wrapped("  warning: ", [warning], separator=" ")
+    if "estimated_error" in solution.info:
+        lines.append("  error of p and q: {estimated_error:.1e} estimated, {accuracy:.1e} wanted".format(**solution.info))
+    stages = [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()]
+    return "\n".join([*lines, *wrapped("  time [s]: ", stages)])
+
+
+def _step(increments: list[StepResult]) -> list[str]:
+    last = increments[-1]
+    head = f"  step {last.step} ({printable(last.name)})"
+    reached = "" if last.load_factor == 1.0 else f", reached {last.load_factor:.4g}"
+    newton = sum(step.iterations for step in increments)
+    count = len(increments)
+    lines = [f"{head}{reached}: {count} increment{'s' if count > 1 else ''}, {newton} Newton iterations"]
+    for name, pair in last.pairs.items():
+        lines += _pair(name, pair, sum(step.pairs[name].dissipated for step in increments))
+    for name, obstacle in last.obstacles.items():
+        u, v = obstacle.displacement
+        lines += wrapped(f"    {printable(name)}: ", [
+            f"moved ({u:.6g}, {v:.6g})", f"turned {obstacle.rotation:.6g}",
+            "held by ({:.6g}, {:.6g})".format(*_clean(obstacle.force)), f"moment {obstacle.moment:.6g}",
+        ])  # fmt: skip
+    return lines
+
+
+def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
+    """Resultants, what is closed and slips, defects of the inequalities, and energy."""
+    closed = pair.state != 2
+    p, total = pair.pressure, float(pair.weight.sum())
+    items = [
+        "force ({:.6g}, {:.6g})".format(*_clean(pair.force)), f"moment {pair.moment:.6g}",
+        f"closed {pair.area:.6g} of {total:.6g}", f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
+        f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {float(np.abs(pair.slip[closed]).max(initial=0.0)):.4g}",
+        f"dissipated {dissipated:.6g}",
+    ]
+    faced = np.isfinite(pair.gap)
+    if pair.tension_share > 0.0:
+        items.append(f"IN TENSION on {100.0 * pair.tension_share:.3g} % of it, up to {-float(p.min()):.6g}")
+    penetration = -float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
+    excess = float(np.maximum(np.abs(pair.sigma_t[:, 0]) - pair.bound, 0.0).max(initial=0.0))
+    if penetration > 0.0 or excess > 1e-9 * float(np.abs(p).max(initial=0.0)):
+        items.append(f"penetration {penetration:.1e}, |q| over its bound by {excess:.1e}")
+    return wrapped(f"    {printable(name)}: ", items)
+
+
+def _clean(force: Array) -> Array:
+    """Round-off of a component that vanishes is not shown."""
+    return np.asarray(np.where(np.abs(force) < 1e-12 * np.abs(force).max(initial=0.0), 0.0, force))

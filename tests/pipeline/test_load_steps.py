@@ -1,0 +1,283 @@
+"""Bodies, obstacles and load steps against reference numbers: converged values of other programs and closed forms."""
+
+from __future__ import annotations
+
+import tomllib
+
+import h5py
+import numpy as np
+import pytest
+
+from petcontact import Assembly, InputError, read_result, solve_assembly, write_solution
+from petcontact.commands.main import main
+from petcontact.model.base import parse
+
+PUNCH = """
+[[body]]
+name = "block"
+material = { young_modulus = 1.0, poisson_ratio = 0.2 }
+geometry = { shape = "rectangle", lower_left = [-3, -3], upper_right = [3, 0] }
+mesh = { element_size = 0.1, order = 2, element_sizes = { top = 0.05 } }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0]
+[[obstacle]]
+name = "punch"
+displacement = [0.0, -0.15]
+[[contact]]
+name = "interface"
+secondary = "block.top"
+primary = "punch"
+gap = "x**2/4"
+friction_coefficient = 0.4
+[[step]]
+name = "press"
+[[step]]
+name = "push"
+[[step.obstacle]]
+name = "punch"
+displacement = [0.06, -0.15]
+"""
+BLOCK = """
+[[body]]
+name = "block"
+material = { young_modulus = 100.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [0, 0], upper_right = [2, 1] }
+mesh = { levels = 9, order = 3 }
+[[body.boundary]]
+part = "top"
+condition = "traction"
+value = [0.0, -1.0]
+[[body.boundary]]
+part = "bottom"
+condition = "contact"
+normal = "unilateral"
+friction_coefficient = 0.3
+[[step]]
+name = "press"
+[[step]]
+name = "push"
+[[step.boundary]]
+part = "top"
+value = [0.25, -1.0]
+[[step]]
+name = "release"
+[[step.boundary]]
+part = "top"
+pressure = 1.0
+"""
+STACK = """
+[[body]]
+name = "base"
+material = { young_modulus = 200.0, poisson_ratio = 0.25 }
+geometry = { shape = "rectangle", lower_left = [-2, -3], upper_right = [4, 0] }
+mesh = { levels = 8 }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0]
+[[body]]
+name = "block"
+material = { young_modulus = 100.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [0, 0], upper_right = [2, 1] }
+mesh = { levels = 8 }
+[[body]]
+name = "upper"
+material = { young_modulus = 50.0, poisson_ratio = 0.2 }
+geometry = { shape = "rectangle", lower_left = [0, 1], upper_right = [2, 2] }
+mesh = { levels = 8 }
+[[body.boundary]]
+part = "top"
+condition = "traction"
+value = [0.0, -1.0]
+[[contact]]
+name = "lower"
+secondary = "block.bottom"
+primary = "base.top"
+friction_coefficient = 0.3
+[[contact]]
+name = "upper"
+secondary = "upper.bottom"
+primary = "block.top"
+friction_coefficient = 0.3
+[[step]]
+name = "press"
+[[step]]
+name = "push"
+[[step.boundary]]
+body = "upper"
+part = "top"
+value = [0.25, -1.0]
+[[step]]
+name = "release"
+[[step.boundary]]
+body = "upper"
+part = "top"
+value = [0.0, -1.0]
+"""
+DISC = """
+[[body]]
+name = "disc"
+material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+mesh = { element_size = 0.03, order = 2, element_sizes = { left = 0.2, right = 0.2 } }
+[body.geometry]
+shape = "outline"
+loops = [[
+  { part = "left", to = [-0.7071067811865476, -0.7071067811865476], through = [-1.0, 0.0] },
+  { part = "bottom", to = [0.7071067811865476, -0.7071067811865476], through = [0.0, -1.0] },
+  { part = "right", to = [0.7071067811865476, 0.7071067811865476], through = [1.0, 0.0] },
+  { part = "top", to = [-0.7071067811865476, 0.7071067811865476], through = [0.0, 1.0] },
+]]
+[[obstacle]]
+name = "floor"
+[[obstacle]]
+name = "plate"
+displacement = ["free", "free"]
+force = [0.0, -0.05]
+[[contact]]
+name = "lower"
+secondary = "disc.bottom"
+primary = "floor"
+direction = [0.0, -1.0]
+gap = "1 - sqrt(1 - x**2)"
+friction_coefficient = 0.2
+[[contact]]
+name = "upper"
+secondary = "disc.top"
+primary = "plate"
+direction = [0.0, 1.0]
+gap = "1 - sqrt(1 - x**2)"
+friction_coefficient = 0.2
+"""
+
+
+def assembly(text, **changes):
+    data = tomllib.loads(text)
+    for key, value in changes.items():
+        *path, last = key.split("__")
+        here = data
+        for name in path:
+            here = here[int(name)] if name.isdigit() else here[name]
+        here[int(last) if last.isdigit() else last] = value
+    return parse(Assembly, data, "test")
+
+
+def mean(solution, step, body, part):
+    mesh = solution.meshes[body]
+    nodes = mesh.nodes_of(part)
+    weight = mesh.weight[nodes]
+    return weight @ solution.steps[step].bodies[body].u[nodes] / weight.sum()
+
+
+def ends(pair, state):
+    """Outermost nodes that are not open (state None) or stick."""
+    chosen = pair.state != 2 if state is None else pair.state == state
+    return pair.x[chosen, 0].min(), pair.x[chosen, 0].max()
+
+
+def test_a_parabola_pressed_and_pushed():
+    """Shared reference B2: a prototype's converged values."""
+    solution = solve_assembly(assembly(PUNCH))
+    assert solution.converged, solution.reason
+    press, push = (step.pairs["interface"] for step in solution.steps)
+    assert press.force == pytest.approx([0.0, -0.095474262], rel=2e-4, abs=1e-12)
+    assert push.force == pytest.approx([0.021672086, -0.094135542], rel=2e-4)
+    for pair, closed, stick in ((press, (-0.45920, 0.45920), (-0.162307, 0.162307)),
+                                (push, (-0.49663, 0.44419), (-0.37396, -0.01631))):  # fmt: skip
+        assert ends(pair, None) == pytest.approx(closed, abs=0.03) and ends(pair, 0) == pytest.approx(stick, abs=0.03)
+        assert np.all(np.abs(pair.sigma_t[:, 0]) <= 0.4 * pair.pressure + 1e-12) and np.all(pair.gap >= -1e-12)
+        slides = pair.state == 1
+        assert np.allclose(pair.sigma_t[slides, 0], -pair.bound[slides] * np.sign(pair.slip_increment[slides, 0]))
+    assert solution.steps[1].obstacles["punch"].force == pytest.approx(push.force, rel=1e-12)
+
+
+def test_a_free_block_on_a_rough_floor():
+    """Prototype and scikit-fem P2 with 20 610 unknowns agree to 2e-6; the block is held by contact only."""
+    solution = solve_assembly(assembly(BLOCK))
+    assert solution.converged and max(step.residuals["balance"] for step in solution.steps) < 1e-12
+    wanted = [(0.0, -0.008675694), (0.009916782, -0.008677332), (0.000023606, -0.008677357)]
+    for step, value in enumerate(wanted):
+        assert mean(solution, step, "block", "top") == pytest.approx(value, abs=3e-6)
+    assert solution.steps[1].pairs["block.bottom"].force == pytest.approx([-0.5, 2.0], rel=1e-12)
+
+
+def test_a_stack_of_three():
+    """Mean displacement of the top and the slip below, by a prototype."""
+    solution = solve_assembly(assembly(STACK))
+    assert solution.converged, solution.reason
+    wanted = [(0.0, -0.036363294), (0.067824742, -0.035955851), (0.004622117, -0.036322897)]
+    slips = [7.43673e-5, 6.312650e-4, 5.01182e-4]
+    for step, (value, slip) in enumerate(zip(wanted, slips, strict=True)):
+        assert mean(solution, step, "upper", "top") == pytest.approx(value, abs=3e-6)
+        pair = solution.steps[step].pairs["lower"]
+        assert pair.weight @ np.abs(pair.slip[:, 0]) == pytest.approx(slip, rel=3e-3)
+
+
+@pytest.mark.parametrize(("mu", "sunk", "half"), [(0.0, -0.134777303, 0.23646), (0.2, -0.134400039, 0.23266)])
+def test_a_free_disc_between_rigid_plates(mu, sunk, half):
+    """A disc held by two contacts only, the upper plate free under its load."""
+    solution = solve_assembly(assembly(DISC, contact__0__friction_coefficient=mu, contact__1__friction_coefficient=mu))
+    assert solution.converged, solution.reason
+    plate = solution.last.obstacles["plate"]
+    assert plate.displacement == pytest.approx([0.0, sunk], abs=1e-5)
+    for pair in solution.last.pairs.values():
+        assert ends(pair, None) == pytest.approx((-half, half), abs=0.03)
+
+
+def test_loads_without_equilibrium_are_named():
+    """Coulomb's cone holds 0.3 of the pressure."""
+    solution = solve_assembly(assembly(BLOCK, step__1__boundary__0__value=[0.35, -1.0]))
+    assert solution.status == "not converged"
+    assert "body 'block' cannot be held: the load pushes it along +x" in solution.reason
+    assert [step.status for step in solution.steps[:1]] == ["converged"]
+
+
+def test_the_file_holds_every_step_and_is_read_back(tmp_path):
+    solution = solve_assembly(assembly(PUNCH, body__0__mesh={"element_size": 0.25}))
+    write_solution(tmp_path / "result.h5", solution)
+    with h5py.File(tmp_path / "result.h5") as file:
+        assert file.attrs["format_version"] == 2 and list(file["steps"]) == ["1", "2"]
+        pair, m = file["steps/2/contact/interface"], len(solution.nodes["interface"])
+        shapes = {"x": (m, 2), "weight": (m,), "pressure": (m,), "sigma_t": (m, 1), "tangent": (m, 1, 2), "gap": (m,),
+                  "slip": (m, 1), "slip_increment": (m, 1), "state": (m,)}  # fmt: skip
+        assert {key: pair[key].shape for key in shapes} == shapes
+        assert set(pair.attrs) == {"force", "moment", "area", "dissipated"}
+        assert np.isclose(pair["weight"] @ pair["pressure"][()], -pair.attrs["force"][1])
+        assert set(file["steps/1/body/block"]) == {"x", "normal", "weight", "u", "traction"}
+        assert set(file["steps/1/obstacle/punch"].attrs) == {"displacement", "rotation", "force", "moment"}
+        assert {"name", "load_factor", "status", "iterations"} <= set(file["steps/1"].attrs)
+        assert np.array_equal(file["contact/pressure"], pair["pressure"]) and set(file["contact/state"]) <= {0, 1, 2}
+    again = read_result(tmp_path / "result.h5")
+    assert again.verdict() == solution.verdict()
+
+
+def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
+    (tmp_path / "case.toml").write_text(PUNCH.replace("order = 2, element_sizes = { top = 0.05 }", "order = 0"))
+    assert main(["solve", str(tmp_path / "case.toml"), "-o", str(tmp_path / "r.h5")]) == 0
+    text = capsys.readouterr().out
+    assert "converged: residuals" in text and "interface: force (0, -0.09" in text
+    assert len(list(tmp_path.glob("r-*.png"))) == 4
+    assert main(["plot", str(tmp_path / "r.h5")]) == 0
+    for key, value, wanted in (
+        ("contact.0.secondary", '"block.tip"', "no part 'tip', did you mean 'top'?"),
+        ("contact.0.primary", '"ponch.top"', "got 'ponch.top', did you mean 'punch'?"),
+        ("contact.0.friction_coefficient", "-0.1", "contact[0].friction_coefficient: must be >= 0"),
+        ("step.1.obstacle.0.name", '"panch"', "no obstacle 'panch', did you mean 'punch'?"),
+    ):
+        arguments = ["solve", str(tmp_path / "case.toml"), "-o", str(tmp_path / "x.h5"), "--set", f"{key}={value}"]
+        assert main(arguments) == 2
+        error = capsys.readouterr().err
+        assert wanted in error and error.count("\n") == 1
+
+
+def test_no_contact_is_told():
+    solution = solve_assembly(assembly(PUNCH, step=[], obstacle__0__displacement=[0.0, 3.2]))
+    assert solution.converged and "no contact anywhere (pair 'interface' lies" in solution.reason
+
+
+def test_several_bodies_need_a_body_name():
+    with pytest.raises(InputError, match=r"step\[1\].boundary\[0\].body: this key is required"):
+        data = tomllib.loads(STACK)
+        del data["step"][1]["boundary"][0]["body"]
+        parse(Assembly, data, "test")
