@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..contact.criterion import Criterion
-from ..contact.friction_law import balanced_rho, contact_norm
+from ..contact.criterion import relative_residual
+from ..contact.friction_law import contact_norm
 from ..contact.state import ContactState
 from ..model.case import Case
 from ..model.solver_options import Method
@@ -160,14 +160,13 @@ class _Measure:
     """Residual and errors of a state."""
 
     def __init__(self, prepared: Prepared, exact: tuple[Array, Array]) -> None:
-        self._law, self._weight, self._exact = prepared.law, prepared.system.weight, exact
+        self._law, self._system, self._exact = prepared.law, prepared.system, exact
 
     def residual(self, state: ContactState) -> float:
-        rho = balanced_rho(state.v, state.sigma, self._weight, state.rho)
-        return Criterion(1.0).relative_residual(self._law, state.v, state.sigma, self._weight, rho)
+        return relative_residual(self._law, self._system, state.v, state.sigma)
 
     def errors(self, state: ContactState) -> tuple[float, float]:
         pairs = zip((state.v, state.sigma), self._exact, strict=True)
         return tuple(  # type: ignore[return-value]
-            contact_norm(a - b, self._weight) / (contact_norm(b, self._weight) or np.nan) for a, b in pairs
+            contact_norm(a - b, self._system.weight) / (contact_norm(b, self._system.weight) or np.nan) for a, b in pairs
         )

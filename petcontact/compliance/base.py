@@ -40,10 +40,10 @@ class EliminatedSystem(SystemBase, abc.ABC):
     u_0: Array
 
     @abc.abstractmethod
-    def robin_increment(self, rho: float, r: Array) -> tuple[Array, Array]:
+    def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
         """As in `ContactSystem`."""
 
-    def robin(self, rho: float, f: Array) -> tuple[Array, Array]:
+    def robin(self, rho: float | Array, f: Array) -> tuple[Array, Array]:
         """(I + ρS) σ_t = f - ρ u_0."""
         change, sigma_t = self.robin_increment(rho, f - rho * self.u_0)
         return self.u_0 + change, sigma_t

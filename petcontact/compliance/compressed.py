@@ -68,16 +68,16 @@ class CompressedSystem(EliminatedSystem):
         self.applications += 1
         return self._contact_part(self._elastic(self._push(sigma_t)))
 
-    def robin_increment(self, rho: float, r: Array) -> tuple[Array, Array]:
+    def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
         """(I + ρS) δσ = r; δu = S δσ, so that both belong together whatever the KSP left."""
-        self._shell.rho = rho
+        self._shell.rho = float(rho)
         self._products = []
         if not self._solver.kind:
             if self._solver.ksp.getPC().getType() == "python":
-                self._preconditioner = robin_preconditioner(self, rho, self._solver.ksp.getPC())
+                self._preconditioner = robin_preconditioner(self, float(rho), self._solver.ksp.getPC())
             self._solver.set_operator(self._shell.matrix)
         if self._preconditioner is not None:
-            self._preconditioner.rho = rho
+            self._preconditioner.rho = float(rho)
         rhs = self.contact.vector(r)
         solution = rhs.duplicate()
         solution.set(0.0)

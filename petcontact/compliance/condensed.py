@@ -49,9 +49,9 @@ class CondensedSystem(EliminatedSystem):
         x.destroy()
         return self.contact.gather(y)
 
-    def robin_increment(self, rho: float, r: Array) -> tuple[Array, Array]:
+    def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
         """(I + ρS) δσ = r, δu = S δσ."""
-        self._set_rho(rho)
+        self._set_rho(float(rho))
         rhs = self.contact.vector(r)
         solution = rhs.duplicate()
         self._solver.solve(rhs, solution)

@@ -41,16 +41,16 @@ class FullSystem(SystemBase):
         self.applications += 1
         return self._contact_part(self._solve(0.0, sigma_t, load=False))
 
-    def robin(self, rho: float, f: Array) -> tuple[Array, Array]:
+    def robin(self, rho: float | Array, f: Array) -> tuple[Array, Array]:
         """A(ρ) x = b + G_Ct f."""
         self.elastic_solves += 1
-        u_t = self._contact_part(self._solve(rho, f, load=True))
+        u_t = self._contact_part(self._solve(float(rho), f, load=True))
         return u_t, f - rho * u_t
 
-    def robin_increment(self, rho: float, r: Array) -> tuple[Array, Array]:
+    def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
         """A(ρ) δx = G_Ct r."""
         self.elastic_solves += 1
-        change = self._contact_part(self._solve(rho, r, load=False))
+        change = self._contact_part(self._solve(float(rho), r, load=False))
         return change, r - rho * change
 
     def compliance(self) -> Array:

@@ -66,7 +66,7 @@ class SpectralSystem(EliminatedSystem):
         self.applications += 1
         return np.asarray(self._matrix @ sigma_t)
 
-    def robin_increment(self, rho: float, r: Array) -> tuple[Array, Array]:
+    def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
         """(I + ρS) δσ = r, δu = S δσ, both from the same coefficients."""
         self.elastic_solves += 1
         self.applications += 1

@@ -1,121 +1,194 @@
-"""The friction condition by its active set: which nodes slip, and which way; linear equations on the others.
+"""Contact by its active set: at each node one smooth piece of the law, linear equations on the components that it holds.
 
-With u = u_0 + Sσ the displacement, a node sticks (u = 0 and |σ| <= g) or slips (σ = ±g against u). Given a guess of the
-set, one linear solve on the sticking nodes yields σ and u, and those that break an inequality change sides: a step of
-the semismooth Newton method, also known as primal-dual active set. Full exchanges may cycle. Block principal pivoting
-(Júdice and Pires, Comput. Oper. Res. 21 (1994) 587-596) cannot: where the number of wrong nodes has not fallen for
-some steps, only the last of them moves until it falls, which ends for every P-matrix, and S is one: its symmetric part
-is positive definite in the inner product of the node weights.
+A guess τ⁰ (m, k) says on which piece of Π each node lies (stick, slip and which way, open). With Π linearised there,
+σ + Π(τ⁰) + Π'(τ⁰)(ρv - σ - τ⁰) = 0 and v = u_0 + Sσ + Mα, Eσ + f = 0 are linear, and small: σ is an affine function of -τ
+on those components of τ that Π' sees (one of two on Coulomb slip in the plane, none on open nodes), so that only these
+are solved for. The new τ = ρv - σ says which nodes are on a wrong piece: a step of the semismooth Newton method, also
+known as primal-dual active set. In the plane the pieces are linear and the right set gives the solution itself.
+
+Full exchanges may cycle. Block principal pivoting (Júdice and Pires, Comput. Oper. Res. 21 (1994) 587-596) cannot: where
+the number of wrong nodes has not fallen for some steps, only the last of them moves until it falls, which ends for
+every P-matrix; S is one for Tresca's law, its symmetric part being positive definite in the inner product of the weights.
 """
 
 from __future__ import annotations
 
 import itertools
-from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 
 from ..arrays import Array, Mask, States
+from .laws import ContactLaw
+from .restricted import Restricted
+from .system import Modes
 
-Predictor = Callable[[Array, Array, States], tuple[States, Array]]
+Predictor = Callable[["Pivot"], tuple[Array, Array]]
 
 PATIENCE = 8
 """Full exchanges that may fail to reduce the number of wrong nodes."""
-EXCESS = 1e-11
-"""Relative excess of |σ| over g that round-off may cause at a node that ends a zone."""
+PULL = 0.1
+"""ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it slips the other way."""
 
 
-class Compliance(Protocol):
-    """What the active set needs of S or of T; vectors (m, 1)."""
+@dataclass(frozen=True)
+class Pieces:
+    """Π linearised at τ⁰ (m, k): σ = derivative y + constant with y = σ - ρv.
 
-    def apply(self, x: Array) -> Array: ...
-    def stick_solve(self, stick: Mask, rhs: Array) -> Array: ...
+    Attributes
+    ----------
+    tau, constant : (m, k) arrays
+        τ⁰ and Π'(τ⁰)τ⁰ - Π(τ⁰) [stress].
+    derivative : (m, k, k) array
+    seen, held : (m, k) bool arrays
+        Components of τ that Π' sees; those where it is the identity, so that v vanishes there.
+    states : (m,) array
+    """
+
+    tau: Array
+    constant: Array
+    derivative: Array
+    seen: Mask
+    held: Mask
+    states: States
+
+    @classmethod
+    def at(cls, law: ContactLaw, tau: Array) -> Pieces:
+        """Those of a law."""
+        derivative = law.linearise(tau)
+        constant = np.einsum("iab,ib->ia", derivative, tau) - law.project(tau)
+        held = np.all(derivative == np.eye(law.k), axis=2)
+        constant[held] = 0.0
+        return cls(tau, constant, derivative, np.any(derivative != 0.0, axis=1), held, law.states(tau))
+
+    def traction(self, y: Array) -> Array:
+        """Π' y, (m, k): what y on the seen components adds to σ."""
+        return np.asarray(np.einsum("iab,ib->ia", self.derivative, np.where(self.seen, y, 0.0)))
 
 
 @dataclass(frozen=True)
 class Pivot:
-    """One step: σ and u (m, 1) for a set, 0 stick and ±1 the sign of σ where it slips, and how many nodes are wrong."""
+    """One step.
+
+    Attributes
+    ----------
+    sigma, v, alpha : (m, k), (m, k) and (r,) arrays
+        Solution of the linear equations.
+    pieces : Pieces
+        On which they were posed.
+    tau : (m, k) array
+        Where Π was to be linearised according to it.
+    wrong : int
+        Nodes that lie on another piece than was supposed.
+    unbalanced : float
+        Relative defect of Eσ + f = 0 in motions that no node holds.
+    """
 
     sigma: Array
-    u: Array
-    active: States
+    v: Array
+    alpha: Array
+    pieces: Pieces
+    tau: Array
     wrong: int
+    unbalanced: float
 
 
-def initial_set(sigma: Array, u: Array, bound: Array, rho: float) -> States:
-    """The set on which the projection of (2.10) is active: sign of σ - ρu where it exceeds g, else 0."""
-    trial = sigma - rho * u
-    return np.where(np.abs(trial) > bound, np.sign(trial), 0.0).astype(np.int8)
+def next_tau(pieces: Pieces, law: ContactLaw, sigma: Array, v: Array, noise: float) -> tuple[Array, Array]:
+    """τ = ρv - σ after a step, and ρ (m, k): small where nodes slip, any elsewhere.
 
-
-def revised_set(active: States, sigma: Array, u: Array, bound: Array, noise: float) -> States:
-    """Sticking nodes with |σ| > g slip along σ; slipping nodes that move along their σ stick. Nodes with g = 0 stay."""
-    revised = active.copy()
-    over = (active == 0) & (np.abs(sigma) > bound * (1.0 + EXCESS))
-    revised[over] = np.sign(sigma[over]).astype(np.int8)
-    revised[(active * u > noise) & (bound > 0.0)] = 0
-    return revised
+    Where v is round-off it has no sign: held components have v = 0, the others keep, up to noise, the piece they are on.
+    """
+    v = np.where(pieces.held, 0.0, v)
+    ratio = (float(np.abs(sigma).max(initial=0.0)) or 1.0) / (float(np.abs(v).max(initial=0.0)) or 1.0)
+    rho = np.full(sigma.shape, ratio)
+    tangential = law.groups[0]
+    size = np.linalg.norm(sigma[:, tangential], axis=1)
+    moved = np.linalg.norm(v[:, tangential], axis=1)
+    limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=moved > 0.0)
+    rho[:, tangential] = np.clip(limit, 1e-9 * ratio, 1e9 * ratio)[:, None]
+    tau = rho * v - sigma
+    return tau + noise * (pieces.tau - tau), rho
 
 
 def pivots(
-    operator: Compliance, base: Array, bound: Array, active: States, sigma: Array, *,
-    noise: float = 1e-13, predict: Predictor | None = None,
+    solver: Restricted, law: ContactLaw, base: Array, modes: Modes | None, tau: Array, *,
+    sigma: Array | None = None, alpha: Array | None = None, predict: Predictor | None = None,
 ) -> Iterator[Pivot]:  # fmt: skip
-    """Steps until no node is wrong; the last one solves u = base + S σ with the friction condition.
+    """Steps until no node is wrong.
 
     Parameters
     ----------
-    operator : Compliance
-    base : (m, 1) array
-        u for σ = 0 [length].
-    bound : (m, 1) array
-        g >= 0 [stress].
-    active : (m, 1) array of int8
-        First guess of the set.
-    sigma : (m, 1) array
-        Where an iterative solve on the sticking nodes starts from [stress].
-    noise : float
-        Displacements below noise·max|base| have no sign.
+    solver : Restricted
+        Products with S and solves on seen components.
+    law : ContactLaw
+    base : (m, k) array
+        v for σ = 0 [length].
+    modes : Modes, optional
+    tau : (m, k) array
+        First guess of τ [stress]: only its pieces matter where these are linear.
+    sigma, alpha : arrays, optional
+        Where an iterative solve starts from.
     predict : callable, optional
-        Gives a better next set than the plain exchange from (σ, u, set), and a σ to start from, as long as full
-        exchanges are allowed.
+        Gives a better next (τ, σ) than the plain exchange from a pivot, as long as full exchanges are allowed.
     """
-    free = (bound == 0.0) & (active == 0)
-    active = np.where(free, 1, active).astype(np.int8)
-    level = noise * float(np.abs(base).max(initial=0.0))
-    fewest, patience = len(bound) + 1, PATIENCE
+    rank = 0 if modes is None else len(modes.load)
+    sigma = np.zeros_like(base) if sigma is None else sigma
+    alpha = np.zeros(rank) if alpha is None else alpha
+    rho = np.ones_like(base)
+    fewest, patience, seen_sets = len(base) + 1, PATIENCE, set[bytes]()
     while True:
-        stick = active == 0
-        sigma = np.where(stick, sigma, bound * active)
-        u = base + operator.apply(sigma)
-        if stick.any():
-            change = operator.stick_solve(stick, np.where(stick, -u, 0.0))
-            sigma = sigma + change
-            u = u + operator.apply(change)
-        revised = revised_set(active, sigma, np.where(stick, 0.0, u), bound, level)
-        wrong = np.flatnonzero(revised != active)
-        yield Pivot(sigma, u, active, len(wrong))
-        if len(wrong) == 0:
-            return
+        pieces = Pieces.at(law, tau)
+        sigma, v, alpha, unbalanced = linear_solve(solver, pieces, base, modes, sigma, alpha, rho)
+        revised, rho = next_tau(pieces, law, sigma, v, solver.noise)
+        wrong = np.flatnonzero(law.states(revised) != pieces.states)
+        yield Pivot(sigma, v, alpha, pieces, revised, len(wrong), unbalanced)
         if len(wrong) < fewest:
             fewest, patience = len(wrong), PATIENCE
+            seen_sets.clear()
         else:
             patience -= 1
-        if patience > 0:
-            active, sigma = (revised, sigma) if predict is None else predict(sigma, u, revised)
+        if patience > 0 or len(wrong) == 0:
+            tau = revised
+            if predict is not None:
+                tau, sigma = predict(Pivot(sigma, v, alpha, pieces, revised, len(wrong), unbalanced))
         else:
-            active = active.copy()
-            active.flat[wrong[-1]] = revised.flat[wrong[-1]]
+            signature = pieces.states.tobytes() + np.sign(pieces.constant).tobytes()
+            if signature in seen_sets:
+                return
+            seen_sets.add(signature)
+            tau = tau.copy()
+            tau[wrong[-1]] = revised[wrong[-1]]
 
 
-def solve_box(
-    operator: Compliance, base: Array, bound: Array, active: States, sigma: Array, limit: int | None = None
+def linear_solve(
+    solver: Restricted, pieces: Pieces, base: Array, modes: Modes | None, sigma: Array, alpha: Array, rho: Array
+) -> tuple[Array, Array, Array, float]:
+    """σ, v, α on given pieces, from a nearby σ and α; and how far Eσ + f is from 0 in motions that no node holds."""
+    y = np.where(pieces.held, sigma, -pieces.tau)
+    sigma = pieces.traction(y) + pieces.constant
+    v = base + solver.apply(sigma)
+    if modes is not None:
+        v = v + modes.motion @ alpha
+    slack = np.where(pieces.held, 0.0, (y - sigma) / rho)
+    unbalanced = 0.0
+    if pieces.seen.any() or modes is not None:
+        dy, dalpha, unbalanced = solver.solve(pieces, rho, -(slack + v), modes, sigma)
+        change = pieces.traction(dy)
+        sigma, v, alpha = sigma + change, v + solver.apply(change), alpha + dalpha
+        if modes is not None:
+            v = v + modes.motion @ dalpha
+    return sigma, v, alpha, unbalanced
+
+
+def box_problem(
+    solver: Restricted, law: ContactLaw, base: Array, tau: Array, sigma: Array, limit: int | None = None
 ) -> Pivot:
-    """The last of `pivots`, or of the first `limit` of them.
+    """The last of `pivots`, or of the first `limit` of them, without rigid motions.
 
-    For a symmetric operator it is the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g, W the weights.
+    For Tresca's law and a symmetric operator it is the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g, W the weights.
     """
-    return deque(itertools.islice(pivots(operator, base, bound, active, sigma), limit), maxlen=1)[0]
+    for last in itertools.islice(pivots(solver, law, base, None, tau, sigma=sigma), limit):
+        if last.wrong == 0:
+            break
+    return last

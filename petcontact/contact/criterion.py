@@ -9,12 +9,16 @@ import numpy as np
 
 from ..arrays import Array
 from .friction_law import balanced_rho, contact_norm
-from .laws import ContactLaw
+from .laws import ContactLaw, law_residual
+from .system import ContactSystem
 
 Stop = Literal["both", "displacement", "residual"]
 SLACK = 1e3
 """How much larger than the tolerance the relative friction residual may be when the change has met it: a change that is
 small only because ρ is far off is no convergence."""
+
+FLOOR = 1e-3
+"""Of the size of u_0: displacements below it are compared with it and not with themselves, as where all nodes stick."""
 
 
 @dataclass(frozen=True)
@@ -38,20 +42,40 @@ class Criterion:
             moved, size = moved + contact_norm(dsigma, weight), size + contact_norm(sigma, weight)
         return moved / size if size > 0.0 else (0.0 if moved == 0.0 else np.inf)
 
-    def relative_residual(
-        self, law: ContactLaw, v: Array, sigma: Array, weight: Array, rho: float, scale: float = 0.0
-    ) -> float:
-        """‖R_ρ‖/‖σ‖ with the balanced ρ: independent of the method's ρ and of units.
-
-        `scale` is the largest ‖σ‖ seen so far: where friction vanishes σ itself does, and cannot be its own measure.
-        """
-        balanced = balanced_rho(v, sigma, weight, rho)
-        size = max(contact_norm(sigma, weight), scale) or balanced * contact_norm(v, weight)
-        residual = contact_norm(law.residual(v, sigma, balanced), weight)
-        return residual / size if size > 0.0 else 0.0
-
     def met(self, change: float, relative_residual: float) -> bool:
         """Whether the method may stop."""
         if self.stop == "residual":
             return relative_residual <= self.tolerance
         return change <= self.tolerance and relative_residual <= SLACK * self.tolerance
+
+
+def balanced(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fallback: float = 1.0) -> float | Array:
+    """ρ = ‖σ‖/‖displacement‖, with which both terms of R_ρ weigh the same; (k,) where a law has more than one group.
+
+    The displacement is v itself where v = 0 is sticking; where v_n is a gap it is what contact adds, rigid motions apart.
+    """
+    base, weight = system.u_0, system.weight
+    if len(law.groups) == 1:
+        return balanced_rho(v, sigma, weight, fallback, FLOOR * contact_norm(base, weight))
+    moved = v - base
+    if system.modes is not None and len(system.modes.load):
+        motions = system.modes.motion.reshape(v.size, -1)
+        moved = moved - (motions @ np.linalg.lstsq(motions, moved.ravel(), rcond=None)[0]).reshape(v.shape)
+    common = balanced_rho(moved, sigma, weight, fallback)
+    rho = np.empty(law.k)
+    for group in law.groups:
+        rho[group] = balanced_rho(moved[:, group], sigma[:, group], weight, common)
+    return rho
+
+
+def relative_residual(
+    law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fallback: float = 1.0, scale: float = 0.0
+) -> float:
+    """‖R_ρ‖/‖σ‖ with the balanced ρ: independent of a method's ρ and of units.
+
+    `scale` is the largest ‖σ‖ seen so far: where friction vanishes σ itself does, and cannot be its own measure.
+    """
+    rho = balanced(law, system, v, sigma, fallback)
+    size = max(contact_norm(sigma, system.weight), scale) or contact_norm(rho * v, system.weight)
+    residual = contact_norm(law_residual(law, v, sigma, rho), system.weight)
+    return residual / size if size > 0.0 else 0.0

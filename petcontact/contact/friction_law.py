@@ -34,7 +34,22 @@ def project_ball(x: Array, radius: Array) -> Array:
         raise ValueError("the radius of a ball is not negative")
     size = np.abs(x[:, 0]) if x.shape[1] == 1 else np.sqrt(np.sum(x * x, axis=1))
     outside = size > radius
-    return np.where(outside[:, None], x * (radius / np.where(outside, size, 1.0))[:, None], x)
+    shrink = np.divide(radius, size, out=np.ones_like(size), where=outside)
+    return np.where(outside[:, None], x * shrink[:, None], x)
+
+
+def ball_derivative(x: Array, radius: Array) -> tuple[Array, Array]:
+    """Derivatives of [x]_α by x, (m, d-1, d-1), and by α, (m, d-1): the identity and 0 inside the ball; 0 where α = 0."""
+    size = np.sqrt(np.sum(x * x, axis=1))
+    outside = (size > radius) | (radius == 0.0)
+    direction = np.divide(x, size[:, None], out=np.zeros_like(x), where=(outside & (size > 0.0))[:, None])
+    shrink = np.divide(radius, size, out=np.ones_like(size), where=outside & (size > 0.0))
+    shrink[outside & (radius == 0.0)] = 0.0
+    identity = np.eye(x.shape[1])
+    along = np.where(outside[:, None, None], direction[:, :, None] * direction[:, None, :], 0.0)
+    if x.shape[1] == 1:
+        along = np.where(outside, 1.0, 0.0)[:, None, None]
+    return shrink[:, None, None] * (identity - along), direction
 
 
 def projection_residual(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float | Array) -> Array:
@@ -72,13 +87,15 @@ def contact_norm(x: Array, weight: Array) -> float:
     return math.sqrt(weight @ squares)
 
 
-def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float) -> float:
+def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, floor: float = 0.0) -> float:
     """ρ = ‖σ_t‖/‖u_t‖, with which both terms of R_ρ weigh the same; `fallback` where one of them vanishes.
+
+    `floor` is the least ‖u_t‖ that counts as a displacement and not as round-off.
 
     The residual with this ρ does not depend on the ρ that a method happens to use: at very small or large ρ the
     residual R_ρ of any iterate is small in one of its terms.
     """
-    u, sigma = contact_norm(u_t, weight), contact_norm(sigma_t, weight)
+    u, sigma = max(contact_norm(u_t, weight), floor), contact_norm(sigma_t, weight)
     return sigma / u if u > 0.0 and sigma > 0.0 else fallback
 
 

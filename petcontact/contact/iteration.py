@@ -9,9 +9,9 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SolverError
-from .criterion import Criterion
+from .criterion import Criterion, balanced
 from .friction_law import contact_norm
-from .laws import ContactLaw
+from .laws import ContactLaw, law_residual
 from .rho_rules import usable_balance
 from .state import ContactState, History, Monitor, Start
 from .system import ContactSystem
@@ -58,7 +58,7 @@ class Recorder:
     Attributes
     ----------
     law : ContactLaw
-    weight : (m,) array
+    system : ContactSystem
     iteration : Iteration
     history : History
     largest : float
@@ -66,32 +66,48 @@ class Recorder:
     """
 
     law: ContactLaw
-    weight: Array
+    system: ContactSystem
     iteration: Iteration
     history: History = field(default_factory=History)
     largest: float = 0.0
 
     def step(
-        self, v: Array, sigma: Array, dv: Array, dsigma: Array, *, rho: float, residual: float, ksp_iterations: int
-    ) -> tuple[float, float]:
-        """Note the step that led to (v, σ): its relative change, and its balance w.
+        self, old: Start, v: Array, sigma: Array, dv: Array, dsigma: Array, *, ksp_iterations: int,
+        rho: float | Array | None = None, residual: Array | None = None,
+    ) -> tuple[float, float | Array]:  # fmt: skip
+        """Note the step from `old` to (v, σ): its relative change, and its balance w, one for each group of components.
+
+        ρ and R_ρ of the old iterate are those given, or balanced ones.
 
         Raises
         ------
         SolverError
             If the iterate is not finite.
         """
-        change = self.iteration.criterion.change(v, sigma, dv, dsigma, self.weight)
+        weight = self.system.weight
+        change = self.iteration.criterion.change(v, sigma, dv, dsigma, weight)
+        if rho is None:
+            rho = balanced(self.law, self.system, *old)
         if not np.isfinite(change):
             raise SolverError(
-                "iterate", f"iterate {len(self.history) + 1} is not finite (ρ = {rho:g})", "choose another rho or method"
+                "iterate", f"iterate {len(self.history) + 1} is not finite (ρ = {rho})", "choose another rho or method"
             )
-        balance = usable_balance(contact_norm(dsigma, self.weight), contact_norm(dv, self.weight))
-        self.history.add(rho, balance, change, residual, ksp_iterations)
-        self.largest = max(self.largest, contact_norm(sigma, self.weight))
+        if residual is None:
+            residual = law_residual(self.law, *old, rho)
+        balances = [
+            usable_balance(contact_norm(dsigma[:, group], weight), contact_norm(dv[:, group], weight))
+            for group in self.law.groups
+        ]
+        balance = balances[0] if len(balances) == 1 else np.array(balances)
+        self.history.add(rho, balance, change, contact_norm(residual, weight), ksp_iterations)
+        self.largest = max(self.largest, contact_norm(sigma, weight))
         return change, balance
 
-    def tell(self, v: Array, sigma: Array, rho: float, reason: str = "", *, converged: bool = False) -> ContactState:
+    def balanced(self, v: Array, sigma: Array, fallback: float = 1.0) -> float | Array:
+        """The balanced ρ of an iterate."""
+        return balanced(self.law, self.system, v, sigma, fallback)
+
+    def tell(self, v: Array, sigma: Array, rho: float | Array, reason: str = "", *, converged: bool = False) -> ContactState:
         """The state after the step just noted, which the monitor sees."""
         reason = reason or f"stopped in iteration {len(self.history)}"
         state = ContactState(v, sigma, rho, converged, reason, self.history, law=self.law)

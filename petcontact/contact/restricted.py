@@ -1,36 +1,50 @@
-"""S as methods with an active set use it: products, solves on the sticking nodes, and solves with T + S.
+"""S on the components that an active set sees: products, and solves with rigid motions beside it.
 
 Dense and small: LAPACK on the blocks. Large, or matrix-free: a PETSc KSP of prefix `stick_` or `sum_` on a matrix of type
-python, preconditioned by the layer operator T.
+python, preconditioned by the stand-in T.
 """
 
 from __future__ import annotations
 
-from typing import Any, Protocol
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import scipy.linalg
 
-from ..arrays import Array, Mask
+from ..arrays import Array, Index, Mask
 from ..errors import SolverError
 from ..linalg.matrix_free import Krylov
-from .system import ContactSystem, Surrogate
+from .system import ContactSystem, Modes, Surrogate
+
+if TYPE_CHECKING:
+    from .active_set import Pieces
 
 DIRECT_SIZE = 512
-"""Contact nodes up to which LU on a block beats Krylov iterations on it (with a fast T)."""
+"""Contact unknowns up to which LU on a block beats Krylov iterations on it (with a fast T)."""
 STICK_RTOL = 1e-12
-"""Of a stick solve, relative to u_0: also where a later step has little left to solve for."""
+"""Of a restricted solve, relative to u_0: also where a later step has little left to solve for."""
+FREE = 1e-10
+"""Singular value, relative to motions of unit size, below which a rigid motion moves no component that is seen."""
 
 
-class ContactCompliance(Protocol):
-    """S with the solves that methods need, vectors (m, k)."""
+class Restricted(Protocol):
+    """S with the solves that methods need, vectors (m, k); `noise` is the relative round-off of its answers."""
 
     noise: float
     ksp_iterations: int
 
     def apply(self, x: Array) -> Array: ...
-    def stick_solve(self, stick: Mask, rhs: Array) -> Array: ...
-    def sum_solve(self, rhs: Array) -> Array: ...
+
+    def solve(
+        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, float]:
+        """δy on the seen components and δα with [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ + Π'δy) + f = 0.
+
+        Motions that no seen component follows are left as they are; the third number is the relative defect of Eσ + f = 0
+        in these.
+        """
+        ...
+
     def close(self) -> None: ...
 
 
@@ -55,7 +69,7 @@ class _Counted:
 class DirectCompliance(_Counted):
     """S dense, solves by LU."""
 
-    noise = 1e-13
+    noise = 1e-11
 
     def __init__(self, system: ContactSystem, layer: Surrogate | None) -> None:
         super().__init__(system)
@@ -64,15 +78,24 @@ class DirectCompliance(_Counted):
         self._dense: Array = self.matrix
         self._sum: Any = None
 
-    def stick_solve(self, stick: Mask, rhs: Array) -> Array:
-        """x with S x = rhs on the stick nodes and x = 0 off them."""
-        nodes = np.flatnonzero(stick)
+    def solve(
+        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, float]:
+        """LU of the bordered block."""
         self.system.elastic_solves += 1
+        seen = np.flatnonzero(pieces.seen)
+        block = self._dense if len(seen) == rhs.size else self._dense[seen[:, None], seen]
+        block = _with_pieces(block, self._dense, pieces, rho, seen)
         result = np.zeros_like(rhs)
-        block = self._dense if len(nodes) == rhs.size else self._dense[nodes[:, None], nodes]
-        result.flat[nodes] = np.linalg.solve(block, rhs.ravel()[nodes])
+        if modes is None:
+            result.flat[seen] = np.linalg.solve(block, rhs.ravel()[seen])
+            _check(result)
+            return result, np.zeros(0), 0.0
+        border = Border(modes, pieces, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
+        answer = np.linalg.solve(border.around(block), np.concatenate([rhs.ravel()[seen], border.rhs]))
+        result.flat[seen] = answer[: len(seen)]
         _check(result)
-        return result
+        return result, border.motion(answer[len(seen) :]), border.unbalanced(result)
 
     def sum_solve(self, rhs: Array) -> Array:
         """(T + S)⁻¹ rhs, factored once."""
@@ -88,6 +111,81 @@ class DirectCompliance(_Counted):
         """Nothing of PETSc's is held."""
 
 
+def _with_pieces(block: Array, dense: Array, pieces: Pieces, rho: Array, seen: Index) -> Array:
+    """(I - Π')/ρ + SΠ' on the seen components from S on them: only nodes whose Π' is not 0 or 1 change columns."""
+    k = rho.shape[1]
+    mixed = np.flatnonzero(np.any(pieces.derivative != np.eye(k) * pieces.seen[:, None, :], axis=(1, 2)))
+    if not len(mixed):
+        return block
+    rows = np.full(rho.size, -1)
+    rows[seen] = np.arange(len(seen))
+    place = rows.reshape(rho.shape)[mixed]
+    columns = dense[seen].reshape(len(seen), -1, k)[:, mixed]
+    new = np.einsum("qia,iab->qib", columns, pieces.derivative[mixed])
+    slack = (np.eye(k) - pieces.derivative[mixed]) / rho[mixed][:, :, None]
+    block = np.array(block)
+    chosen = place >= 0
+    block[:, place[chosen]] = new[:, chosen]
+    for a in range(k):
+        for b in range(k):
+            both = chosen[:, a] & chosen[:, b]
+            block[place[both, a], place[both, b]] += slack[both, a, b]
+    return block
+
+
+class Border:
+    """Rigid motions beside a block of S, in scaled coordinates; those that move no seen component are left out.
+
+    Parameters
+    ----------
+    modes : Modes
+    pieces : Pieces
+    sigma : (m, k) array
+        Traction whose resultant the equations are to complete.
+    scale : float
+        Size of the block's entries [length/stress].
+    """
+
+    def __init__(self, modes: Modes, pieces: Pieces, sigma: Array, scale: float) -> None:
+        self._modes, self._pieces, self._sigma = modes, pieces, sigma
+        rank = len(modes.load)
+        size = np.abs(modes.motion).reshape(-1, rank).max(axis=0, initial=0.0)
+        size[size == 0.0] = 1.0
+        factor = np.linalg.qr(modes.motion[pieces.seen] / size, mode="r")
+        values, vectors = np.linalg.svd(factor, full_matrices=True)[1:]
+        held = np.zeros(rank, dtype=bool)
+        held[: len(values)] = values > FREE * max(1.0, float(values.max(initial=0.0)))
+        self._basis, self._free = vectors[held].T / size[:, None], vectors[~held].T / size[:, None]
+        self._length = scale or 1.0
+        self.columns = modes.motion[pieces.seen] @ self._basis * self._length
+        work = np.einsum("rib,ibc->ric", modes.resultant, pieces.derivative)[:, pieces.seen]
+        rows = self._basis.T @ work
+        unit = self._length / (float(np.abs(rows).max(initial=0.0)) or 1.0)
+        self.rows = unit * rows
+        self.rhs = -unit * (self._basis.T @ (modes.load + np.tensordot(modes.resultant, sigma, 2)))
+
+    def around(self, block: Array) -> Array:
+        """The bordered matrix."""
+        n, r = len(block), self._basis.shape[1]
+        whole = np.zeros((n + r, n + r))
+        whole[:n, :n], whole[:n, n:], whole[n:, :n] = block, self.columns, self.rows
+        return whole
+
+    def motion(self, coordinates: Array) -> Array:
+        """δα."""
+        return np.asarray(self._basis @ coordinates * self._length)
+
+    def unbalanced(self, dy: Array) -> float:
+        """Relative defect of equilibrium in the motions left out."""
+        if not self._free.shape[1]:
+            return 0.0
+        sigma = self._sigma + self._pieces.traction(dy)
+        defect = self._free.T @ (self._modes.load + np.tensordot(self._modes.resultant, sigma, 2))
+        work = np.abs(self._modes.load) + np.tensordot(np.abs(self._modes.resultant), np.abs(sigma), 2)
+        size = np.abs(self._free.T) @ work
+        return float(np.max(np.divide(np.abs(defect), size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
+
+
 class KrylovCompliance(_Counted):
     """S by its products alone; every rank of the communicator iterates on whole vectors."""
 
@@ -98,16 +196,43 @@ class KrylovCompliance(_Counted):
         self.layer = layer
         self._stick, self._sum = Krylov(system.u_0.shape, "stick_"), Krylov(system.u_0.shape, "sum_")
 
-    def stick_solve(self, stick: Mask, rhs: Array) -> Array:
-        """GMRES on the stick block of S (identity off it), preconditioned by the stick block of T⁻¹."""
-        self.system.elastic_solves += 1
-        result = self._stick.solve(
-            lambda x: np.where(stick, self.apply(np.where(stick, x, 0.0)), x),
-            lambda r: np.where(stick, self.layer.solve(np.where(stick, r, 0.0)), r),
-            np.where(stick, rhs, 0.0), self._floor(stick), STICK_RTOL,
-        )  # fmt: skip
-        self.ksp_iterations = self._stick.iterations
-        return np.where(stick, result, 0.0)
+    def solve(
+        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, float]:
+        """GMRES on the seen components (identity off them), preconditioned by the block of T⁻¹; motions by elimination."""
+        seen = pieces.seen
+        solve = self._solver_on(pieces, rho)
+        first = solve(np.where(seen, rhs, 0.0))
+        if modes is None:
+            return first, np.zeros(0), 0.0
+        border = Border(modes, pieces, sigma, 1.0)
+        columns = np.zeros((border.columns.shape[1], *seen.shape))
+        columns[:, seen] = border.columns.T
+        solved = np.array([solve(column) for column in columns]).reshape(columns.shape)
+        rows = border.rows
+        coordinates = np.linalg.solve(rows @ solved[:, seen].T, rows @ first[seen] - border.rhs)
+        dy = first - np.tensordot(coordinates, solved, 1)
+        return dy, border.motion(coordinates), border.unbalanced(dy)
+
+    def _solver_on(self, pieces: Pieces, rho: Array) -> Any:
+        """The inverse of the block as a function of a right-hand side."""
+        seen = pieces.seen
+
+        def product(x: Array) -> Array:
+            traction = pieces.traction(x)
+            slack = np.where(pieces.held, 0.0, (x - traction) / rho)
+            return np.where(seen, slack + self.apply(traction), x)
+
+        def precondition(r: Array) -> Array:
+            return np.where(seen, self.layer.solve(np.where(seen, r, 0.0)), r)
+
+        def solve(rhs: Array) -> Array:
+            self.system.elastic_solves += 1
+            found = self._stick.solve(product, precondition, rhs, self._floor(seen), STICK_RTOL)
+            self.ksp_iterations = self._stick.iterations
+            return np.where(seen, found, 0.0)
+
+        return solve
 
     def sum_solve(self, rhs: Array) -> Array:
         """GMRES on T + S, preconditioned by T⁻¹."""
@@ -129,7 +254,33 @@ class KrylovCompliance(_Counted):
         self._sum.close()
 
 
-def contact_compliance(system: ContactSystem, layer: Surrogate | None) -> ContactCompliance:
+class LayerCompliance:
+    """T in the place of S, for predictions: solves by masks of components."""
+
+    noise, ksp_iterations = 1e-11, 0
+
+    def __init__(self, layer: Surrogate) -> None:
+        self._layer = layer
+
+    def apply(self, x: Array) -> Array:
+        """T x."""
+        return self._layer.apply(x)
+
+    def solve(
+        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, float]:
+        """Solves on the held components; where Π' couples components each of them follows in a pass of its own."""
+        dy = np.zeros_like(rhs)
+        for _ in range(rhs.shape[1]):
+            left = rhs if not dy.any() else rhs - self._layer.apply(pieces.traction(dy))
+            dy = dy + self._layer.stick_solve(pieces.seen, np.where(pieces.seen, left, 0.0))
+        return dy, np.zeros(0), 0.0
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+def restricted_to(system: ContactSystem, layer: Surrogate | None) -> DirectCompliance | KrylovCompliance:
     """S by LU where it is dense and small, or T is not given or has no fast form; else by Krylov iterations."""
     if layer is not None and (system.matrix_free or (layer.fast and system.u_0.size > DIRECT_SIZE)):
         return KrylovCompliance(system, layer)

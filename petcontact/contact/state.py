@@ -20,7 +20,7 @@ class History:
     Attributes
     ----------
     rho, w : list of float
-        ρ_k of the Robin step and w_k after it [stress/length].
+        ρ_k of the Robin step and w_k after it [stress/length]; the largest of a law with several.
     change : list of float
         The stopping criterion's quantity [-].
     residual : list of float
@@ -34,9 +34,10 @@ class History:
     residual: list[float] = field(default_factory=list)
     ksp_iterations: list[int] = field(default_factory=list)
 
-    def add(self, rho: float, w: float, change: float, residual: float, ksp_iterations: int) -> None:
+    def add(self, rho: float | Array, w: float | Array, change: float, residual: float, ksp_iterations: int) -> None:
         """Append a row."""
-        for name, value in zip(COLUMNS, (rho, w, change, residual, ksp_iterations), strict=True):
+        row = float(np.max(rho)), float(np.max(w)), change, residual, ksp_iterations
+        for name, value in zip(COLUMNS, row, strict=True):
             getattr(self, name).append(value)
 
     def __len__(self) -> int:
@@ -51,7 +52,7 @@ class ContactState:
     ----------
     v, sigma : (m, k) arrays
         Last iterate [length], [stress].
-    rho : float
+    rho : float or (k,) array
         Robin parameter of the last step [stress/length].
     converged : bool
     reason : str
@@ -60,23 +61,26 @@ class ContactState:
     stopped : bool
         Whether the monitor or an error ended it.
     law : ContactLaw, optional
+    alpha : (r,) array
+        Amplitudes of the rigid motions that only contact holds.
     """
 
     v: Array
     sigma: Array
-    rho: float
+    rho: float | Array
     converged: bool
     reason: str
     history: History
     stopped: bool = False
     law: ContactLaw | None = None
+    alpha: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
     def counts(self) -> dict[str, int]:
         """How many nodes stick, slip, and are open, as far as there are any."""
         if self.law is None:
             return {}
-        found = np.bincount(self.law.states(self.v, self.sigma, self.rho), minlength=3)
+        found = np.bincount(self.law.states(self.rho * self.v - self.sigma), minlength=3)
         return {name: int(n) for name, n in zip(("stick", "slip", "open"), found, strict=True) if n}
 
 

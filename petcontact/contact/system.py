@@ -106,11 +106,12 @@ class ContactSystem(Protocol):
         """S σ, (m, k) [length]."""
         ...
 
-    def robin(self, rho: float, f: Array) -> tuple[Array, Array]:
-        """v and σ with v = u_0 + S σ and σ + ρ v = f: the Robin problem (4.4)-(4.8)."""
+    def robin(self, rho: float | Array, f: Array) -> tuple[Array, Array]:
+        """v and σ with v = u_0 + S σ and σ + ρ v = f: the Robin problem (4.4)-(4.8); ρ may be a number
+        for each component, (k,)."""
         ...
 
-    def robin_increment(self, rho: float, r: Array) -> tuple[Array, Array]:
+    def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
         """δv and δσ with δv = S δσ and δσ + ρ δv = r, so that inexact solves do not disturb w_k."""
         ...
 
@@ -118,8 +119,8 @@ class ContactSystem(Protocol):
         """S as a dense array (m k, m k) [length/stress], the same on every rank."""
         ...
 
-    def surrogate(self) -> Surrogate:
-        """A new T, unscaled."""
+    def surrogate(self) -> Surrogate | None:
+        """A new T, unscaled; None where there is none, then S is to be dense."""
         ...
 
     def boundary(self, sigma: Array) -> tuple[Array, Array]:

@@ -17,6 +17,7 @@ from ..bem.operators import BoundaryOperators
 from ..contact.criterion import Criterion
 from ..contact.friction_law import contact_norm
 from ..contact.iteration import Iteration
+from ..contact.laws import law_residual
 from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
 from ..contact.state import ContactState, Monitor, Start
@@ -163,7 +164,7 @@ def _finish(
     mesh, data = as_curve(operators.mesh), operators.data
     contact, zones = contact_fields(mesh, data, traction, state)
     status = "failed" if state.stopped else "converged" if state.converged else "not converged"
-    residual = prepared.law.residual(state.v, state.sigma, state.rho)
+    residual = law_residual(prepared.law, state.v, state.sigma, state.rho)
     timings["check"] = time.perf_counter() - began
     info = {
         "solver": system.describe(),
@@ -177,7 +178,7 @@ def _finish(
         "ranks": prepared.comm.getSize(),
     }
     return Solution(
-        case, mesh, u, traction, contact, zones, state.history, status, state.reason, state.rho,
+        case, mesh, u, traction, contact, zones, state.history, status, state.reason, float(np.max(state.rho)),
         contact_norm(residual, contact.weight), np.nan, timings, info,
     )  # fmt: skip
 

@@ -138,7 +138,7 @@ def contact_fields(
     """Nodal fields and zones on Γ_C from the last iterate of a method."""
     nodes = data.contact_nodes
     weight = mesh.weight[nodes]
-    rho = balanced_rho(state.v, state.sigma, weight, state.rho)
+    rho = balanced_rho(state.v, state.sigma, weight, float(np.max(state.rho)))
     normal_traction = np.einsum("ij,ij->i", traction[nodes], mesh.normal[nodes])
     slips = contact_state(state.v, state.sigma, data.friction_bound, rho)
     names = np.array(mesh.part_names)[mesh.node_part[nodes]]

@@ -1,76 +1,73 @@
-"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ, its sets predicted by the stand-in T.
+"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0, its sets predicted by the stand-in T.
 
-Each iteration solves S σ = -u_0 on the nodes that stick. Which do is foretold, where a solve with S costs more than T,
-by the contact problem of T through the last iterate, v + T(q - σ): its set is nearly the right one, so that two
-to four solves with S do. Without prediction those nodes that break an inequality are exchanged, which takes some ten
-steps. Globalised by block principal pivoting, see `active_set`.
+Each iteration solves the linear equations of `active_set`. Which nodes stick, slip or open is foretold, where a solve with
+S costs more than T, by the contact problem of T through the last iterate, v + T(q - σ): its set is nearly the right
+one, so that two to four solves with S do. Without prediction those nodes that break an inequality are exchanged, which
+takes some ten steps. Where the sets of Coulomb's law cycle the iteration starts again from other ones.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array, States
+from ...arrays import Array
 from ...model.solver_options import Method
-from ..active_set import initial_set, pivots, solve_box
-from ..friction_law import balanced_rho, contact_norm
+from ..active_set import Pieces, Pivot, Predictor, box_problem, next_tau, pivots
+from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
-from ..laws import Tresca
-from ..restricted import ContactCompliance, contact_compliance
+from ..laws import OPEN, SLIP, ContactLaw
+from ..restricted import LayerCompliance, Restricted, restricted_to
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem, Surrogate
 
 PLAIN_SIZE = 300
-"""Contact nodes of a dense S up to which more of its own steps cost less than to set T up."""
+"""Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
 LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
+TRIES = 3
+"""Times that slipping nodes are made to stick because the loads are not in equilibrium."""
+BALANCED = 1e-9
+"""Relative defect of equilibrium that is round-off."""
+FAR = 1e150
+"""τ_t that is outside of every ball."""
+ROUND_OFF = 1e-10
+"""Relative residual below which sets that still change do so by round-off."""
 
 
 @dataclass(frozen=True)
 class SemismoothNewton:
-    """Newton's method on the friction condition; it ends when no node is wrong, exact up to round-off.
+    """Newton's method on the contact law; it ends when no node is wrong, exact up to round-off.
 
     Attributes
     ----------
     predict : bool, optional
-        Whether T predicts the sets; not by default where S is dense and small.
+        Whether T predicts the sets; not by default where S is dense and small, nor where rigid motions are unknown.
     """
 
     predict: bool | None = None
 
-    def __call__(self, system: ContactSystem, law: Tresca, iteration: Iteration) -> ContactState:
+    def __call__(self, system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
         """As `ContactMethod`; starts from full stick, or T's own solution.
 
-        The criterion's tolerance bounds the relative friction residual of what is returned as converged.
+        The criterion's tolerance bounds the relative residuals of what is returned as converged.
         """
-        bound, base = law.bound[:, None], system.u_0
-        predict = system.matrix_free or len(base) > PLAIN_SIZE if self.predict is None else self.predict
+        base = system.u_0
+        predict = system.matrix_free or base.size > PLAIN_SIZE if self.predict is None else self.predict
+        predict = predict and system.modes is None
         layer = system.surrogate() if predict or system.matrix_free else None
         if layer is not None:
             layer.rtol = LOOSE
-        compliance = contact_compliance(system, layer)
-
-        def foretell(sigma: Array, v: Array, active: States) -> tuple[States, Array]:
-            assert layer is not None
-            step = solve_box(layer, v - layer.apply(sigma), bound, active, sigma, FORESIGHT)
-            return step.active, step.sigma
-
-        if iteration.start is not None:
-            v, sigma = iteration.start
-            active = initial_set(sigma, v, bound, balanced_rho(v, sigma, system.weight, 1.0))
-        elif predict and layer is not None:
-            sigma, v = first_guess(layer, compliance, base)
-            active, sigma = foretell(sigma, v, np.zeros(base.shape, dtype=np.int8))
-        else:
-            sigma, v, active = np.zeros_like(base), base, np.zeros(base.shape, dtype=np.int8)
+        foretell = _Foresight(layer, law) if predict and layer is not None else None
+        solver = restricted_to(system, layer)
         try:
-            return _iterate(system, compliance, law, iteration, (sigma, v, active), foretell if predict else None)
+            first = _first_guess(system, law, iteration, solver, foretell)
+            return _Run(system, law, iteration, solver, foretell).state(first)
         finally:
-            compliance.close()
+            solver.close()
 
 
 def build(options: Method, rule: Rule | None) -> SemismoothNewton:
@@ -78,39 +75,145 @@ def build(options: Method, rule: Rule | None) -> SemismoothNewton:
     return SemismoothNewton()
 
 
-def first_guess(layer: Surrogate, compliance: ContactCompliance, base: Array) -> tuple[Array, Array]:
+def first_guess(layer: Surrogate, solver: Restricted, base: Array) -> tuple[Array, Array]:
     """σ and v that T gives for full stick; T is scaled to S on it."""
     sigma = -layer.solve(base)
-    displacement = compliance.apply(sigma)
+    displacement = solver.apply(sigma)
     layer.fit(sigma, displacement)
     return sigma, base + displacement
 
 
-def _iterate(
-    system: ContactSystem, compliance: ContactCompliance, law: Tresca, iteration: Iteration,
-    first: tuple[Array, Array, States],
-    foretell: Callable[[Array, Array, States], tuple[States, Array]] | None,
-) -> ContactState:  # fmt: skip
-    weight, criterion = system.weight, iteration.criterion
-    old_sigma, old_v, active = first
-    recorder = Recorder(law, weight, iteration)
-    steps = pivots(compliance, system.u_0, law.bound[:, None], active, old_sigma, noise=compliance.noise, predict=foretell)
-    for step in steps:
-        v, sigma = step.u, step.sigma
-        rho = balanced_rho(old_v, old_sigma, weight, 1.0)
-        residual = contact_norm(law.residual(old_v, old_sigma, rho), weight)
+class _Foresight:
+    """Sets by the contact problem of T through an iterate."""
+
+    def __init__(self, layer: Surrogate, law: ContactLaw) -> None:
+        self.layer, self._law, self._solver = layer, law, LayerCompliance(layer)
+
+    def __call__(self, step: Pivot) -> tuple[Array, Array]:
+        """τ and σ of the prediction."""
+        return self.through(step.sigma, step.v, step.tau)
+
+    def through(self, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
+        """The same from any σ, v and τ."""
+        last = box_problem(self._solver, self._law, v - self.layer.apply(sigma), tau, sigma, FORESIGHT)
+        return last.pieces.tau if last.wrong == 0 else last.tau, last.sigma
+
+
+Guess = tuple[Array, Array, Array]
+"""τ, σ and v."""
+
+
+def _first_guess(
+    system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: Restricted, foretell: _Foresight | None
+) -> Guess:
+    base = system.u_0
+    stuck = everywhere(base, law, 0.0)
+    if iteration.start is not None:
+        v, sigma = iteration.start
+        return next_tau(Pieces.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
+    if foretell is not None:
+        sigma, v = first_guess(foretell.layer, solver, base)
+        return *foretell.through(sigma, v, stuck), v
+    return stuck, np.zeros_like(base), base
+
+
+def _tau_of(law: ContactLaw, v: Array, sigma: Array) -> Array:
+    """ρv - σ with a ρ that gives both a weight."""
+    size = float(np.linalg.norm(v)), float(np.linalg.norm(sigma))
+    return (size[1] / size[0] if min(size) > 0.0 else 1.0) * v - sigma
+
+
+def everywhere(like: Array, law: ContactLaw, slip: float) -> Array:
+    """τ of contact everywhere: sticking, or slipping one way along the first tangent."""
+    tau = np.zeros(like.shape)
+    if len(law.groups) > 1:
+        tau[:, law.groups[1]] = 1.0
+    tau[:, 0] = slip * FAR
+    return tau
+
+
+class _Run:
+    """One run: attempts from several sets, one history."""
+
+    def __init__(
+        self, system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: Restricted,
+        foretell: Predictor | None,
+    ) -> None:  # fmt: skip
+        self.system, self.law, self.iteration, self.solver, self.foretell = system, law, iteration, solver, foretell
+        self.recorder = Recorder(law, system, iteration)
+        self.reason = ""
+
+    def state(self, first: Guess) -> ContactState:
+        """Where the first attempt that ends well ends, or the last one of all."""
+        state = None
+        for tau, sigma, v in self._starts(first):
+            state = self._attempt(tau, sigma, v)
+            if state.converged or state.stopped or self.recorder.exhausted:
+                break
+        assert state is not None
+        return state
+
+    def _starts(self, first: Guess) -> Iterator[Guess]:
+        yield first
+        tau, sigma, v = first
+        closed = self.law.states(tau) != OPEN
+        stuck = everywhere(tau, self.law, 0.0)
+        # of a law without normal components, or in plane Tresca friction, no attempt fails
+        yield np.where(closed[:, None], stuck, tau), sigma, v
+        for slip in (0.0, 1.0, -1.0):
+            yield everywhere(tau, self.law, slip), np.zeros_like(sigma), self.system.u_0
+
+    def _attempt(self, tau: Array, sigma: Array, v: Array) -> ContactState:
+        """Steps until no node is wrong, the sets repeat, or the loads find no equilibrium."""
+        system, law, recorder = self.system, self.law, self.recorder
+        state: ContactState | None = None
+        alpha, tries = None, 0
+        while True:
+            steps = pivots(self.solver, law, system.u_0, system.modes, tau, sigma=sigma, alpha=alpha, predict=self.foretell)
+            for step in steps:
+                state = self._told(step, sigma, v)
+                sigma, v, alpha = step.sigma, step.v, step.alpha
+                if state.converged or state.stopped or recorder.exhausted:
+                    return state
+                if step.wrong == 0 and step.unbalanced > BALANCED:
+                    break
+            else:
+                assert state is not None
+                state.reason = f"the sets repeat; {state.reason}"
+                return state
+            tries += 1
+            states = step.pieces.states
+            if tries > TRIES or not np.any(states == SLIP):
+                state.reason = f"no equilibrium: the loads move a body that contact does not hold; {state.reason}"
+                return state
+            tau = step.pieces.tau.copy()
+            tau[np.ix_(states == SLIP, np.arange(law.k)[law.groups[0]])] = 0.0
+
+    def _told(self, step: Pivot, old_sigma: Array, old_v: Array) -> ContactState:
+        """The step noted and judged."""
+        recorder, system = self.recorder, self.system
+        sigma, v = step.sigma, step.v
         recorder.step(
-            v, sigma, v - old_v, sigma - old_sigma, rho=rho, residual=residual, ksp_iterations=compliance.ksp_iterations
+            (old_v, old_sigma), v, sigma, v - old_v, sigma - old_sigma, ksp_iterations=self.solver.ksp_iterations
         )
-        reason, converged = f"{step.wrong} nodes on the wrong side", False
-        ends = step.wrong == 0 or recorder.exhausted
-        if ends:
-            relative = criterion.relative_residual(law, v, sigma, weight, rho)
-            reason += f", relative friction residual {relative:.1e}"
-            converged = step.wrong == 0 and relative <= criterion.tolerance
-            rho = balanced_rho(v, sigma, weight, rho)
-        state = recorder.tell(v, sigma, rho, reason, converged=converged)
-        if ends or state.stopped:
-            break
-        old_v, old_sigma = v, sigma
-    return state
+        unbalanced = max(step.unbalanced, equilibrium_defect(system, sigma))
+        relative = relative_residual(self.law, system, v, sigma)
+        small = max(relative, unbalanced) <= self.iteration.criterion.tolerance
+        converged = small and (step.wrong == 0 or relative <= ROUND_OFF)
+        reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"
+        if system.modes is not None:
+            reason += f", equilibrium {unbalanced:.1e}"
+        state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=converged)
+        state.alpha = step.alpha
+        return state
+
+
+def equilibrium_defect(system: ContactSystem, sigma: Array) -> float:
+    """Largest |Eσ + f| over the work of all tractions and loads on the same motion; 0 without rigid motions."""
+    modes = system.modes
+    if modes is None or not len(modes.load):
+        return 0.0
+    defect = np.abs(modes.load + np.tensordot(modes.resultant, sigma, 2))
+    size = np.abs(modes.load) + np.tensordot(np.abs(modes.resultant), np.abs(sigma), 2)
+    return float(np.max(np.divide(defect, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
+

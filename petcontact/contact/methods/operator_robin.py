@@ -1,26 +1,26 @@
 """Operator-valued Robin condition: Algorithm 1 with T⁻¹ in the place of ρ, as many iterations on every mesh.
 
 With T spectrally equivalent to S the step (T + S) δσ = -ω T(σ - q) contracts at a rate that knows no h. Here q is the
-projection of σ - T⁻¹v onto |q| <= g in the metric of T: the contact problem of the layer through (σ, v), which costs no
-elastic solve. This is relaxed Douglas-Rachford splitting in the inner product of T, convergent for 0 < ω < 2.
+projection of σ - T⁻¹v onto what the law allows in the metric of T: the contact problem of T through (σ, v), which
+costs no elastic solve. This is relaxed Douglas-Rachford splitting in the inner product of T, convergent for 0 < ω < 2
+where the law is that of a potential.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
+from ...errors import InputError
 from ...model.solver_options import Method
-from ..active_set import solve_box
-from ..friction_law import balanced_rho, contact_norm
+from ..active_set import box_problem
+from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
-from ..laws import Tresca
-from ..restricted import contact_compliance
+from ..laws import ContactLaw
+from ..restricted import LayerCompliance, restricted_to
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
-from .newton import first_guess
+from .newton import everywhere, first_guess
 
 
 @dataclass(frozen=True)
@@ -35,40 +35,45 @@ class OperatorRobin:
 
     omega: float
 
-    def __call__(self, system: ContactSystem, law: Tresca, iteration: Iteration) -> ContactState:
-        """As `ContactMethod`; starts from T's answer for full stick."""
-        weight, criterion = system.weight, iteration.criterion
+    def __call__(self, system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
+        """As `ContactMethod`; starts from T's answer for full stick.
+
+        Raises
+        ------
+        InputError
+            If a body is held by nothing but contact, or the system has no T.
+        """
         layer = system.surrogate()
-        compliance = contact_compliance(system, layer)
-        base = system.u_0
-        sigma, v = first_guess(layer, compliance, base)
+        if layer is None or system.modes is not None:
+            raise InputError("method.name: operator-robin needs plane bodies that are held; use semismooth-newton")
+        criterion, base = iteration.criterion, system.u_0
+        inner = LayerCompliance(layer)
+        solver = restricted_to(system, layer)
+        sigma, v = first_guess(layer, solver, base)
         if iteration.start is not None:
             sigma = iteration.start[1]
-            v = base + compliance.apply(sigma)
-        active = np.zeros(base.shape, dtype=np.int8)
-        recorder = Recorder(law, weight, iteration)
+            v = base + solver.apply(sigma)
+        tau = everywhere(base, law, 0.0)
+        recorder = Recorder(law, system, iteration)
         try:
             while not recorder.exhausted:
-                step = solve_box(layer, v - layer.apply(sigma), law.bound[:, None], active, sigma)
-                active = step.active
-                rho = balanced_rho(v, sigma, weight, 1.0)
-                residual = contact_norm(law.residual(v, sigma, rho), weight)
-                dsigma = compliance.sum_solve(-self.omega * layer.apply(sigma - step.sigma))
-                dv = compliance.apply(dsigma)
+                step = box_problem(inner, law, v - layer.apply(sigma), tau, sigma)
+                tau, old = step.pieces.tau, (v, sigma)
+                rho = recorder.balanced(v, sigma)
+                dsigma = solver.sum_solve(-self.omega * layer.apply(sigma - step.sigma))
+                dv = solver.apply(dsigma)
                 sigma, v = sigma + dsigma, v + dv
-                change, _ = recorder.step(
-                    v, sigma, dv, dsigma, rho=rho, residual=residual, ksp_iterations=compliance.ksp_iterations
-                )
-                relative = criterion.relative_residual(law, v, sigma, weight, rho, recorder.largest)
+                change, _ = recorder.step(old, v, sigma, dv, dsigma, rho=rho, ksp_iterations=solver.ksp_iterations)
+                relative = relative_residual(law, system, v, sigma, scale=recorder.largest)
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
-                rho = balanced_rho(v, sigma, weight, rho)
+                rho = recorder.balanced(v, sigma)
                 state = recorder.tell(v, sigma, rho, reason, converged=criterion.met(change, relative))
                 if state.converged or state.stopped:
                     return state
             reason = f"max_iterations = {iteration.max_iterations} reached; {reason}"
             return ContactState(v, sigma, rho, False, reason, recorder.history)
         finally:
-            compliance.close()
+            solver.close()
 
 
 def build(options: Method, rule: Rule | None) -> OperatorRobin:

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import copy
 from dataclasses import dataclass
 
 import numpy as np
 
+from ...arrays import Array
 from ...errors import SolverError
 from ...model.solver_options import Method
-from ..friction_law import contact_norm
+from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
-from ..laws import ContactLaw
+from ..laws import ContactLaw, law_residual
 from ..rho_rules import Rule, make_rule
 from ..state import ContactState
 from ..system import ContactSystem
@@ -43,13 +45,16 @@ class Projection:
         SolverError
             If an iterate or the rule's ρ is not finite, or ρ is not positive.
         """
-        weight, criterion, rho = system.weight, iteration.criterion, self.rho
-        v, sigma = (np.zeros((len(weight), law.k)),) * 2 if iteration.start is None else iteration.start
-        recorder = Recorder(law, weight, iteration)
+        criterion = iteration.criterion
+        rho: float | Array = self.rho
+        v, sigma = (np.zeros_like(system.u_0),) * 2 if iteration.start is None else iteration.start
+        recorder = Recorder(law, system, iteration)
+        # a rule counts: each group of components has its own
+        rules = [self.rule, *(copy.deepcopy(self.rule) for _ in law.groups[1:])]
         # the given start need not satisfy v = u_0 + Sσ: the first step is solved whole, later ones for their increments
         consistent = False
         while not recorder.exhausted:
-            residual = law.residual(v, sigma, rho)
+            old, residual = (v, sigma), law_residual(law, v, sigma, rho)
             if consistent:
                 dv, dsigma = system.robin_increment(rho, -self.omega * residual)
                 v, sigma = v + dv, sigma + dsigma
@@ -58,21 +63,31 @@ class Projection:
                 dv, dsigma, v, sigma = new_v - v, new_sigma - sigma, new_v, new_sigma
                 consistent = True
             change, balance = recorder.step(
-                v, sigma, dv, dsigma, rho=rho, residual=contact_norm(residual, weight), ksp_iterations=system.ksp_iterations
+                old, v, sigma, dv, dsigma, rho=rho, residual=residual, ksp_iterations=system.ksp_iterations
             )
             state = recorder.tell(v, sigma, rho)
             if state.stopped:
                 return state
             relative = np.inf
             if criterion.stop == "residual" or change <= criterion.tolerance:
-                relative = criterion.relative_residual(law, v, sigma, weight, rho, recorder.largest)
+                relative = relative_residual(law, system, v, sigma, float(np.max(rho)), recorder.largest)
             if criterion.met(change, relative):
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
                 return ContactState(v, sigma, rho, True, reason, recorder.history)
-            if not np.isnan(balance):
-                rho = _checked(self.rule.update(rho, balance), len(recorder.history))
+            rho = self._updated(rules, law, rho, balance, len(recorder.history))
         reason = f"max_iterations = {iteration.max_iterations} reached with change {change:.1e} > {criterion.tolerance:g}"
         return ContactState(v, sigma, rho, False, reason, recorder.history)
+
+    @staticmethod
+    def _updated(rules: list[Rule], law: ContactLaw, rho: float | Array, balance: float | Array, k: int) -> float | Array:
+        """ρ_{k+1} of each group of components."""
+        if len(rules) == 1:
+            return rho if np.isnan(balance) else _checked(rules[0].update(rho, balance), k)  # type: ignore[arg-type]
+        new = np.array(np.broadcast_to(rho, law.k))
+        for rule, group, w in zip(rules, law.groups, np.atleast_1d(balance), strict=True):
+            if not np.isnan(w):
+                new[group] = _checked(rule.update(float(new[group][0]), float(w)), k)
+        return new
 
 
 def build(options: Method, rule: Rule | None) -> Projection:

@@ -17,7 +17,6 @@ from ...arrays import Array
 from ...errors import InputError, SolverError
 from ...model.solver_options import Method
 from ...runtime.petsc import petsc
-from ..friction_law import balanced_rho, contact_norm
 from ..iteration import ContactMethod, Iteration, Recorder
 from ..laws import ContactLaw, Tresca
 from ..rho_rules import Rule
@@ -75,14 +74,11 @@ def build(options: Method, rule: Rule | None) -> ContactMethod:
 
 def _rows(system: ContactSystem, law: Tresca, iterates: list[Array], iteration: Iteration) -> History:
     """A row of history for each of TAO's iterations."""
-    weight = system.weight
-    recorder, old = Recorder(law, weight, iteration), None
+    recorder, old = Recorder(law, system, iteration), None
     for sigma in iterates:
         new = system.u_0 + system.apply(sigma[:, None]), sigma[:, None]
         if old is not None:
-            rho = balanced_rho(*old, weight, 1.0)
-            residual = contact_norm(law.residual(*old, rho), weight)
-            recorder.step(*new, new[0] - old[0], new[1] - old[1], rho=rho, residual=residual, ksp_iterations=0)
+            recorder.step(old, *new, new[0] - old[0], new[1] - old[1], ksp_iterations=0)
         old = new
     return recorder.history
 

@@ -8,9 +8,11 @@ from conftest import example
 
 from petcontact import Bem, Contact, Displacement, InputError, MeshOptions, Method, Polygon, Traction
 from petcontact.compliance.layer.operator import LayerOperator
-from petcontact.contact.active_set import solve_box
+from petcontact.contact.active_set import box_problem
 from petcontact.contact.friction_law import contact_norm
+from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.tao import minimise
+from petcontact.contact.restricted import LayerCompliance
 from petcontact.model.solver_options import DEFAULT_METHOD
 from petcontact.pipeline.prepare import prepare
 from petcontact.pipeline.run import iterate
@@ -137,8 +139,9 @@ def test_box_problem_of_the_layer_is_its_contact_problem():
     """Optimality of the projection in the metric of T, by a projected gradient that must not descend."""
     layer = LayerOperator(prepare_operators())
     rng = np.random.default_rng(5)
-    base, bound = rng.standard_normal((layer.size, 1)) * 1e-2, np.full((layer.size, 1), 150.0)
-    step = solve_box(layer, base, bound, np.zeros(base.shape, dtype=np.int8), np.zeros_like(base))
+    base, bound = rng.standard_normal((layer.size, 1)) * 1e-2, 150.0
+    law, zero = Tresca(np.full(layer.size, bound)), np.zeros_like(base)
+    step = box_problem(LayerCompliance(layer), law, base, zero, zero)
 
     def energy(q):
         return float(np.sum(0.5 * q * layer.apply(q) + q * base))

@@ -12,10 +12,12 @@ from hypothesis import strategies as st
 
 import petcontact.contact.restricted
 from petcontact import MeshOptions
-from petcontact.contact.active_set import initial_set, pivots, revised_set, solve_box
+from petcontact.contact.active_set import Pieces, box_problem, pivots
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
+from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.newton import SemismoothNewton
+from petcontact.contact.restricted import DirectCompliance
 from petcontact.pipeline.prepare import prepare
 
 
@@ -24,19 +26,20 @@ def newton(prepared, max_iterations, predict=None, **keywords):
     return SemismoothNewton(predict)(prepared.system, prepared.law, iteration)
 
 
-class Dense:
-    """A compliance given as a matrix."""
+class System:
+    """A contact system given by its matrix and u_0."""
 
-    def __init__(self, matrix):
-        self.matrix = matrix
+    matrix_free, modes, ksp_iterations, elastic_solves, applications = False, None, 0, 0, 0
 
-    def apply(self, x):
-        return self.matrix @ x
+    def __init__(self, matrix, base):
+        self.matrix, self.u_0, self.weight = matrix, base, np.ones(len(base))
 
-    def stick_solve(self, stick, rhs):
-        x = np.zeros_like(rhs)
-        x[stick] = np.linalg.solve(self.matrix[np.ix_(stick, stick)], rhs[stick])
-        return x
+    def compliance(self):
+        return self.matrix
+
+
+def restricted(matrix, base):
+    return DirectCompliance(System(matrix, base[:, None]), None)
 
 
 def satisfies(matrix, base, bound, sigma, u):
@@ -54,10 +57,12 @@ def test_any_positive_definite_matrix_is_solved(m, seed, skewness):
     factor, skew = rng.standard_normal((m, m)), rng.standard_normal((m, m))
     matrix = factor @ factor.T + 0.05 * np.eye(m) + skewness * (skew - skew.T)
     base, bound = 3 * rng.standard_normal(m), np.where(rng.random(m) < 0.1, 0.0, rng.random(m))
-    start = rng.integers(-1, 2, m).astype(np.int8)
-    steps = list(itertools.islice(pivots(Dense(matrix), base, bound, start, np.zeros(m)), 2000))
-    assert steps[-1].wrong == 0
-    satisfies(matrix, base, bound, steps[-1].sigma, steps[-1].u)
+    start = 2.0 * rng.integers(-1, 2, (m, 1))
+    for last in itertools.islice(pivots(restricted(matrix, base), Tresca(bound), base[:, None], None, start), 2000):
+        if last.wrong == 0:
+            break
+    assert last.wrong == 0
+    satisfies(matrix, base, bound, last.sigma[:, 0], last.v[:, 0])
 
 
 def test_backup_ends_where_full_exchanges_cycle():
@@ -66,25 +71,28 @@ def test_backup_ends_where_full_exchanges_cycle():
     for seed in range(300):
         rng = np.random.default_rng(seed)
         skew = rng.standard_normal((6, 6))
-        matrix, base, bound = 0.3 * np.eye(6) + skew - skew.T, rng.standard_normal(6), np.full(6, 0.5)
-        active, seen = np.zeros(6, dtype=np.int8), set()
-        while active.tobytes() not in seen:
-            seen.add(active.tobytes())
-            step = next(pivots(Dense(matrix), base, bound, active, np.zeros(6)))
-            if step.wrong == 0:
+        matrix, base, law = 0.3 * np.eye(6) + skew - skew.T, rng.standard_normal(6), Tresca(np.full(6, 0.5))
+        solver, tau, seen = restricted(matrix, base), np.zeros((6, 1)), set()
+        while True:
+            step = next(pivots(solver, law, base[:, None], None, tau))
+            signs = np.sign(tau) * step.pieces.states[:, None]
+            if step.wrong == 0 or signs.tobytes() in seen:
                 break
-            active = revised_set(step.active, step.sigma, np.where(active == 0, 0.0, step.u), bound, 1e-12)
+            seen.add(signs.tobytes())
+            tau = step.tau
         cycling += step.wrong > 0
-        last = solve_box(Dense(matrix), base, bound, np.zeros(6, dtype=np.int8), np.zeros(6))
-        satisfies(matrix, base, bound, last.sigma, last.u)
+        last = box_problem(solver, law, base[:, None], np.zeros((6, 1)), np.zeros((6, 1)))
+        assert last.wrong == 0
+        satisfies(matrix, base, law.bound, last.sigma[:, 0], last.v[:, 0])
     assert cycling > 0
 
 
-def test_sets_of_hand_made_states():
-    sigma, u, bound = np.array([2.0, 0.5, -1.0, 1.0]), np.array([0.0, 0.0, 0.4, -0.3]), np.ones(4)
-    assert initial_set(sigma, u, bound, 1.0).tolist() == [1, 0, -1, 1]
-    revised = revised_set(np.array([0, 0, -1, 1], dtype=np.int8), sigma, -u, bound, 0.0)
-    assert revised.tolist() == [1, 0, 0, 0]
+def test_pieces_of_hand_made_states():
+    law = Tresca(np.array([1.0, 1.0, 1.0, 0.0]))
+    pieces = Pieces.at(law, np.array([[2.0], [0.5], [-3.0], [0.0]]))
+    assert pieces.states.tobytes() == bytes([1, 0, 1, 1])
+    assert pieces.held[:, 0].tolist() == pieces.seen[:, 0].tolist() == [False, True, False, False]
+    assert pieces.constant[:, 0].tolist() == [-1.0, 0.0, 1.0, 0.0]
 
 
 @pytest.mark.parametrize("number", [1, 2])
