@@ -7,14 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Index
-from ..bem.kernels import kernel_for
+from ..bem.kernels import EXPANSIONS, kernel_for
 from ..errors import InputError
+from ..mesh.boundary_mesh import Batch
 from ..mesh.curve_mesh import CurveMesh
 from ..model.problem import Material
 from .smoothing import smoothed
 
 ENTRIES = 400_000
 """Pairs of a node and a point that are taken at once, so that memory stays small."""
+SERIES = 10_000
+"""Points at which a series is summed at once."""
+GROUP = 64
+"""Elements of one kind that are seen together from afar."""
 
 
 @dataclass(frozen=True)
@@ -111,15 +116,24 @@ def field_at(mesh: CurveMesh, u: Array, traction: Array, material: Material, poi
     scaled = traction / kernel.traction_scale
     displacement, stress = np.zeros((len(points), d)), np.zeros((len(points), d * (d + 1) // 2))
     wound = np.zeros(len(points))
-    batches = mesh.batches()
-    step = max(1, ENTRIES // mesh.n_nodes)
-    for first in range(0, len(points), step):
-        rows = slice(first, min(first + step, len(points)))
-        targets = mesh.points(points[rows])
-        for batch in batches:
-            pushed, moved = scaled[batch.nodes], u[batch.nodes]
-            kernel_g, kernel_h = kernel.integrals(targets, batch.elements)
-            kernel_d, kernel_s = kernel.stress_integrals(targets, batch.elements)
+    many = mesh.n_nodes * len(points) > ENTRIES
+    for group in _groups(mesh, GROUP if many else mesh.n_elements):
+        pushed, moved = scaled[group.nodes], u[group.nodes]
+        expand, near = EXPANSIONS.get(type(kernel)), np.arange(len(points))
+        if expand is not None and many:
+            series = expand(kernel, group.elements, moved, pushed)
+            is_near = series.near(points)
+            near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
+            for first in range(0, len(far), SERIES):
+                rows = far[first : first + SERIES]
+                for total, part in zip((displacement, stress, wound), series.at(points[rows]), strict=True):
+                    total[rows] += part
+        step = max(1, ENTRIES // len(group.nodes))
+        for first in range(0, len(near), step):
+            rows = near[first : first + step]
+            targets = mesh.points(points[rows])
+            kernel_g, kernel_h = kernel.integrals(targets, group.elements)
+            kernel_d, kernel_s = kernel.stress_integrals(targets, group.elements)
             assert kernel_g is not None and kernel_h is not None
             for i in range(d):
                 for j in range(d):
@@ -134,6 +148,18 @@ def field_at(mesh: CurveMesh, u: Array, traction: Array, material: Material, poi
         place = ", ".join(f"{value:g}" for value in points[outside[0]])
         raise InputError(f"points: ({place}) does not lie inside the body ({len(outside)} of {len(points)} do not)")
     return displacement, kernel.traction_scale * stress
+
+
+def _groups(mesh: CurveMesh, step: int) -> list[Batch]:
+    """All elements, `step` of one kind at a time."""
+    result = []
+    for batch in mesh.batches():
+        count = len(batch.elements.index)
+        per_element = len(batch.nodes) // count
+        for first in range(0, count, step):
+            elements = mesh.elements(batch.elements.index[first : first + step])
+            result.append(Batch(elements, batch.nodes[first * per_element : (first + step) * per_element]))
+    return result
 
 
 def field_on_grid(

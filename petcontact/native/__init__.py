@@ -37,7 +37,7 @@ def _library() -> ctypes.CDLL | None:
 
 @functools.cache
 def function(name: str, arguments: str) -> Compiled | None:
-    """A function of the library, or None where there is none.
+    """A function of the library, or None where there is none (or one that was built before the function was written).
 
     Parameters
     ----------
@@ -45,10 +45,9 @@ def function(name: str, arguments: str) -> Compiled | None:
     arguments : str
         A letter for each: i for int64_t, d for double, p for a pointer (see `pointer`).
     """
-    library = _library()
-    if library is None:
+    found: Any = getattr(_library(), name, None)
+    if found is None:
         return None
-    found: Any = getattr(library, name)
     found.argtypes, found.restype = [_TYPES[letter] for letter in arguments], None
     return found  # type: ignore[no-any-return]
 

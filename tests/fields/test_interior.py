@@ -8,6 +8,7 @@ import pytest
 import shapely
 from conftest import example
 
+import petcontact.fields.interior
 from petcontact import (
     Circle,
     InputError,
@@ -24,6 +25,7 @@ from petcontact.fields.interior import Field, field_at, field_on_grid, principal
 from petcontact.fields.interior_grid import triangulate
 from petcontact.fields.smoothing import smoothed
 from petcontact.mesh.grading import mesh_outline
+from petcontact.pipeline.prepare import discretise
 from petcontact.results.field_figure import deformed_figure
 from petcontact.results.vtu import write_boundary_vtu, write_vtu
 
@@ -264,3 +266,19 @@ def test_field_of_a_stored_result(solved, tmp_path):
         strict=True,
     ):
         assert np.array_equal(one, other)
+
+
+@pytest.mark.parametrize("body", [BODY, None], ids=["arcs", "straight"])
+def test_groups_seen_from_afar_are_the_sum_of_their_elements(monkeypatch, body):
+    """The series of the potentials against the integrals, at points from well inside to almost on the boundary."""
+    mesh = meshed(body, element_size=0.02) if body else discretise(example(2, mesh=MeshOptions(element_size=0.02))).mesh
+    x = mesh.x
+    u = np.stack([np.sin(x[:, 0]) * x[:, 1], np.cos(2 * x[:, 1])], axis=1)
+    traction = 1e4 * np.stack([mesh.normal[:, 0] * x[:, 1], np.cos(x[:, 0])], axis=1)
+    depth = np.tile([1e-4, 0.02, 0.1, 0.3], len(x) // 4 + 1)[: len(x)]
+    points = (x - depth[:, None] * mesh.normal)[:: max(1, len(x) // 300)]
+    ours = field_at(mesh, u, traction, STEEL, points)
+    assert mesh.n_nodes * len(points) > petcontact.fields.interior.ENTRIES // 3  # three nodes an element when smoothed
+    monkeypatch.setattr(petcontact.fields.interior, "EXPANSIONS", {})
+    for one, other in zip(ours, field_at(mesh, u, traction, STEEL, points), strict=True):
+        assert np.abs(one - other).max() <= 1e-12 * np.abs(other).max()

@@ -1,0 +1,137 @@
+"""What a group of elements adds to displacement and stress far from it: the series of its complex potentials.
+
+With Goursat's potentials about the group's centre c, z = y - c (κ = 3-4ν, units in which 2µ = 1):
+
+    u = κφ - z φ̄' - χ̄,    σ_xx + σ_yy = 4 Re φ',    (σ_xx - σ_yy)/2 - iσ_xy = -(z̄ φ'' + χ')
+
+Somigliana's identity gives, t, u and s = x - c complex at x, ζ = s - z and C = 1/(4π(1-ν)),
+
+    φ' =  C/2 ∫ t ds/ζ - iC/2 ∫ u dx/ζ²
+    χ' = -C/2 ∫ (κ t̄ ds/ζ + s̄ t ds/ζ²) - iC/2 ∫ ((u dx̄ - ū dx)/ζ² - 2 s̄ u dx/ζ³)
+
+and 1/ζ = -Σ s^k z^(-k-1) turns both into Laurent series; the free constant of u is C ∫ t ds (κ ln ℓ + ½).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Array, Complex
+from ...mesh.basis import gauss, product_weights
+from ...mesh.elements import Elements
+from .integrals import shape_of
+from .kernel import Kelvin2D
+
+TERMS = 44
+REACH = 2.5
+"""Radii from the centre beyond which the series serve: TERMS of them are exact to 1e-14 there."""
+POINTS = 32
+"""Gauss points an element: the moments are polynomials of degree TERMS on a group that is one straight element."""
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """The field of one group of elements.
+
+    Attributes
+    ----------
+    centre : complex
+    radius : float
+        Of a disk about the centre with all elements inside [length].
+    rate, other, winding : (TERMS,) arrays
+        Coefficients of z^(-k-1) in φ', χ' and ∫ dx/ζ, lengths in radii.
+    constant : complex
+    factor : float
+        κ.
+    unit_length : float
+        Of the kernel [length].
+    """
+
+    centre: complex
+    radius: float
+    rate: Complex
+    other: Complex
+    winding: Complex
+    constant: complex
+    factor: float
+    unit_length: float
+
+    def near(self, points: Array) -> Array:
+        """Which points (m, 2) are too near for `at`, (m,)."""
+        return np.asarray(np.abs(points[:, 0] + 1j * points[:, 1] - self.centre) < REACH * self.radius)
+
+    def at(self, points: Array) -> tuple[Array, Array, Array]:
+        """Displacement (m, 2), stress over `traction_scale` (m, 3), and the turns of the group round each point (m,)."""
+        z: Complex = (points[:, 0] + 1j * points[:, 1] - self.centre) / self.radius
+        k = np.arange(TERMS)
+        powers = np.empty((TERMS, len(z)), dtype=np.complex128)
+        np.divide(1.0, z, out=powers[0])
+        for i in range(1, TERMS):
+            np.multiply(powers[i - 1], powers[0], out=powers[i])
+        # the antiderivatives but for their logarithms, and the derivative of φ'
+        integral = [-np.append(series[1:] / k[1:], 0.0) for series in (self.rate, self.other)]
+        columns = np.stack([self.rate, self.other, self.winding, *integral, -(k + 1) * self.rate])
+        rate, other, winding, phi, chi, second = columns @ powers
+        log = np.log(np.abs(self.radius * z))
+        u = self.radius * (self.factor * phi - z * rate.conj() - chi.conj()) + self.constant
+        u += 2.0 * self.radius * self.factor * self.rate[0] * log
+        mean = 2.0 * rate.real
+        deviator = -(z.conj() * powers[0] * second + other)
+        stress = np.stack([mean + deviator.real, mean - deviator.real, -deviator.imag], axis=1)
+        return np.stack([u.real, u.imag], axis=1), self.unit_length * stress, winding.imag / (2.0 * np.pi)
+
+
+def expansion(kernel: Kelvin2D, elements: Elements, u: Array, scaled: Array) -> Expansion:
+    """The field of some elements of one kind.
+
+    Parameters
+    ----------
+    kernel : Kelvin2D
+    elements : Elements
+        Straight and bent.
+    u, scaled : (n(p+1), 2) arrays
+        Displacement [length] at their nodes, and traction over the kernel's `traction_scale` [length].
+    """
+    order = elements.order
+    x, dx = np.empty((2, POINTS, len(elements.index)), dtype=np.complex128)
+    for chosen in (np.flatnonzero(~elements.curved), np.flatnonzero(elements.curved)):
+        if len(chosen):
+            x[:, chosen], dx[:, chosen] = shape_of(elements.take(chosen)).nodes(POINTS)
+    _, product = product_weights(order, POINTS)
+    # values at the points, times the weights
+    u_x, t = (
+        np.einsum("bq,nb->qn", product, (values[:, 0] + 1j * values[:, 1]).reshape(-1, order + 1)).ravel()
+        for values in (u, scaled / kernel.unit_length)
+    )
+    ends = np.concatenate([elements.start, elements.end])
+    centre = complex(*(0.5 * (ends.min(axis=0) + ends.max(axis=0))))
+    radius = float(max(np.abs(x - centre).max(), np.hypot(*(ends - [centre.real, centre.imag]).T).max()))
+    s: Complex = ((x - centre) / radius).ravel()
+    weight, dx = np.repeat(gauss(POINTS - 1)[1], len(elements.index)), dx.ravel() / radius
+    ds = np.abs(dx)
+    mixed = u_x * dx.conj() - u_x.conj() * dx
+    densities = np.stack([t * ds, t.conj() * ds, s.conj() * t * ds, u_x * dx, mixed, s.conj() * u_x * dx, weight * dx])
+    moments = np.empty((len(densities), TERMS), dtype=np.complex128)
+    power = np.ones_like(s)
+    for i in range(TERMS):
+        moments[:, i] = densities @ power
+        power = power * s
+    k = np.arange(TERMS)
+    single, conjugate, lifted, double, other_double, lifted_double, winding = moments
+    ratio = kernel.material.plane_strain_ratio
+    scale, factor = 1.0 / (4.0 * np.pi * (1.0 - ratio)), 3.0 - 4.0 * ratio
+
+    def squared(series: Complex) -> Complex:
+        """Coefficients of ∫ density/ζ², from the moments of the density."""
+        return np.append(0.0, k[1:] * series[:-1])
+
+    def cubed(series: Complex) -> Complex:
+        return np.concatenate([[0.0, 0.0], -0.5 * k[1:-1] * k[2:] * series[:-2]])
+
+    rate = -0.5 * scale * single - 0.5j * scale * squared(double) / radius
+    other = 0.5 * scale * (factor * conjugate - squared(lifted))
+    other = other - 0.5j * scale * (squared(other_double) - 2.0 * cubed(lifted_double)) / radius
+    constant = scale * radius * single[0] * (factor * np.log(kernel.unit_length) + 0.5)
+    return Expansion(centre, radius, rate, other, -winding, complex(constant), factor, kernel.unit_length)
