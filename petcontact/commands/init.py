@@ -12,6 +12,7 @@ KINDS = {
     "block": "a block on a foundation",
     "outline": "straight sides, arcs and a hole",
     "gmsh": "a body from a Gmsh mesh",
+    "bodies": "two bodies, Coulomb friction, load steps",
     "sweep": "many cases of a block",
 }
 

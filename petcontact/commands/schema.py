@@ -36,9 +36,10 @@ def schema_text(kind: str, as_markdown: bool = False) -> str:
     """The schema of problem or sweep files, as JSON or as Markdown."""
     import json
 
+    from ..model.assembly import Assembly
     from ..model.case import Case
     from ..model.reference import json_schema, markdown
     from ..sweep.cases import SweepFile
 
-    model: Any = {"problem": Case, "sweep": SweepFile}[kind]
-    return markdown(model) if as_markdown else json.dumps(json_schema(model), indent=1, ensure_ascii=False) + "\n"
+    models: Any = {"body": Assembly, "": Case} if kind == "problem" else {"": SweepFile}
+    return markdown(models) if as_markdown else json.dumps(json_schema(models), indent=1, ensure_ascii=False) + "\n"

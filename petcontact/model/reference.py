@@ -5,9 +5,11 @@ from __future__ import annotations
 import json
 import re
 import typing
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+from pydantic.json_schema import models_json_schema
 
 from .base import Model, models_in
 
@@ -27,28 +29,36 @@ def described(cls: type[Model]) -> dict[str, str]:
     }  # fmt: skip
 
 
-def json_schema(cls: type[Model]) -> dict[str, Any]:
-    """The JSON Schema of a model, with the descriptions of its docstrings.
+def json_schema(models: Mapping[str, type[Model]]) -> dict[str, Any]:
+    """The JSON Schema of a file, with the descriptions of the docstrings.
 
     Parameters
     ----------
-    cls : type of Model
-        `Case` for a problem file, `SweepFile` for a sweep file.
+    models : mapping of str to type of Model
+        What the file may be, each by the key that tells it; the last one, with the key "", is what it is otherwise.
     """
-    schema = cls.model_json_schema()
-    for model in _reached(cls):
-        entry = schema if model is cls else schema["$defs"][model.__name__]
+    keys, definitions = models_json_schema([(model, "validation") for model in models.values()])
+    for model in {model for root in models.values() for _, model in _places(root)}:
+        entry = definitions["$defs"][model.__name__]
         entry["description"] = _summary(model)
         for name, text in described(model).items():
             if name in entry["properties"]:
                 entry["properties"][name]["description"] = text
-    return {"$schema": "http://json-schema.org/draft-07/schema#", **schema}
+    chosen: dict[str, Any] = {}
+    for key, model in reversed(models.items()):
+        this = keys[model, "validation"]
+        chosen = {"if": {"required": [key]}, "then": this, "else": chosen} if key else this
+    return {"$schema": "http://json-schema.org/draft-07/schema#", **chosen, **definitions}
 
 
-def markdown(cls: type[Model]) -> str:
-    """One table a model: key, what it takes, default, meaning."""
-    schema = json_schema(cls)
-    return "\n".join(_table(place, model, schema) for place, model in _places(cls))
+def markdown(models: Mapping[str, type[Model]]) -> str:
+    """One table a model: key, what it takes, default, meaning; what several files share is told once."""
+    definitions = json_schema(models)["$defs"]
+    places: dict[type[Model], str] = {}
+    for key, root in reversed(models.items()):
+        for place, model in _places(root):
+            places.setdefault(model, place or f"Top of the file{f', with `{key}`' if key else ''}")
+    return "\n".join(_table(place, model, definitions[model.__name__]) for model, place in places.items())
 
 
 def _places(cls: type[Model], place: str = "") -> list[tuple[str, type[Model]]]:
@@ -64,10 +74,6 @@ def _places(cls: type[Model], place: str = "") -> list[tuple[str, type[Model]]]:
                 if reached not in [other for _, other in found]:
                     found.append((f"{there}{tag if reached is model else ''}", reached))
     return found
-
-
-def _reached(cls: type[Model]) -> list[type[Model]]:
-    return [model for _, model in _places(cls)]
 
 
 def _tag(model: type[Model]) -> str:
@@ -89,9 +95,8 @@ def _summary(model: type[Model]) -> str:
     return " ".join((model.__doc__ or "").split("\n\n")[0].split())
 
 
-def _table(place: str, model: type[Model], schema: dict[str, Any]) -> str:
-    entry = schema if schema.get("title") == model.__name__ else schema["$defs"][model.__name__]
-    head = f"## `{place}`" if place else "## Top of the file"
+def _table(place: str, model: type[Model], entry: dict[str, Any]) -> str:
+    head = f"## `{place}`" if place.startswith("[") else f"## {place}"
     lines = [head, "", _summary(model), "", "| key | takes | default | meaning |", "| --- | --- | --- | --- |"]
     for name, item in entry["properties"].items():
         required = name in entry.get("required", ())
