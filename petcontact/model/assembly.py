@@ -26,6 +26,7 @@ class PointForce(Model):
     at : point
         Inside the body, not on its boundary [length].
     force : (fx, fy)
+        [force/length]
     name : str
         For load steps that change it.
     """
@@ -36,7 +37,23 @@ class PointForce(Model):
 
 
 class Body(Model):
-    """One elastic body; parts without a condition or a contact are free of traction."""
+    """One elastic body; parts without a condition or a contact are free of traction.
+
+    Attributes
+    ----------
+    name : str
+        Of the body.
+    material : Material
+        What it is made of.
+    geometry : Rectangle, Polygon, ...
+        Its shape.
+    mesh : MeshOptions
+        Sizes, order and grading of the elements.
+    boundary : list
+        Conditions of its parts.
+    point_force : list of PointForce
+        Forces at points inside.
+    """
 
     name: Name
     material: Material
@@ -56,13 +73,17 @@ class Obstacle(Model):
     Attributes
     ----------
     name : str
+        Of the obstacle.
     displacement : pair of float or "free"
         Of the centre [length].
     rotation : float or "free"
         About the centre, counter-clockwise [rad].
     centre : point
-    force, moment
-        From outside, where the component is free [force/length, force].
+        What it turns about [length].
+    force : (fx, fy)
+        From outside, where the component is free [force/length].
+    moment : float
+        From outside about the centre, where the rotation is free [force].
     """
 
     name: Name
@@ -79,18 +100,22 @@ class Pair(Model):
     Attributes
     ----------
     name : str
+        Of the pair.
     secondary : str
         "body.part": the side whose nodes are collocated; pressure and shear live there.
     primary : str
         "body.part", or the name of an obstacle.
     normal : {"unilateral", "bilateral", "bonded"}
+        May open, stays closed but may slip, or neither.
     gap : "geometry" or expression
         Initial gap [length]: the distance along the direction, or an expression in the secondary's x, y, nx, ny, s.
         "geometry" is 0 against an obstacle, and where the contact is bilateral or bonded.
     direction : vector, optional
         From the secondary to the primary; the secondary's outward normal by default [-].
-    friction_coefficient, friction_bound : expressions, optional
-        As in `Contact`.
+    friction_coefficient : expression, optional
+        µ >= 0 of Coulomb's law |σ_t| <= µp [-].
+    friction_bound : expression, optional
+        g >= 0 of Tresca's law |σ_t| <= g, a cap on Coulomb's [stress]; with neither the contact is frictionless.
     """
 
     name: Name
@@ -111,7 +136,27 @@ class Pair(Model):
 
 
 class Assembly(Model):
-    """A contact problem of several bodies, and how it is solved: one TOML file with [[body]]."""
+    """A contact problem of several bodies, and how it is solved: one TOML file with [[body]].
+
+    Attributes
+    ----------
+    title : str
+        Of the problem, for verdict and figures.
+    body : list of Body
+        The elastic bodies.
+    obstacle : list of Obstacle
+        Rigid bodies.
+    contact : list of Pair
+        Which parts may touch.
+    step : list of Step
+        Load steps, in order; without them the loads are applied in one.
+    method : Method
+        How the contact problem is solved.
+    bem : Bem
+        How the boundary operators are stored.
+    petsc : dict
+        PETSc options without the leading dash; `-options_file` and the command line have precedence.
+    """
 
     title: str = ""
     body: Annotated[tuple[Body, ...], pydantic.Field(min_length=1)]

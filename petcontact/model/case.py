@@ -25,7 +25,9 @@ class Case(Problem):
     Attributes
     ----------
     method : Method
+        How the contact problem is solved.
     bem : Bem
+        How the boundary operators are stored.
     petsc : dict
         PETSc options without the leading dash; `-options_file` and the command line have precedence.
     """

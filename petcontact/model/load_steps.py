@@ -39,7 +39,8 @@ class BoundaryChange(Model):
     body : str, optional
         Needed where there are several.
     part : str
-    value, pressure
+        Name of the part.
+    value, pressure : as in the condition
         As in the condition that it changes.
     """
 
@@ -56,7 +57,21 @@ class BoundaryChange(Model):
 
 
 class ObstacleChange(Model):
-    """New displacement, rotation, force or moment of an obstacle; what is not named stays."""
+    """New values of an obstacle; what is not named stays.
+
+    Attributes
+    ----------
+    name : str
+        Of the obstacle.
+    displacement : pair of float or "free"
+        [length]
+    rotation : float or "free"
+        [rad]
+    force : (fx, fy)
+        [force/length]
+    moment : float
+        [force]
+    """
 
     name: str
     displacement: tuple[Freedom, Freedom] | None = None
@@ -66,7 +81,15 @@ class ObstacleChange(Model):
 
 
 class PointForceChange(Model):
-    """A new value of a point force, by its name."""
+    """A new value of a point force.
+
+    Attributes
+    ----------
+    name : str
+        Of the point force.
+    force : (fx, fy)
+        [force/length]
+    """
 
     name: str
     force: tuple[Finite, Finite]
@@ -78,9 +101,10 @@ class Step(Model):
     Attributes
     ----------
     name : str
+        For verdict, files and figures.
     increments : int or "auto"
         Equal increments; "auto" begins with one and halves where the solver fails or the path error is too large.
-    boundary, obstacle, point_force : tuples
+    boundary, obstacle, point_force : lists
         What changes; the rest keeps the values it has at the end of the step before.
     """
 

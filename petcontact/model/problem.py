@@ -22,6 +22,7 @@ class Material(Model):
     poisson_ratio : float
         ν in (-1, 1/2); up to 1/2 itself in plane stress [-].
     plane : {"strain", "stress"}
+        A long body, or a thin plate.
     """
 
     young_modulus: Positive
@@ -52,7 +53,17 @@ Component = Expression
 
 
 class Displacement(Model):
-    """u = value on the part; a component that is "free" carries no traction (a roller)."""
+    """u = value on the part; a component that is "free" carries no traction (a roller).
+
+    Attributes
+    ----------
+    part : str
+        Name of the part.
+    condition : "displacement"
+        What is known on the part.
+    value : a number, an expression or "free" a component
+        Known displacement [length].
+    """
 
     part: str
     condition: Literal["displacement"] = "displacement"
@@ -60,7 +71,19 @@ class Displacement(Model):
 
 
 class Traction(Model):
-    """σ(u)n = value on the part, or -pressure·n [stress]."""
+    """σ(u)n = value on the part, or -pressure·n.
+
+    Attributes
+    ----------
+    part : str
+        Name of the part.
+    condition : "traction"
+        What is known on the part.
+    value : a number or an expression a component
+        Known traction [stress].
+    pressure : number or expression
+        Instead of value: the traction is -pressure·n [stress].
+    """
 
     part: str
     condition: Literal["traction"] = "traction"
@@ -83,6 +106,9 @@ class Contact(Model):
     Attributes
     ----------
     part : str
+        Name of the part.
+    condition : "contact"
+        What is known on the part.
     normal : {"bilateral", "unilateral", "bonded"}
         u_n = gap; pressure p >= 0 where the gap closes, none where it is open; or u = 0 altogether.
     gap : expression
@@ -111,7 +137,23 @@ Geometry = Annotated[Rectangle | Polygon | SideBySide | Gmsh, pydantic.Field(dis
 
 
 class Problem(Model):
-    """A contact problem of one body: what TOML says above `[method]`, and what Python builds with keyword arguments."""
+    """A contact problem of one body: what TOML says above `[method]`, and what Python builds with keyword arguments.
+
+    Attributes
+    ----------
+    title : str
+        Of the problem, for verdict and figures.
+    material : Material
+        What the body is made of.
+    geometry : Rectangle, Polygon, ...
+        Its shape.
+    mesh : MeshOptions
+        Sizes, order and grading of the elements.
+    boundary : list
+        One condition for every part.
+    step : list of Step
+        Load steps, in order; without them the loads are applied in one.
+    """
 
     title: str = ""
     material: Material

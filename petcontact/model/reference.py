@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import re
 import typing
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -20,16 +19,15 @@ ENTRY = re.compile(r"^(\w[\w, ]*) : .*\n((?:[ \t]+.*\n|\n)*)", re.MULTILINE)
 
 def described(cls: type[Model]) -> dict[str, str]:
     """What the docstring's Attributes say of each field, in one line."""
+    result = described(cls.__base__) if cls.__base__ not in (None, Model) else {}
     section = (cls.__doc__ or "").partition("Attributes\n    ----------\n")[2]
     text = "\n".join(line[4:] for line in section.splitlines()) + "\n"
-    return {
-        name.strip(): " ".join(body.split())
-        for names, body in ENTRY.findall(text)
-        for name in names.split(",")
-    }  # fmt: skip
+    for names, body in ENTRY.findall(text):
+        result |= {name.strip(): " ".join(body.split()) for name in names.split(",")}
+    return result
 
 
-def json_schema(models: Mapping[str, type[Model]]) -> dict[str, Any]:
+def json_schema(models: dict[str, type[Model]]) -> dict[str, Any]:
     """The JSON Schema of a file, with the descriptions of the docstrings.
 
     Parameters
@@ -51,7 +49,7 @@ def json_schema(models: Mapping[str, type[Model]]) -> dict[str, Any]:
     return {"$schema": "http://json-schema.org/draft-07/schema#", **chosen, **definitions}
 
 
-def markdown(models: Mapping[str, type[Model]]) -> str:
+def markdown(models: dict[str, type[Model]]) -> str:
     """One table a model: key, what it takes, default, meaning; what several files share is told once."""
     definitions = json_schema(models)["$defs"]
     places: dict[type[Model], str] = {}

@@ -17,7 +17,15 @@ from .base import Finite, Model, Point, Positive
 
 
 class Rectangle(Model):
-    """`shape = "rectangle"`: axis-parallel, its sides named bottom, right, top, left."""
+    """Axis-parallel; its sides are named bottom, right, top, left.
+
+    Attributes
+    ----------
+    shape : "rectangle"
+        The shape.
+    lower_left, upper_right : points
+        Opposite corners [length].
+    """
 
     shape: Literal["rectangle"] = "rectangle"
     lower_left: Point
@@ -36,7 +44,17 @@ class Rectangle(Model):
 
 
 class Polygon(Model):
-    """`shape = "polygon"`: straight sides between vertices, one part name a side (side k starts at vertex k)."""
+    """Straight sides between vertices.
+
+    Attributes
+    ----------
+    shape : "polygon"
+        The shape.
+    vertices : list of points
+        In either direction [length].
+    parts : list of str
+        Names of the parts, one a side; side k starts at vertex k, and sides may share a name.
+    """
 
     shape: Literal["polygon"] = "polygon"
     vertices: tuple[Point, ...] = pydantic.Field(min_length=3)
@@ -66,6 +84,7 @@ class OutlineSide(Model):
     Attributes
     ----------
     part : str
+        Name of the part.
     to : point
         End of the side [length].
     through : point, optional
@@ -108,6 +127,7 @@ class Circle(Model):
     Attributes
     ----------
     part : str
+        Name of the part.
     center : point
         [length]
     radius : float
@@ -132,6 +152,8 @@ class SideBySide(Model):
 
     Attributes
     ----------
+    shape : "outline"
+        The shape.
     loops : list of loops
         A loop is a list of sides, the first of which starts where the last one ends, or a circle. Loops may be given in
         either direction: the outer one is turned counter-clockwise, holes clockwise.
@@ -169,13 +191,15 @@ def _loop(given: tuple[OutlineSide, ...], number: int) -> list[Side]:
 
 
 class Gmsh(Model):
-    """`shape = "gmsh"`: a `.msh` file, format 2.2 or 4.1, ASCII or binary.
+    """A `.msh` file, format 2.2 or 4.1, ASCII or binary.
 
     Each boundary line of the mesh is a side of its own and so one element at least; lines of second order become
     circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
 
     Attributes
     ----------
+    shape : "gmsh"
+        The shape.
     file : str
         Path of the file; in a config it is relative to the config's folder.
     """

@@ -60,9 +60,11 @@ class Method(Model):
     stop : {"both", "displacement", "residual"}
         The criterion's quantity, see `projection.Criterion`.
     max_iterations : int
+        After which it ends "not converged".
     start : str
         "zero", "frictionless" (σ_t = 0, u_t = u_0), or the name of a result file to start from.
     formulation : {"condensed", "full"}
+        Eliminated once to u_t = u_0 + Sσ_t, or the whole system for every ρ as in the paper.
     """
 
     name: Annotated[str | None, one_of(METHODS)] = None
@@ -98,6 +100,7 @@ class Bem(Model):
     Attributes
     ----------
     mat_type : {"auto", "dense", "hodlr"}
+        Dense, compressed hierarchically, or what is cheaper.
     hodlr_tol : float
         Relative tolerance of the compression [-].
     hodlr_leaf : int

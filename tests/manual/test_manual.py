@@ -72,3 +72,9 @@ def test_the_config_reference_is_current():
     for kind in ("problem", "sweep"):
         name = {"problem": "petcontact.schema.json", "sweep": "petcontact.sweep-schema.json"}[kind]
         assert (ROOT / "configs" / name).read_text() == schema_text(kind)
+
+
+def test_every_key_has_a_meaning():
+    rows = [line.split(" | ") for line in chapter("config").splitlines() if line.startswith("| `")]
+    assert len(rows) > 60
+    assert not [row[0] for row in rows if len(row) < 4 or not row[3].strip(" |")]
