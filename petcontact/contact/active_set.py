@@ -20,6 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Mask, States
+from .friction_law import lengths
 from .laws import ContactLaw
 from .restricted import Restricted
 from .system import Modes
@@ -103,9 +104,9 @@ def next_tau(pieces: Pieces, law: ContactLaw, sigma: Array, v: Array, noise: flo
     ratio = (float(np.abs(sigma).max(initial=0.0)) or 1.0) / (float(np.abs(v).max(initial=0.0)) or 1.0)
     rho = np.full(sigma.shape, ratio)
     tangential = law.groups[0]
-    size = np.linalg.norm(sigma[:, tangential], axis=1)
-    moved = np.linalg.norm(v[:, tangential], axis=1)
-    limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=moved > 0.0)
+    size, moved = lengths(sigma[:, tangential]), lengths(v[:, tangential])
+    # what closes slips at once if it slid further than its overlap lets friction hold it: one ρ for both components
+    limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0))
     rho[:, tangential] = np.clip(limit, 1e-9 * ratio, 1e9 * ratio)[:, None]
     tau = rho * v - sigma
     return tau + noise * (pieces.tau - tau), rho

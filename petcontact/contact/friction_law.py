@@ -8,6 +8,14 @@ import numpy as np
 
 from ..arrays import Array, States
 
+SAFE = (1e-200, 1e200)
+"""Squares of norms that neither underflow nor overflow in part of their terms."""
+
+
+def lengths(x: Array) -> Array:
+    """Euclidean lengths (m,) of vectors (m, k); nothing overflows or underflows on the way."""
+    return np.abs(x[:, 0]) if x.shape[1] == 1 else np.asarray(np.hypot.reduce(x, axis=1, initial=0.0))
+
 
 def project_ball(x: Array, radius: Array) -> Array:
     """[x]_α, each vector pulled back to the ball of its radius.
@@ -32,7 +40,7 @@ def project_ball(x: Array, radius: Array) -> Array:
         raise ValueError(f"vectors (m, d-1) need radii (m,), got {x.shape} and {radius.shape}")
     if np.any(radius < 0.0):
         raise ValueError("the radius of a ball is not negative")
-    size = np.abs(x[:, 0]) if x.shape[1] == 1 else np.sqrt(np.sum(x * x, axis=1))
+    size = lengths(x)
     outside = size > radius
     shrink = np.divide(radius, size, out=np.ones_like(size), where=outside)
     return np.where(outside[:, None], x * shrink[:, None], x)
@@ -40,7 +48,7 @@ def project_ball(x: Array, radius: Array) -> Array:
 
 def ball_derivative(x: Array, radius: Array) -> tuple[Array, Array]:
     """Derivatives of [x]_α by x, (m, d-1, d-1), and by α, (m, d-1): the identity and 0 inside the ball; 0 where α = 0."""
-    size = np.sqrt(np.sum(x * x, axis=1))
+    size = lengths(x)
     outside = (size > radius) | (radius == 0.0)
     direction = np.divide(x, size[:, None], out=np.zeros_like(x), where=(outside & (size > 0.0))[:, None])
     shrink = np.divide(radius, size, out=np.ones_like(size), where=outside & (size > 0.0))
@@ -82,9 +90,13 @@ def projection_residual(u_t: Array, sigma_t: Array, friction_bound: Array, rho: 
 
 
 def contact_norm(x: Array, weight: Array) -> float:
-    """L2(Γ_C) norm of nodal vectors (m, d-1) with the nodes' quadrature weights (m,)."""
-    squares = x[:, 0] ** 2 if x.shape[1] == 1 else np.sum(x * x, axis=1)
-    return math.sqrt(weight @ squares)
+    """L2(Γ_C) norm of nodal vectors (m, k) with the nodes' quadrature weights (m,)."""
+    with np.errstate(over="ignore", under="ignore"):
+        squares = x[:, 0] ** 2 if x.shape[1] == 1 else np.sum(x * x, axis=1)
+        total = float(weight @ squares)
+    if SAFE[0] < total < SAFE[1] or not np.isfinite(size := float(np.abs(x).max(initial=0.0))):
+        return math.sqrt(total)
+    return size * math.sqrt(float(weight @ np.sum((x / size) ** 2, axis=1))) if size > 0.0 else 0.0
 
 
 def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, floor: float = 0.0) -> float:
@@ -101,6 +113,6 @@ def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, flo
 
 def contact_state(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float | Array) -> States:
     """1 where a node slips, 0 where it sticks: |σ_t - ρ u_t| > g, the set on which the projection is active."""
-    size = np.sqrt(np.sum((sigma_t - rho * u_t) ** 2, axis=1))
+    size = lengths(sigma_t - rho * u_t)
     state: States = (size > friction_bound).astype(np.int8)
     return state

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from ..arrays import Array, Mask, States
-from .friction_law import ball_derivative, project_ball
+from .friction_law import ball_derivative, lengths, project_ball
 
 STICK, SLIP, OPEN = 0, 1, 2
 
@@ -70,6 +70,13 @@ def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) ->
     if v.shape != sigma.shape:
         raise ValueError(f"v and sigma have one shape, got {v.shape} and {sigma.shape}")
     return sigma + law.project(rho * v - sigma)
+
+
+def law_excess(law: ContactLaw, sigma: Array, scale: float) -> float:
+    """How far σ lies outside of what the law allows whatever the displacement, over a stress `scale` or max|σ|."""
+    outside = float(np.abs(sigma + law.project(-sigma)).max(initial=0.0))
+    size = max(scale, float(np.abs(sigma).max(initial=0.0)))
+    return outside / size if outside > 0.0 else 0.0
 
 
 @dataclass(frozen=True)
@@ -216,4 +223,4 @@ class Stacked:
 
 
 def _slips(tau: Array, radius: Array) -> Mask:
-    return np.asarray((np.sqrt(np.sum(tau * tau, axis=1)) > radius) | (radius == 0.0))
+    return np.asarray((lengths(tau) > radius) | (radius == 0.0))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -9,6 +10,7 @@ import numpy as np
 
 from ..arrays import Array, Index, Names, States
 from ..bem.boundary_data import BoundaryData
+from ..contact.criterion import FLOOR
 from ..contact.friction_law import balanced_rho, contact_norm, contact_state, projection_residual
 from ..contact.state import ContactState, History
 from ..mesh.curve_mesh import CurveMesh
@@ -120,7 +122,7 @@ class Solution:
     def relative_residual(self) -> float:
         """‖R_ρ‖/‖σ_t‖ with the balanced ρ: does not depend on the method's ρ nor on units."""
         c = self.contact
-        balanced = balanced_rho(c.u_t, c.sigma_t, c.weight, self.rho)
+        balanced = balanced_rho(c.u_t, c.sigma_t, c.weight, self.rho, least_displacement(self.u, c.weight))
         size = contact_norm(c.sigma_t, c.weight)
         value = contact_norm(projection_residual(c.u_t, c.sigma_t, c.friction_bound, balanced), c.weight)
         return value / size if size > 0.0 else value
@@ -132,13 +134,18 @@ class Solution:
         return verdict(self)
 
 
+def least_displacement(u: Array, weight: Array) -> float:
+    """‖u_t‖ below which it is round-off and no measure of itself, as where all nodes stick: a share of u on Γ."""
+    return FLOOR * float(np.abs(u).max(initial=0.0)) * math.sqrt(float(weight.sum()))
+
+
 def contact_fields(
-    mesh: CurveMesh, data: BoundaryData, traction: Array, state: ContactState
+    mesh: CurveMesh, data: BoundaryData, u: Array, traction: Array, state: ContactState
 ) -> tuple[ContactFields, list[Zone]]:
     """Nodal fields and zones on Γ_C from the last iterate of a method."""
     nodes = data.contact_nodes
     weight = mesh.weight[nodes]
-    rho = balanced_rho(state.v, state.sigma, weight, float(np.max(state.rho)))
+    rho = balanced_rho(state.v, state.sigma, weight, float(np.max(state.rho)), least_displacement(u, weight))
     normal_traction = np.einsum("ij,ij->i", traction[nodes], mesh.normal[nodes])
     slips = contact_state(state.v, state.sigma, data.friction_bound, rho)
     names = np.array(mesh.part_names)[mesh.node_part[nodes]]

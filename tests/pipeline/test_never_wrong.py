@@ -1,0 +1,89 @@
+"""What once said "converged" and was not: tiny ρ, tiny data, full stick, tractions beyond the friction bound."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import example
+
+from petcontact import Contact, Displacement, MeshOptions, Method, Traction, solve
+from petcontact.contact.friction_law import contact_norm
+from petcontact.contact.laws import Frictional, Tresca, law_excess
+
+COARSE = MeshOptions(element_size=0.4)
+
+
+def with_bound(case, bound):
+    return case.model_copy(update={"boundary": (Contact(part="bottom", friction_bound=bound), *case.boundary[1:])})
+
+
+@pytest.fixture(scope="module")
+def exact(comm):
+    return solve(example(1, mesh=COARSE, name="semismooth-newton", rule=None), comm=comm).contact
+
+
+@pytest.mark.parametrize("rho", [1e-200, 1e-300])
+@pytest.mark.parametrize("rule", ["fixed", "self-adaptive", "modified", "modified-safeguarded"])
+def test_a_tiny_rho_is_no_convergence(rho, rule, exact, comm):
+    """Squares of σ_t underflow: all norms were zero, and nothing seemed to change."""
+    solution = solve(example(1, mesh=COARSE, rule=rule, rho=rho, max_iterations=100), comm=comm)
+    error = contact_norm(solution.contact.u_t - exact.u_t, exact.weight) / contact_norm(exact.u_t, exact.weight)
+    assert not solution.converged or error < 1e-4
+    assert solution.history.change[0] > 0.0
+
+
+@pytest.mark.parametrize("unit", [1e-170, 1e140])
+@pytest.mark.parametrize("name", ["projection", "semismooth-newton", "operator-robin"])
+def test_data_of_any_size_give_the_same_solution(unit, name, exact, comm):
+    case = example(1, mesh=COARSE)
+    scaled = with_bound(case, 150.0 * unit).model_copy(update={"method": Method(name=name, rho=1e3, tolerance=1e-8)})
+    boundary = [c.model_copy(update={"value": (400.0 * unit, 0.0)}) if c.part == "left" else c for c in scaled.boundary]
+    solution = solve(scaled.model_copy(update={"boundary": tuple(boundary)}), comm=comm)
+    assert solution.converged, solution.reason
+    assert np.allclose(solution.contact.u_t / unit, exact.u_t, rtol=0, atol=1e-6 * np.abs(exact.u_t).max())
+
+
+def test_norms_neither_underflow_nor_overflow():
+    weight = np.array([0.5, 1.5, 1.0])
+    for k in (1, 2):
+        x = np.arange(1.0, 3 * k + 1).reshape(3, k)
+        for size in (1e-300, 1e-170, 1e-80, 1e80, 1e170, 1e300):
+            assert contact_norm(size * x, weight) / size == pytest.approx(contact_norm(x, weight), rel=1e-12)
+
+
+@pytest.mark.parametrize("mesh", [COARSE, MeshOptions(element_size=0.4, order=2), MeshOptions(order=3, levels=8)])
+@pytest.mark.parametrize("name", ["projection", "semismooth-newton", "operator-robin", "tao"])
+def test_full_stick_is_a_solution(mesh, name, comm):
+    """u_t is round-off there, and cannot be the measure of itself."""
+    if name == "projection" and mesh.levels:
+        pytest.skip("cond(S) is 1e6 there: no scalar ρ gets there in reasonable time")
+    case = with_bound(example(1, mesh=mesh, name=name, rule=None, rho=1e4), 1e4)
+    solution = solve(case, comm=comm)
+    assert solution.converged, solution.reason
+    assert not solution.contact.state.any() and [zone.name for zone in solution.zones] == ["stick"]
+    assert np.abs(solution.contact.u_t).max() < 1e-5 * np.abs(solution.u).max()
+    assert solution.relative_residual < 1e-3
+
+
+def test_excess_is_what_no_displacement_allows():
+    tresca = Tresca(np.array([1.0, 2.0]))
+    assert law_excess(tresca, np.array([[1.0], [-2.0]]), 0.0) == 0.0
+    assert law_excess(tresca, np.array([[1.5], [-2.0]]), 4.0) == pytest.approx(0.125)
+    coulomb = Frictional(np.full(2, 0.5), np.full(2, np.inf), np.array([True, True]), 3)
+    assert law_excess(coulomb, np.array([[0.3, 0.4, -1.0], [0.0, 0.0, 0.0]]), 0.0) == 0.0
+    assert law_excess(coulomb, np.array([[0.3, 0.4, -0.5], [0.0, 0.0, 0.0]]), 0.0) == pytest.approx(0.4)
+    assert law_excess(coulomb, np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0]]), 0.0) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("shift", [1e4, 1e8, 1e12])
+@pytest.mark.parametrize("method", [{"name": "operator-robin"}, {"name": "semismooth-newton"},
+                                    {"rule": "modified", "rho": 1e4}])
+def test_a_rigid_displacement_swallows_no_error(shift, method, comm):
+    """The clamped top is moved far along x: either g is reached to the digits asked for, or it is said that it is not."""
+    case = example(1, mesh=COARSE)
+    moved = Displacement(part="top", value=(shift, 0.0))
+    free = [Traction(part=part, value=(0.0, 0.0)) for part in ("left", "right")]
+    case = case.model_copy(update={"boundary": (case.boundary[0], moved, *free), "method": Method(**method)})
+    solution = solve(case, comm=comm)
+    excess = np.abs(solution.contact.sigma_t).max() / 150.0 - 1.0
+    assert not solution.converged or excess <= 1e-3
