@@ -310,7 +310,7 @@ def revised_sets(problem: Reduced, law: PairLaw, sets: Sets, v: Array, sigma: Ar
     stops = sets.closed & (sets.slip != 0) & (sets.slip * moved < -length)
     slip = np.where(starts_, -np.sign(sigma[:, 0]), np.where(stops, 0, sets.slip))
     # what closes slips at once if it slid further than the gap would let friction hold it: Π with one ρ for both
-    slides = np.abs(moved) > np.where(law.coulomb, law.coefficient, np.inf) * np.abs(v[:, 1])
+    slides = law.coulomb & (np.abs(moved) > law.coefficient * np.abs(v[:, 1]))
     slip = np.where(closes, np.where(slides, np.sign(moved), 0), slip).astype(np.int64)
     with np.errstate(invalid="ignore"):
         capped = law.coulomb & (law.coefficient * np.maximum(pressure, 0.0) > law.cap)
