@@ -48,7 +48,7 @@ def draw_deformed(figure: Any, solution: AssemblySolution) -> None:
             axes.plot(*mesh.x[nodes].T, color="0.7", lw=0.8, ls="--")
             axes.plot(*moved[nodes].T, color=f"C{number}", lw=1.3)
         axes.plot([], [], color=f"C{number}", lw=1.3, label=f"{name}, u × {factor:g}")
-    largest = max((float(np.abs(pair.pressure).max(initial=0.0)) for pair in last.pairs.values()), default=0.0)
+    largest = max((float(np.percentile(np.abs(pair.pressure), 95.0)) for pair in last.pairs.values()), default=0.0)
     for name, pair in last.pairs.items():
         moved = pair.x + factor * last.bodies[solution.sides[name][0]].u[solution.nodes[name]]
         for state, colour in ((0, "C2"), (1, "C3")):
@@ -56,7 +56,8 @@ def draw_deformed(figure: Any, solution: AssemblySolution) -> None:
             axes.plot(*moved[chosen].T, ".", color=colour, ms=2.5)
         if largest > 0.0:
             traction = pair.sigma_t * pair.tangent[:, 0] - pair.pressure[:, None] * pair.normal
-            arrows = traction * (0.12 * size / largest)
+            arrows = traction * (0.1 * size / largest)
+            arrows *= np.minimum(1.0, 0.15 * size / np.maximum(np.hypot(*arrows.T), 1e-300))[:, None]
             shown = _spread(pair, 60)
             axes.quiver(*(moved - arrows)[shown].T, *arrows[shown].T, angles="xy", scale_units="xy", scale=1.0, width=0.002,
                         color="0.35")  # fmt: skip
@@ -153,11 +154,11 @@ def draw_history(figure: Any, solution: AssemblySolution) -> None:
         touched = np.any([pair.state != 2 for pair in pairs], axis=0)
         area = float(weight[touched].sum()) or 1.0
         slip = [0.0, *(float(weight[touched] @ pair.slip[touched, 0]) / area for pair in pairs)]
-        force = [0.0, *(float(weight @ pair.sigma_t[:, 0]) for pair in pairs)]
+        force = [0.0, *(-float(weight @ pair.sigma_t[:, 0]) for pair in pairs)]
         left.plot(slip, force, ".-", color=f"C{number}", lw=1.2, ms=4, label=name)
         energy = np.cumsum([pair.dissipated for pair in pairs])
         right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
-    left.set(xlabel="mean slip w", ylabel="tangential force Q", title=_title(solution, "hysteresis"))
+    left.set(xlabel="mean slip w", ylabel="tangential force on the primary", title=_title(solution, "hysteresis"))
     right.set(xlabel="increment", title="energy dissipated")
     left.legend(fontsize="small")
 

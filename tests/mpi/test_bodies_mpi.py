@@ -1,0 +1,29 @@
+"""Bodies over several ranks: each rank eliminates some of them, all get the whole solution."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import launch
+
+pytestmark = pytest.mark.mpi
+CONFIG = Path(__file__).parents[2] / "configs" / "stack.toml"
+
+
+def test_ranks_agree_on_bodies_and_steps(tmp_path):
+    for ranks in (1, 2):
+        words = ("solve", str(CONFIG), "-o", str(tmp_path / f"{ranks}.h5"), "--no-figures")
+        done = launch.run(ranks, "-m", "petcontact", *words)
+        assert done.returncode == 0 and done.stderr == "", done.stderr
+    with h5py.File(tmp_path / "1.h5") as one, h5py.File(tmp_path / "2.h5") as two:
+        for k in one["steps"]:
+            for name, pair in one[f"steps/{k}/contact"].items():
+                for key in ("pressure", "sigma_t", "gap", "slip", "state"):
+                    a, b = pair[key][()], two[f"steps/{k}/contact/{name}/{key}"][()]
+                    assert np.allclose(a, b, rtol=0.0, atol=1e-10 * max(np.abs(a).max(), 1e-300))

@@ -1,0 +1,167 @@
+"""What must not change the answer: who is secondary, where the origin is, units, the number of increments."""
+
+from __future__ import annotations
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from petcontact import Assembly, solve_assembly
+from petcontact.model.base import parse
+
+TWO = """
+[[body]]
+name = "lower"
+material = {{ young_modulus = {e}, poisson_ratio = 0.3 }}
+geometry = {{ shape = "rectangle", lower_left = [{x0}, {y0}], upper_right = [{x1}, {y1}] }}
+mesh = {{ element_size = {h}, order = 2 }}
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0]
+[[body]]
+name = "upper"
+material = {{ young_modulus = {e2}, poisson_ratio = 0.2 }}
+geometry = {{ shape = "rectangle", lower_left = [{x0}, {y1}], upper_right = [{x1}, {y2}] }}
+mesh = {{ element_size = {h}, order = 2 }}
+[[body.boundary]]
+part = "top"
+condition = "displacement"
+value = [0.0, 0.0]
+[[contact]]
+name = "pair"
+secondary = "{secondary}"
+primary = "{primary}"
+gap = "(x - {middle})**2/{radius}"
+friction_coefficient = 0.4
+[[step]]
+increments = {press}
+[[step.boundary]]
+body = "upper"
+part = "top"
+value = [0.0, {down}]
+[[step]]
+increments = {push}
+[[step.boundary]]
+body = "upper"
+part = "top"
+value = [{right}, {down}]
+"""
+USUAL = {"e": 1.0, "e2": 3.0, "x0": -2.0, "x1": 2.0, "y0": -2.0, "y1": 0.0, "y2": 1.5, "h": 0.25, "middle": 0.1,
+         "radius": 2.0, "down": -0.3, "right": 0.1, "press": 1, "push": 1,
+         "secondary": "lower.top", "primary": "upper.bottom"}  # fmt: skip
+
+
+def solved(**changes):
+    text = TWO.format(**{**USUAL, **changes})
+    solution = solve_assembly(parse(Assembly, tomllib.loads(text), "test"))
+    assert solution.converged, solution.reason
+    return solution
+
+
+def fields(solution, *, flip=False):
+    """Pressure and shear by x, as the lower body feels them along +x."""
+    pair = solution.last.pairs["pair"]
+    order = np.argsort(pair.x[:, 0])
+    shear = pair.sigma_t[order, 0] * pair.tangent[order, 0, 0]
+    return pair.pressure[order], -shear if flip else shear
+
+
+def test_either_side_may_be_the_secondary():
+    one, other = fields(solved()), fields(solved(secondary="upper.bottom", primary="lower.top"), flip=True)
+    for a, b in zip(one, other, strict=True):
+        assert np.allclose(a, b, atol=1e-10 * np.abs(a).max())
+
+
+def test_a_rigid_shift_of_everything_changes_nothing():
+    there = {"x0": 98.0, "x1": 102.0, "y0": -52.0, "y1": -50.0, "y2": -48.5, "middle": 100.1}
+    for a, b in zip(fields(solved()), fields(solved(**there)), strict=True):
+        assert np.allclose(a, b, atol=1e-8 * np.abs(a).max())
+
+
+@pytest.mark.parametrize(("length", "stress"), [(1e3, 1e9), (1e-4, 1e-6)])
+def test_units_change_nothing(length, stress):
+    scaled = {key: length * USUAL[key] for key in ("x0", "x1", "y0", "y1", "y2", "h", "middle", "radius", "down", "right")}
+    for a, b in zip(fields(solved()), fields(solved(**scaled, e=stress, e2=3.0 * stress)), strict=True):
+        assert np.allclose(a, b / stress, atol=1e-10 * np.abs(a).max())
+
+
+def test_a_far_larger_friction_than_needed_is_bonding():
+    """With a closed bilateral contact: Coulomb's bound does not matter where it is never reached."""
+    flat = TWO.replace('gap = "(x - {middle})**2/{radius}"\nfriction_coefficient = 0.4', 'normal = "{normal}"{friction}')
+    pressures = []
+    for normal, friction in (("bonded", ""), ("bilateral", "\nfriction_bound = 1e6")):
+        text = flat.format(**{**USUAL, "normal": normal, "friction": friction})
+        pressures.append(fields(solve_assembly(parse(Assembly, tomllib.loads(text), "test"))))
+    for a, b in zip(*pressures, strict=True):
+        assert np.allclose(a, b, atol=1e-9 * np.abs(a).max())
+
+
+def test_bonded_blocks_are_one_block():
+    """Two halves of one material, bonded, against the exact field of uniaxial compression with lateral sliding."""
+    text = """
+[[body]]
+name = "a"
+material = { young_modulus = 10.0, poisson_ratio = 0.25 }
+geometry = { shape = "rectangle", lower_left = [0, 0], upper_right = [3, 1] }
+mesh = { element_size = 0.5, order = 2 }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = ["free", 0.0]
+[[body]]
+name = "b"
+material = { young_modulus = 10.0, poisson_ratio = 0.25 }
+geometry = { shape = "rectangle", lower_left = [0, 1], upper_right = [3, 2] }
+mesh = { element_size = 0.4, order = 1 }
+[[body.boundary]]
+part = "top"
+condition = "traction"
+pressure = 2.0
+[[contact]]
+name = "glue"
+secondary = "a.top"
+primary = "b.bottom"
+normal = "bonded"
+"""
+    solution = solve_assembly(parse(Assembly, tomllib.loads(text), "test"))
+    assert solution.converged and solution.info["motions"] == {"a": 1, "b": 3}
+    pair = solution.last.pairs["glue"]
+    assert np.allclose(pair.pressure, 2.0, atol=1e-9) and np.allclose(pair.sigma_t, 0.0, atol=1e-9)
+    u = solution.last.bodies["b"].u
+    # plane strain under p: ε_yy = -p (1-ν²)/E
+    assert np.allclose(u[:, 1], -solution.meshes["b"].x[:, 1] * 2.0 * (1 - 0.25**2) / 10.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("count", [3, 7])
+def test_a_path_of_constant_pressure_does_not_depend_on_its_increments(count):
+    """Equal bodies: pushing changes no pressure, so that one increment is exact (Cattaneo, Mindlin)."""
+    once, often = (solved(e2=1.0, push=push).last.pairs["pair"] for push in (1, count))
+    assert np.allclose(once.sigma_t, often.sigma_t, atol=2e-3 * np.abs(once.sigma_t).max())
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_random_loads_and_coefficients(seed):
+    """Laws hold at every node, and both sides feel the same force, whatever the data."""
+    rng = np.random.default_rng(seed)
+    mu = float(rng.uniform(0.0, 2.0))
+    text = TWO.format(**{
+        **USUAL, "e2": float(10.0 ** rng.uniform(-1, 1)), "middle": float(rng.uniform(-1, 1)),
+        "radius": float(rng.uniform(1.0, 6.0)), "down": float(rng.uniform(-0.4, -0.1)),
+        "right": float(rng.uniform(-0.3, 0.3)), "press": int(rng.integers(1, 3)), "push": int(rng.integers(1, 4)),
+    }).replace("friction_coefficient = 0.4", f"friction_coefficient = {mu!r}")  # fmt: skip
+    solution = solve_assembly(parse(Assembly, tomllib.loads(text), "test"))
+    assert solution.converged, solution.reason
+    for step in solution.steps:
+        pair = step.pairs["pair"]
+        small = 1e-9 * pair.pressure.max()
+        assert np.all(pair.pressure >= -small) and np.all(pair.gap >= -1e-9)
+        assert np.all(np.abs(pair.sigma_t[:, 0]) <= mu * np.maximum(pair.pressure, 0.0) + small)
+        assert np.all(np.abs(pair.pressure * pair.gap) <= 1e-9) and pair.dissipated >= -1e-12
+        moved = np.abs(pair.slip_increment[:, 0]) > 1e-9
+        slides = moved & (pair.state == 1)
+        assert not np.any(moved & (pair.state == 0))
+        assert np.all(pair.sigma_t[slides, 0] * pair.slip_increment[slides, 0] <= 1e-12)
+    mesh, body = solution.meshes["upper"], solution.last.bodies["upper"]
+    assert np.allclose(mesh.weight @ body.traction, 0.0, atol=3e-2 * np.abs(pair.force).max())
