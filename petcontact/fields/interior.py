@@ -7,11 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Index
+from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, kernel_for
 from ..errors import InputError
 from ..mesh.boundary_mesh import Batch
 from ..mesh.curve_mesh import CurveMesh
 from ..model.problem import Material
+from .joints import Joints
 from .smoothing import smoothed
 
 ENTRIES = 400_000
@@ -82,8 +84,10 @@ def normal_stress_out_of_plane(stress: Array, material: Material) -> Array:
 def field_at(mesh: CurveMesh, u: Array, traction: Array, material: Material, points: Array) -> tuple[Array, Array]:
     """Displacement and stress at points inside the body, by Somigliana's identities.
 
-    Constant elements are made smooth first, see `smoothing`; then the integrals over the elements are exact at every
-    distance, so that accuracy up to the boundary is that of the boundary data.
+    Constant elements are made smooth first, see `smoothing`; the integrals over the elements are exact at every distance;
+    next to the joints of elements the data are brought together, see `joints`. So u and σ have the accuracy of the boundary
+    data and of their slopes, O(h^(p+1)) and O(h^p), at every distance from the boundary. At corners, where σ is not
+    singular in truth, it may still grow like the logarithm of the distance, times that error.
 
     Parameters
     ----------
@@ -143,11 +147,27 @@ def field_at(mesh: CurveMesh, u: Array, traction: Array, material: Material, poi
             for c in range(stress.shape[1]):
                 for j in range(d):
                     stress[rows, c] += pushed[:, j] @ kernel_d[c, j] + moved[:, j] @ kernel_s[c, j]
+    _add_next_to_joints(kernel, mesh, u, traction, points, displacement, stress)
     outside = np.flatnonzero(~(wound > 0.5))
     if len(outside):
         place = ", ".join(f"{value:g}" for value in points[outside[0]])
         raise InputError(f"points: ({place}) does not lie inside the body ({len(outside)} of {len(points)} do not)")
     return displacement, kernel.traction_scale * stress
+
+
+def _add_next_to_joints(
+    kernel: Kernel, mesh: CurveMesh, u: Array, traction: Array, points: Array, displacement: Array, stress: Array
+) -> None:
+    """What changes near the ends of elements where the data are brought together."""
+    for near in Joints(mesh, u, traction).near(points):
+        targets, pushed = mesh.points(points[near.rows]), near.traction / kernel.traction_scale
+        kernel_g, kernel_h = kernel.integrals(targets, near.elements)
+        kernel_d, kernel_s = kernel.stress_integrals(targets, near.elements)
+        assert kernel_g is not None and kernel_h is not None
+        change_u = np.einsum("ijkm,kj->mi", kernel_g, pushed) - np.einsum("ijkm,kj->mi", kernel_h, near.u)
+        change_s = np.einsum("cjkm,kj->mc", kernel_d, pushed) + np.einsum("cjkm,kj->mc", kernel_s, near.u)
+        displacement[near.rows] += near.share[:, None] * change_u
+        stress[near.rows] += near.share[:, None] * change_s
 
 
 def _groups(mesh: CurveMesh, step: int) -> list[Batch]:

@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 import shapely
 from conftest import example
+from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 
 import petcontact.fields.interior
 from petcontact import (
-    Circle,
     InputError,
     Material,
     MeshOptions,
     OutputError,
     Rectangle,
-    SideBySide,
     read_solution,
     solve,
     write_solution,
@@ -24,42 +23,9 @@ from petcontact import (
 from petcontact.fields.interior import Field, field_at, field_on_grid, principal_stresses, von_mises
 from petcontact.fields.interior_grid import triangulate
 from petcontact.fields.smoothing import smoothed
-from petcontact.mesh.grading import mesh_outline
 from petcontact.pipeline.prepare import discretise
 from petcontact.results.field_figure import deformed_figure
 from petcontact.results.vtu import write_boundary_vtu, write_vtu
-
-STEEL = Material(young_modulus=200.0, poisson_ratio=0.3)
-TOE = (
-    {"part": "toe", "to": (1, 0), "radius": 1.0},
-    {"part": "bottom", "to": (4, 0)},
-    {"part": "right", "to": (4, 2)},
-    {"part": "top", "to": (0, 2)},
-    {"part": "left", "to": (0, 1)},
-)
-BODY = SideBySide(loops=(TOE, Circle(part="hole", center=(2, 1), radius=0.4)))
-
-
-def exact(x, material=STEEL):
-    """A field from Kolosov's formulas with φ = z³ + (1+2i)z², ψ = 2z²: displacement and σ_xx, σ_yy, σ_xy."""
-    nu, mu = material.plane_strain_ratio, material.shear_modulus
-    z = x[:, 0] + 1j * x[:, 1]
-    phi, slope, bend = z**3 + (1 + 2j) * z**2, 3 * z**2 + 2 * (1 + 2j) * z, 6 * z + 2 * (1 + 2j)
-    u = ((3 - 4 * nu) * phi - z * slope.conj() - 2 * z.conj() ** 2) / (2 * mu)
-    total, difference = 4 * slope.real, 2 * (z.conj() * bend + 4 * z)
-    stress = [0.5 * (total - difference.real), 0.5 * (total + difference.real), 0.5 * difference.imag]
-    return np.column_stack([u.real, u.imag]), np.column_stack(stress)
-
-
-def boundary_data(mesh, material=STEEL):
-    u, s = exact(mesh.x, material)
-    n = mesh.normal
-    return u, np.column_stack([s[:, 0] * n[:, 0] + s[:, 2] * n[:, 1], s[:, 2] * n[:, 0] + s[:, 1] * n[:, 1]])
-
-
-def meshed(body=BODY, **options):
-    return mesh_outline(body.outline(), MeshOptions(**options))
-
 
 POINTS = np.array([[2.5, 0.5], [1.0, 0.3], [3.9, 1.99], [0.31, 0.31], [2.0, 0.55], [0.001, 1.5], [3.3, 1e-4], [1.58, 1.0]])
 
@@ -115,11 +81,11 @@ def solved():
 
 
 @pytest.mark.parametrize("kind", ["uniform", "graded"])
-@pytest.mark.parametrize(("centre", "radius"), [((2.0, 2.0), 1.0), ((4.0, 1.0), 0.95), ((6.5, 2.0), 1.4)])
+@pytest.mark.parametrize(("centre", "radius"), [((2.0, 2.0), 1.0), ((4.0, 1.0), 0.85), ((6.5, 2.0), 1.2)])
 def test_sub_bodies_are_in_equilibrium(solved, kind, centre, radius):
     """Force and moment of the tractions over a circle inside: zero, whatever the error of the boundary data.
 
-    The trapezoidal rule is exact to round-off for circles that keep off the boundary.
+    The trapezoidal rule is exact to round-off for circles that keep off the boundary (and off the joints of elements there).
     """
     solution = solved[kind]
     angle = np.arange(400) * 2.0 * np.pi / 400
