@@ -14,25 +14,33 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--grid", metavar="NXxNY", default="100x100", help="grid cells along x and y (default: 100x100)")
     parser.add_argument("-o", "--output", metavar="FILE.vtu", help="the field (default: the result's stem + .vtu)")
     parser.add_argument("--boundary", metavar="FILE.vtu", help="also write the boundary's values")
-    parser.add_argument("--figure", metavar="FILE.png", help="also draw the deformed body coloured by von Mises stress")
+    parser.add_argument("--figure", metavar="FILE.png",
+                        help="also draw the deformed body coloured by von Mises stress (.png, .pdf or .svg)")  # fmt: skip
     parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's results.h5")
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
     from ..fields.interior import field_on_grid
+    from ..fields.peak import largest
     from ..results.hdf5 import read_solution
+    from ..results.style import figure_format
     from ..results.vtu import write_boundary_vtu, write_vtu
     from ..runtime.atomic_write import check_target
 
     resolution = grid(arguments.grid)
     output = Path(arguments.output or Path(arguments.result).with_suffix(".vtu").name)
+    for name in filter(None, (output, arguments.boundary)):
+        if Path(name).suffix.lower() != ".vtu":
+            raise InputError(f"{name}: a field is written as .vtu, which ParaView and VisIt read")
+    if arguments.figure:
+        figure_format(arguments.figure)
     for name in filter(None, (output, arguments.boundary, arguments.figure)):
         check_target(Path(name), replace=True, inputs=[arguments.result])
     solution = read_solution(arguments.result, arguments.case)
     field = field_on_grid(solution.mesh, solution.u, solution.traction, solution.case.material, resolution)
     write_vtu(output, field)
-    print(f"{output}: {len(field.points)} points, largest von Mises stress {field.von_mises.max():.6g}")
+    print(f"{output}: {len(field.points)} points, largest von Mises stress {largest(field, solution.mesh)}")
     if arguments.boundary:
         write_boundary_vtu(arguments.boundary, solution)
         print(arguments.boundary)

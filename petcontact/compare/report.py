@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..results.figures import plain, save_all
+from ..results.style import plain, save_all
 from ..runtime.text_table import aligned, as_csv
 from .run import Trial
 

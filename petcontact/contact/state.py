@@ -26,6 +26,8 @@ class History:
     residual : list of float
         ‖R_ρ‖ in L2(Γ_C) of the iterate that the step starts from [stress · length^½].
     ksp_iterations : list of int
+    exchanged : list of int
+        Nodes on the wrong side after each step of semismooth Newton, which are the last rows.
     """
 
     rho: list[float] = field(default_factory=list)
@@ -33,6 +35,7 @@ class History:
     change: list[float] = field(default_factory=list)
     residual: list[float] = field(default_factory=list)
     ksp_iterations: list[int] = field(default_factory=list)
+    exchanged: list[int] = field(default_factory=list)
 
     def add(self, rho: float | Array, w: float | Array, change: float, residual: float, ksp_iterations: int) -> None:
         """Append a row."""

@@ -12,6 +12,7 @@ from .load_steps import Freedom, Step
 from .mesh_options import MeshOptions
 from .problem import Condition, Contact, Displacement, Geometry, Material, Normal, Traction
 from .solver_options import Bem, Method
+from .units import Units
 
 ONE_BODY = "body"
 """Name of the body of a file without [[body]]."""
@@ -159,6 +160,7 @@ class Assembly(Model):
     """
 
     title: str = ""
+    units: Units = Units()
     body: Annotated[tuple[Body, ...], pydantic.Field(min_length=1)]
     obstacle: tuple[Obstacle, ...] = ()
     contact: tuple[Pair, ...] = ()
@@ -256,7 +258,8 @@ def _distinct(key: str, names: list[str]) -> None:
 def assembly_of(case: Any) -> Assembly:
     """A one-body case as an assembly of one body, whose contact conditions face fixed rigid obstacles."""
     body = Body(name=ONE_BODY, material=case.material, geometry=case.geometry, mesh=case.mesh, boundary=case.boundary)
-    return Assembly(title=case.title, body=(body,), step=case.step, method=case.method, bem=case.bem, petsc=case.petsc)
+    return Assembly(title=case.title, units=case.units, body=(body,), step=case.step, method=case.method, bem=case.bem,
+                    petsc=case.petsc)  # fmt: skip
 
 
 __all__ = ["ONE_BODY", "Assembly", "Body", "Obstacle", "Pair", "PointForce", "assembly_of", "changed_condition"]

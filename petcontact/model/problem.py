@@ -10,6 +10,7 @@ from .base import Expression, Finite, Model, Positive
 from .load_steps import Step
 from .mesh_options import MeshOptions
 from .shapes import Gmsh, Polygon, Rectangle, SideBySide
+from .units import Units
 
 
 class Material(Model):
@@ -156,6 +157,7 @@ class Problem(Model):
     """
 
     title: str = ""
+    units: Units = Units()
     material: Material
     geometry: Geometry
     mesh: MeshOptions = MeshOptions()

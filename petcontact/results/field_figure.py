@@ -7,28 +7,27 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
 from ..fields.interior import Field, field_on_grid
-from ..mesh.basis import lagrange
-from .figures import plain, round_number, save
+from ..fields.peak import largest
+from .figures import outlines, place
 from .solution import Solution
+from .style import draw_states, label, legend_below, plain, round_number, save
 
 MAGNIFIED = 0.06
 """Largest displacement drawn, as a fraction of the body's diameter, where no magnification is given."""
-BRIGHTEST = 99.0
-"""Percentile of the von Mises stress at which the colours end: it is infinite at some corners."""
 
 
 def deformed_figure(
     solution: Solution, path: str | Path, *, resolution: tuple[int, int] | None = None,
     magnification: float | None = None, field: Field | None = None,
 ) -> Path:  # fmt: skip
-    """Draw the deformed body, coloured by von Mises stress, with its initial outline, as PNG.
+    """Draw the deformed body, coloured by von Mises stress, with its initial outline.
 
     Parameters
     ----------
     solution : Solution
     path : str or Path
+        Its suffix is the format: .png, .pdf or .svg.
     resolution : (int, int), optional
         Grid cells along x and y; by default 100 along the longer side of the bounding box.
     magnification : float, optional
@@ -43,6 +42,8 @@ def deformed_figure(
 
     Raises
     ------
+    InputError
+        If there is no such format.
     OutputError
         If the file cannot be written.
     """
@@ -60,43 +61,20 @@ def deformed_figure(
 
 
 def _draw(figure: Any, solution: Solution, field: Field, factor: float) -> None:
-    axes = figure.add_subplot()
-    moved, stress = field.points + factor * field.u, field.von_mises
-    top = float(np.percentile(stress, BRIGHTEST))
-    colours = axes.tripcolor(*moved.T, stress, triangles=field.cells, shading="gouraud", cmap="viridis",
-                             vmin=0.0, vmax=top if top > 0.0 else 1.0)  # fmt: skip
-    for initial, deformed in _outlines(solution, factor):
+    axes, units = figure.add_subplot(), solution.case.units
+    moved, peak = field.points + factor * field.u, largest(field, solution.mesh)
+    colours = axes.tripcolor(*moved.T, field.von_mises, triangles=field.cells, shading="gouraud", cmap="viridis",
+                             vmin=0.0, vmax=peak.usual if peak.usual > 0.0 else 1.0, rasterized=True)  # fmt: skip
+    for initial, deformed in outlines(solution.mesh, solution.u, factor):
         axes.plot(*initial.T, color="0.55", lw=0.8, ls="--")
         axes.plot(*deformed.T, color="black", lw=0.9)
     contact = solution.contact
-    shown = contact.x + factor * solution.u[contact.nodes]
-    for state, colour, label in ((1, "C3", "slip"), (0, "white", "stick")):
-        chosen = contact.state == state
-        if chosen.any():
-            axes.plot(*shown[chosen].T, ".", color=colour, mec="black", mew=0.2, ms=4, label=label)
-    axes.set(xlabel="x", ylabel="y", aspect="equal", title=plain(solution.case.title))
-    axes.title.set_fontsize("medium")
-    figure.colorbar(colours, ax=axes, label="von Mises stress", extend="max" if stress.max() > top else "neither",
-                    shrink=0.8)  # fmt: skip
+    draw_states(axes, contact.x + factor * solution.u[contact.nodes], contact.state)
+    axes.plot(*moved[int(np.argmax(field.von_mises))], "x", color="black", ms=5.0, mew=1.0, label="largest")
+    figure.colorbar(colours, ax=axes, label=label("von Mises stress", units.stress), shrink=0.8,
+                    extend="max" if peak.stress > peak.usual else "neither")  # fmt: skip
     axes.plot([], [], color="0.55", lw=0.8, ls="--", label="initial")
     axes.plot([], [], color="black", lw=0.9, label=f"deformed, u × {factor:g}")
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=4, fontsize="small", frameon=False)
-
-
-def _outlines(solution: Solution, factor: float) -> list[tuple[Array, Array]]:
-    """Closed curves (k, 2), initial and deformed, one pair a loop."""
-    mesh = solution.mesh
-    pairs = []
-    for loop in mesh.loops():
-        initial, deformed = [], []
-        for k in loop.tolist():
-            order = int(mesh.order[k])
-            # constant elements by their middle, which is where their displacement is accurate
-            xi = np.linspace(-1.0, 1.0, 7) if order else np.zeros(1)
-            place = mesh.on_element(k, xi)[0]
-            values = lagrange(order, xi).T @ solution.u[mesh.first_node[k] : mesh.first_node[k + 1]]
-            initial.append(mesh.on_element(k, np.linspace(-1.0, 1.0, 7))[0])
-            deformed.append(place + factor * values)
-        curves = [np.vstack(points) for points in (initial, deformed)]
-        pairs.append((np.vstack([curves[0], curves[0][:1]]), np.vstack([curves[1], curves[1][:1]])))
-    return pairs
+    place(axes, solution)
+    figure.supxlabel(plain(f"largest {peak}"), fontsize=8.0)
+    legend_below(axes, 5)

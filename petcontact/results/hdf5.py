@@ -91,6 +91,8 @@ def write_group(group: Any, solution: Solution) -> None:
     rows = group.create_group("history")
     for key in COLUMNS:
         rows[key] = np.array(getattr(history, key), dtype=int if key == "ksp_iterations" else float)
+    if history.exchanged:
+        rows["exchanged"] = np.array(history.exchanged, dtype=int)
     group.attrs.update({
         "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.case.toml(), "status": solution.status,
         "reason": solution.reason, "iterations": solution.iterations, "rho": solution.rho,
@@ -194,7 +196,8 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> Solution:
         key: np.array([name.decode() for name in stored[key][()]]) if key == "part" else stored[key][()]
         for key in ContactFields.__dataclass_fields__
     })  # fmt: skip
-    history = History(**{key: group["history"][key][()].tolist() for key in COLUMNS})
+    rows = group["history"]
+    history = History(**{key: rows[key][()].tolist() for key in (*COLUMNS, *{"exchanged"} & rows.keys())})
     parts = json.loads(attributes["zone_parts"])
     zones = [Zone(part, float(a), float(b), int(s)) for part, (a, b, s) in zip(parts, attributes["zones"], strict=True)]
     case: Case = parse(Case, tomllib.loads(attributes["config"]), source)

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Index
-from .figures import SLIP, STICK, round_number
+from .figures import outlines
 from .steps import AssemblySolution, PairResult, StepResult
+from .style import SHADES, STATES, draw_states, label, legend_beside, plain, round_number
+from .style import title as cut
 
-OPEN = "#ffffff"
 CURVES = 5
 """Step ends drawn into one panel at most."""
 
@@ -19,9 +20,9 @@ def drawings(solution: AssemblySolution) -> dict[str, Any]:
     """Functions that draw a solution into a figure, by the name of the figure."""
     result: dict[str, Any] = {"deformed": draw_deformed}
     for name in solution.nodes:
-        plain = "".join(c if c.isalnum() or c in "-_" else "-" for c in name)
-        result[f"{plain}-traction"] = lambda figure, solution, name=name: draw_traction(figure, solution, name)
-        result[f"{plain}-motion"] = lambda figure, solution, name=name: draw_motion(figure, solution, name)
+        stem = "".join(c if c.isalnum() or c in "-_" else "-" for c in name)
+        result[f"{stem}-traction"] = lambda figure, solution, name=name: draw_traction(figure, solution, name)
+        result[f"{stem}-motion"] = lambda figure, solution, name=name: draw_motion(figure, solution, name)
     result["history"] = draw_history
     return result
 
@@ -41,19 +42,14 @@ def draw_deformed(figure: Any, solution: AssemblySolution) -> None:
     peak = max(float(np.abs(body.u).max()) for body in last.bodies.values())
     factor = round_number(0.05 * size, peak)
     for number, (name, mesh) in enumerate(solution.meshes.items()):
-        moved = mesh.x + factor * last.bodies[name].u
-        for loop in mesh.loops():
-            nodes = np.concatenate([np.arange(mesh.first_node[k], mesh.first_node[k + 1]) for k in loop])
-            nodes = np.append(nodes, nodes[0])
-            axes.plot(*mesh.x[nodes].T, color="0.7", lw=0.8, ls="--")
-            axes.plot(*moved[nodes].T, color=f"C{number}", lw=1.3)
+        for initial, deformed in outlines(mesh, last.bodies[name].u, factor):
+            axes.plot(*initial.T, color="0.7", lw=0.8, ls="--")
+            axes.plot(*deformed.T, color=f"C{number}", lw=1.3)
         axes.plot([], [], color=f"C{number}", lw=1.3, label=f"{name}, u × {factor:g}")
     largest = max((float(np.percentile(np.abs(pair.pressure), 95.0)) for pair in last.pairs.values()), default=0.0)
     for name, pair in last.pairs.items():
         moved = pair.x + factor * last.bodies[solution.sides[name][0]].u[solution.nodes[name]]
-        for state, colour in ((0, "C2"), (1, "C3")):
-            chosen = pair.state == state
-            axes.plot(*moved[chosen].T, ".", color=colour, ms=2.5)
+        draw_states(axes, moved, np.where(pair.state == 2, -1, pair.state))
         if largest > 0.0:
             traction = pair.sigma_t * pair.tangent[:, 0] - pair.pressure[:, None] * pair.normal
             arrows = traction * (0.1 * size / largest)
@@ -61,10 +57,9 @@ def draw_deformed(figure: Any, solution: AssemblySolution) -> None:
             shown = _spread(pair, 60)
             axes.quiver(*(moved - arrows)[shown].T, *arrows[shown].T, angles="xy", scale_units="xy", scale=1.0, width=0.002,
                         color="0.35")  # fmt: skip
-    for colour, label in (("C2", "stick"), ("C3", "slip")):
-        axes.plot([], [], ".", color=colour, label=label)
-    axes.set(xlabel="x", ylabel="y", aspect="equal", title=_title(solution, last.name))
-    axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    unit = solution.assembly.units.length
+    axes.set(xlabel=label("x", unit), ylabel=label("y", unit), aspect="equal", title=_title(solution, last.name))
+    legend_beside(axes)
 
 
 def _spread(pair: PairResult, count: int) -> Index:
@@ -84,10 +79,10 @@ def _shaded(axes: Any, pair: PairResult) -> None:
     cuts = np.flatnonzero(np.diff(state)) + 1
     ends = np.concatenate([[s[0]], 0.5 * (s[cuts - 1] + s[cuts]), [s[-1]]])
     for first, a, b in zip([0, *cuts.tolist()], ends[:-1], ends[1:], strict=True):
-        axes.axvspan(a, b, color=(STICK, SLIP, OPEN)[state[first]], lw=0)
-    for number, (name, colour) in enumerate((("stick", STICK), ("slip", SLIP))):
+        axes.axvspan(a, b, color=SHADES[STATES[int(state[first])][0]], lw=0)
+    for number, (name, _, _) in STATES.items():
         if np.any(state == number):
-            axes.fill_between([], [], [], color=colour, label=name)
+            axes.fill_between([], [], [], color=SHADES[name], label=name)
 
 
 def _window(axes: Any, pairs: list[PairResult]) -> None:
@@ -109,16 +104,17 @@ def draw_traction(figure: Any, solution: AssemblySolution, name: str) -> None:
     s = pair.arc_length[order]
     _shaded(axes, pair)
     axes.plot(s, pair.pressure[order], color="C0", lw=1.5, label="pressure p")
-    axes.plot(s, pair.sigma_t[order, 0], color="C3", lw=1.5, label="shear q")
+    axes.plot(s, pair.sigma_t[order, 0], color="C1", lw=1.5, label="shear q")
     if np.isfinite(pair.bound).all():
         for sign in (1.0, -1.0):
-            axes.plot(s, sign * pair.bound[order], color="C3", lw=0.8, ls="--", label="± bound of q" if sign > 0 else None)
+            axes.plot(s, sign * pair.bound[order], color="C1", lw=0.8, ls="--", label="± bound of q" if sign > 0 else None)
     for step in ends[:-1][-CURVES:]:
-        axes.plot(s, step.pairs[name].sigma_t[order, 0], color="C3", lw=0.7, alpha=0.5, label=f"q, {step.name}")
+        axes.plot(s, step.pairs[name].sigma_t[order, 0], color="C1", lw=0.7, alpha=0.5, label=f"q, {step.name}")
     axes.axhline(0.0, color="0.5", lw=0.6)
     _window(axes, [step.pairs[name] for step in ends])
-    axes.set(xlabel=f"arc length along {'.'.join(solution.sides[name])}", ylabel="traction", title=_title(solution, name))
-    axes.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    along, units = f"arc length along {plain('.'.join(solution.sides[name]))}", solution.assembly.units
+    axes.set(xlabel=label(along, units.length), ylabel=label("traction", units.stress), title=_title(solution, name))
+    legend_beside(axes)
 
 
 def draw_motion(figure: Any, solution: AssemblySolution, name: str) -> None:
@@ -139,10 +135,11 @@ def draw_motion(figure: Any, solution: AssemblySolution, name: str) -> None:
     inside = (pairs[-1].arc_length >= low) & (pairs[-1].arc_length <= high)
     seen = [pair.gap[inside] for pair in pairs]
     top = max((float(g[np.isfinite(g)].max(initial=0.0)) for g in seen), default=0.0)
-    upper.set(ylabel="gap", title=_title(solution, name), ylim=(-0.05 * top, 1.05 * top) if top > 0.0 else None)
-    lower.set(xlabel=f"arc length along {'.'.join(solution.sides[name])}", ylabel="slip w")
+    unit, along = solution.assembly.units.length, f"arc length along {plain('.'.join(solution.sides[name]))}"
+    upper.set(ylabel=label("gap", unit), title=_title(solution, name), ylim=(-0.05 * top, 1.05 * top) if top > 0.0 else None)
+    lower.set(xlabel=label(along, unit), ylabel=label("slip w", unit))
     lower.axhline(0.0, color="0.5", lw=0.6)
-    upper.legend(fontsize="small", loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False)
+    legend_beside(upper)
 
 
 def draw_history(figure: Any, solution: AssemblySolution) -> None:
@@ -158,12 +155,12 @@ def draw_history(figure: Any, solution: AssemblySolution) -> None:
         left.plot(slip, force, ".-", color=f"C{number}", lw=1.2, ms=4, label=name)
         energy = np.cumsum([pair.dissipated for pair in pairs])
         right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
-    left.set(xlabel="mean slip w", ylabel="tangential force on the primary", title=_title(solution, "hysteresis"))
+    units = solution.assembly.units
+    left.set(xlabel=label("mean slip w", units.length), ylabel=label("tangential force on the primary", units.force),
+             title=_title(solution, "hysteresis"))  # fmt: skip
     right.set(xlabel="increment", title="energy dissipated")
-    left.legend(fontsize="small")
+    left.legend()
 
 
 def _title(solution: AssemblySolution, what: str) -> str:
-    title = solution.assembly.title
-    title = title if len(title) <= 60 else title[:57] + "..."
-    return f"{title}: {what}" if title else what
+    return ": ".join(filter(None, (cut(solution.assembly.title), plain(what))))

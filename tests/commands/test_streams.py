@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from petcontact.results.figures import plain
+from petcontact.results.style import plain
 from petcontact.runtime.terminal import printable
 from petcontact.runtime.text_table import aligned, as_csv
 
@@ -70,7 +70,7 @@ def test_a_title_of_any_characters_is_printed_on_one_line_and_drawn(folder, loca
     first, second = done.stdout.splitlines()[:2]
     accented = "é" if locale == "C.UTF-8" else "\\xe9"
     assert first == f"$\\frac{{$ \\x1b[31mred\\n second line {accented}" and second.startswith("  converged")
-    assert len(list(folder.glob("*.png"))) == 4
+    assert len(list(folder.glob("*.png"))) == 5
 
 
 def toml(text):

@@ -196,6 +196,7 @@ class _Run:
         recorder.step(
             (old_v, old_sigma), v, sigma, v - old_v, sigma - old_sigma, ksp_iterations=self.solver.ksp_iterations
         )
+        recorder.history.exchanged.append(step.wrong)
         unbalanced = max(step.unbalanced, equilibrium_defect(system, sigma))
         relative = relative_residual(self.law, system, v, sigma)
         small = max(relative, unbalanced) <= self.iteration.criterion.tolerance

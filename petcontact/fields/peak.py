@@ -1,0 +1,65 @@
+"""The largest stress in a body: where it is, and whether that is a place where stresses have no bound."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+from ..mesh.curve_mesh import CurveMesh
+from .interior import Field
+
+PERCENT = 99.0
+"""What is left out by the stress that a picture's colours reach to."""
+NEAR = 0.02
+"""Distance to a corner, over the body's diagonal, within which a largest stress is the corner's."""
+SMOOTH = float(np.cos(np.radians(10.0)))
+
+
+@dataclass(frozen=True)
+class Peak:
+    """Largest von Mises stress among the points of a field.
+
+    Attributes
+    ----------
+    stress, usual : float
+        The largest, and the one that 99 % of the points stay below [stress].
+    place : (2,) array
+        [length]
+    corner : str
+        The parts that meet there, where it is a corner or a change of conditions; else empty. Stress may be infinite at
+        such places, so that the largest value says how near to them the points are, and no more.
+    """
+
+    stress: float
+    usual: float
+    place: Array
+    corner: str
+
+    def __str__(self) -> str:
+        x, y = self.place
+        where = f" where {self.corner} meet and stress may be infinite" if self.corner else ""
+        return f"{self.stress:.4g} at ({x:.4g}, {y:.4g}){where}; {PERCENT:g} % of the points stay below {self.usual:.4g}"
+
+
+def largest(field: Field, mesh: CurveMesh) -> Peak:
+    """The largest von Mises stress of a field in the body of a mesh."""
+    stress = field.von_mises
+    place = field.points[int(np.argmax(stress))]
+    vertex, names = corners(mesh)
+    distance = np.hypot(*(vertex - place).T)
+    diagonal = float(np.hypot(*np.ptp(mesh.start, axis=0)))
+    near = len(distance) > 0 and distance.min() < NEAR * diagonal
+    corner = names[int(np.argmin(distance))] if near else ""
+    return Peak(float(stress.max()), float(np.percentile(stress, PERCENT)), place, corner)
+
+
+def corners(mesh: CurveMesh) -> tuple[Array, list[str]]:
+    """Where the outline turns or one part ends and another begins, (k, 2) [length], and the parts that meet there."""
+    before, _ = mesh.neighbours()
+    ends = [mesh.on_element(k, np.array([-1.0, 1.0]))[1] for k in range(mesh.n_elements)]
+    turns = np.array([ends[b][1] @ ends[k][0] < SMOOTH for k, b in enumerate(before.tolist())])
+    found = np.flatnonzero(turns | (mesh.part != mesh.part[before]))
+    names = [[mesh.part_names[mesh.part[j]] for j in (before[k], k)] for k in found]
+    return mesh.start[found], [f"two sides of {a}" if a == b else f"{a} and {b}" for a, b in names]

@@ -1,0 +1,138 @@
+"""One style for all figures: sizes, colours that the colour-blind tell apart, labels with units, and files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+from ..runtime.atomic_write import temporary_name
+from ..runtime.terminal import printable
+
+FORMATS = ("png", "pdf", "svg")
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+"""Okabe and Ito's palette: seven hues that differ for every kind of colour vision, and in grey."""
+STATES = {0: ("stick", COLOURS[0], "s"), 1: ("slip", COLOURS[1], "o"), 2: ("open", "white", "^")}
+"""Name, colour and marker of each state of a contact node."""
+SHADES = {"stick": "#d3e4f1", "slip": "#f8dcc9", "open": "#eeeeee"}
+"""Background of the zones of a contact part."""
+DOTS = 300
+"""Dots an inch of what is drawn as an image inside a PDF or SVG file."""
+
+
+def save_all(
+    drawings: dict[str, Callable[..., None]], folder: str | Path, stem: str, *arguments: Any,
+    formats: Sequence[str] = ("png",),
+) -> list[Path]:  # fmt: skip
+    """Figures by name as STEM-NAME.png (or other formats) in a folder, which is made if it does not exist; their paths."""
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    paths = [(Path(folder) / f"{stem}-{name}.{suffix}", draw) for name, draw in drawings.items() for suffix in formats]
+    for path, draw in paths:
+        save(path, draw, *arguments)
+    return [path for path, _ in paths]
+
+
+def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
+    """One figure, drawn without a display, written whole or not at all; its format is that of its suffix.
+
+    Raises
+    ------
+    InputError
+        If there is no such format.
+    OutputError
+        If the file cannot be written.
+    """
+    suffix = figure_format(path)
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    with rc_context(style()):
+        figure = Figure(figsize=(7.0, 4.2), dpi=150, layout="constrained")
+        FigureCanvasAgg(figure)
+        draw(figure, *arguments)
+        stamp = {"svg": "Date", "pdf": "CreationDate"}.get(suffix)
+        with temporary_name(path) as temporary:
+            # no date: the same result is the same file
+            figure.savefig(temporary, format=suffix, metadata={stamp: None} if stamp else None,
+                           dpi=150 if suffix == "png" else DOTS)  # fmt: skip
+
+
+def figure_format(path: str | Path) -> str:
+    """The format that a file name's suffix says.
+
+    Raises
+    ------
+    InputError
+        If it is none of FORMATS.
+    """
+    suffix = Path(path).suffix.lower().removeprefix(".")
+    if suffix not in FORMATS:
+        raise InputError(f"{path}: a figure is {', '.join(f'.{name}' for name in FORMATS[:-1])} or .{FORMATS[-1]}")
+    return suffix
+
+
+def style() -> dict[str, Any]:
+    """Matplotlib's settings for our figures; text in PDF stays text."""
+    from matplotlib import cycler
+
+    return {
+        "axes.prop_cycle": cycler(color=COLOURS), "font.size": 9.0, "axes.titlesize": 10.0, "legend.fontsize": 8.0,
+        "legend.frameon": False, "lines.linewidth": 1.4, "axes.linewidth": 0.7, "pdf.fonttype": 42,
+        "svg.hashsalt": "petcontact", "axes.formatter.useoffset": False,
+    }  # fmt: skip
+
+
+def label(quantity: str, unit: str | None) -> str:
+    """An axis label, with the unit where it has a name."""
+    return f"{quantity} [{plain(unit)}]" if unit else quantity
+
+
+def legend_below(axes: Any, columns: int) -> None:
+    """A legend under the axes, where it hides nothing."""
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns)
+
+
+def legend_beside(axes: Any) -> None:
+    """A legend to the right of the axes."""
+    axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
+
+
+def draw_states(axes: Any, points: Any, states: Any) -> None:
+    """Contact nodes (m, 2) by their state: a shape and a colour each."""
+    told = axes.get_legend_handles_labels()[1]
+    for state, (name, colour, marker) in STATES.items():
+        chosen = states == state
+        if chosen.any():
+            axes.plot(*points[chosen].T, ls="", marker=marker, color=colour, mec="black", mew=0.2, ms=3.0,
+                      label=None if name in told else name)  # fmt: skip
+
+
+def round_number(wanted: float, peak: float) -> float:
+    """The number 1, 2 or 5 times a power of ten next below wanted/peak, by which to magnify."""
+    import numpy as np
+
+    if not peak > 0.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(wanted / peak))
+    return float(max(step for step in (1.0, 2.0, 5.0) if step * power <= wanted / peak * (1.0 + 1e-12)) * power)
+
+
+def title(text: str) -> str:
+    """A user's title, cut where it is long."""
+    text = plain(text)
+    return text if len(text) <= 70 else text[:67] + "..."
+
+
+def plain(text: str) -> str:
+    """A user's text for matplotlib, which would take what stands between dollars for a formula."""
+    return printable(text).replace("$", r"\$")
+
+
+def closed(points: Iterable[Any]) -> Any:
+    """A curve (k, 2) from its pieces that ends where it starts."""
+    import numpy as np
+
+    curve = np.vstack(list(points))
+    return np.vstack([curve, curve[:1]])

@@ -1,0 +1,130 @@
+"""Figures: formats by suffix, units on the axes, round arcs, nothing hidden, and what Newton's history shows."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import example
+from matplotlib.figure import Figure
+
+from petcontact import InputError, MeshOptions, deformed_figure, field_on_grid, load, plot_all, solve
+from petcontact.commands.main import main
+from petcontact.fields.peak import corners, largest
+from petcontact.model.units import Units
+from petcontact.results import figures, style
+from petcontact.results.hdf5 import read_solution, write_solution
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+COARSE = MeshOptions(element_size=0.4)
+
+
+@pytest.fixture(scope="module")
+def solution():
+    case = example(1, mesh=COARSE, name="semismooth-newton", rule=None)
+    return solve(case.model_copy(update={"units": Units(length="mm", stress="N/mm²")}))
+
+
+@pytest.fixture(scope="module")
+def plate():
+    return solve(load(CONFIGS / "gallery_plate.toml", {"mesh.element_size": 0.5}))
+
+
+def drawn(draw, solution):
+    figure = Figure(figsize=(7.0, 4.2), layout="constrained")
+    draw(figure, solution)
+    return figure
+
+
+def test_the_suffix_is_the_format(solution, tmp_path):
+    heads = {"png": b"\x89PNG", "pdf": b"%PDF", "svg": b"<?xml"}
+    for suffix, head in heads.items():
+        path = deformed_figure(solution, tmp_path / f"own.{suffix}", resolution=(8, 4))
+        assert path.read_bytes().startswith(head)
+    with pytest.raises(InputError, match=r"own\.jpeg: a figure is \.png, \.pdf or \.svg"):
+        deformed_figure(solution, tmp_path / "own.jpeg")
+
+
+def test_all_figures_in_all_formats_and_the_same_bytes_again(solution, tmp_path):
+    names = ("deformed", "displacement", "traction", "normal", "history")
+    one, other = (plot_all(solution, tmp_path / folder, "r", ("pdf", "svg")) for folder in ("a", "b"))
+    assert [path.name for path in one] == [f"r-{name}.{suffix}" for name in names for suffix in ("pdf", "svg")]
+    assert all(a.read_bytes() == b.read_bytes() for a, b in zip(one, other, strict=True))
+
+
+def test_units_stand_on_every_axis(solution):
+    labels = {
+        figures.draw_deformed: ["x [mm]", "y [mm]"],
+        figures.draw_displacement: ["arc length along bottom [mm]", "tangential displacement [mm]"],
+        figures.draw_traction: ["arc length along bottom [mm]", "tangential traction [N/mm²]"],
+        figures.draw_normal: ["arc length along bottom [mm]", "normal traction [N/mm²]"],
+    }
+    for draw, expected in labels.items():
+        axes = drawn(draw, solution).axes[0]
+        assert [axes.get_xlabel(), axes.get_ylabel()] == expected
+    assert style.label("x", None) == "x"
+
+
+def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
+    assert solution.history.exchanged[-1] == 0 and len(solution.history.exchanged) == solution.iterations
+    left, right = drawn(figures.draw_history, solution).axes
+    assert right.get_title() == "set of sticking nodes"
+    assert np.array_equal(right.lines[0].get_ydata(), solution.history.exchanged)
+    assert left.lines[0].get_ydata()[-1] <= 1e-12 and len(left.lines) == 1
+    write_solution(tmp_path / "r.h5", solution)
+    assert read_solution(tmp_path / "r.h5").history == solution.history
+
+
+def test_the_projection_methods_history_shows_rho():
+    left, right = drawn(figures.draw_history, solve(example(1, mesh=COARSE))).axes
+    assert right.get_title() == "Robin parameter" and len(left.lines) == 3
+
+
+def test_arcs_are_round_and_outlines_closed(plate):
+    initial, _ = figures.outlines(plate.mesh, plate.u, 1.0)[1]
+    centre = 0.5 * (initial.min(axis=0) + initial.max(axis=0))
+    radius = np.hypot(*(initial - centre).T)
+    assert np.ptp(radius) < 1e-9 * radius.mean() and len(initial) > 100
+    assert np.array_equal(initial[0], initial[-1])
+
+
+def test_states_differ_by_shape_and_colour(plate):
+    axes = drawn(figures.draw_deformed, plate).axes[0]
+    lines = {line.get_label(): line for line in axes.lines if line.get_label() in ("stick", "slip")}
+    assert {line.get_marker() for line in lines.values()} == {"s", "o"} and len({*map(str, (
+        line.get_color() for line in lines.values()))}) == 2  # fmt: skip
+    shown = sum(len(line.get_xdata()) for line in lines.values())
+    assert shown == len(plate.contact.nodes)
+
+
+def test_the_largest_stress_is_told_with_its_place(solution):
+    field = field_on_grid(solution.mesh, solution.u, solution.traction, solution.case.material, (30, 30))
+    peak = largest(field, solution.mesh)
+    assert peak.corner == "top and left" and peak.usual < peak.stress
+    assert np.hypot(*(peak.place - [0.0, 4.0])) < 0.01 and "where top and left meet and stress may be infinite" in str(peak)
+    inside = np.hypot(*(field.points - [4.0, 2.0]).T)
+    peak = largest(replace(field, stress=field.stress * (1e6 * (inside == inside.min()) + 1.0)[:, None]), solution.mesh)
+    assert peak.corner == "" and np.hypot(*(peak.place - [4.0, 2.0])) < 0.2 and "infinite" not in str(peak)
+    assert sorted(corners(solution.mesh)[1]) == ["bottom and right", "left and bottom", "right and top", "top and left"]
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [(["-o", "own.vtk"], "own.vtk: a field is written as .vtu"), (["--boundary", "b.xml"], "b.xml: a field is written as"),
+     (["--figure", "own.tif"], "own.tif: a figure is .png, .pdf or .svg")],
+)  # fmt: skip
+def test_other_suffixes_are_refused_before_any_work(solution, tmp_path, monkeypatch, capsys, words, message):
+    monkeypatch.chdir(tmp_path)
+    write_solution("r.h5", solution)
+    assert main(["field", "r.h5", "--grid", "8x8", *words]) == 2
+    assert message in capsys.readouterr().err and not Path(words[1]).exists()
+
+
+def test_plot_takes_formats(solution, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    write_solution("r.h5", solution)
+    assert main(["plot", "r.h5", "--format", "svg"]) == 0
+    assert capsys.readouterr().out.split() == [f"r-{name}.svg" for name in
+                                               ("deformed", "displacement", "traction", "normal", "history")]  # fmt: skip
