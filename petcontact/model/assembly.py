@@ -143,6 +143,8 @@ class Assembly(Model):
     ----------
     title : str
         Of the problem, for verdict and figures.
+    units : Units
+        Names of the units, for figures and files.
     body : list of Body
         The elastic bodies.
     obstacle : list of Obstacle

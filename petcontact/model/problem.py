@@ -144,6 +144,8 @@ class Problem(Model):
     ----------
     title : str
         Of the problem, for verdict and figures.
+    units : Units
+        Names of the units, for figures and files.
     material : Material
         What the body is made of.
     geometry : Rectangle, Polygon, ...

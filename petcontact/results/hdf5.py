@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import contextlib
+import hashlib
 import json
+import os
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -22,6 +24,8 @@ from .steps import AssemblySolution
 
 FORMAT = "petcontact result"
 FORMAT_VERSION = 1
+SEAL = b"\npetcontact sha256\n"
+"""What stands after the HDF5 file, which does not mind, before the hash of its bytes: HDF5 may crash on damaged ones."""
 MESH_ARRAYS = ("curvature", "order", "part", "line", "side_start")
 
 
@@ -70,7 +74,7 @@ def write_atomically(path: str | Path, fill: Callable[[h5py.File], None], *, rep
             fill(file)
             file.flush()
             image = file.id.get_file_image()
-        temporary.write_bytes(image)
+        temporary.write_bytes(image + SEAL + hashlib.sha256(image).digest())
 
 
 def write_group(group: Any, solution: Solution) -> None:
@@ -161,6 +165,7 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
     try:
         if not Path(path).is_file():
             raise ResultError(f"{path}: no such file")
+        _check_seal(Path(path))
         with h5py.File(path, "r") as file:
             yield file
     except PetcontactError:
@@ -168,6 +173,25 @@ def opened(path: str | Path) -> Iterator[h5py.File]:
     except (OSError, RuntimeError, KeyError, ValueError) as error:
         reason = " ".join(str(error).split())
         raise ResultError(f"{path}: not a whole HDF5 file ({reason})") from None
+
+
+def _check_seal(path: Path) -> None:
+    """Refuse a file whose bytes are not those that were written; one without a hash (older, or changed by h5py) passes."""
+    length = len(SEAL) + hashlib.sha256().digest_size
+    with open(path, "rb") as file:
+        size = file.seek(0, os.SEEK_END) - length
+        file.seek(max(size, 0))
+        tail = file.read()
+        cut = SEAL in tail[1:] or any(tail.endswith(SEAL[:k]) for k in range(4, len(SEAL)))
+        if not (cut or tail.startswith(SEAL)):
+            return
+        file.seek(0)
+        found, left = hashlib.sha256(), size
+        while not cut and left > 0 and (block := file.read(min(left, 1 << 20))):
+            found.update(block)
+            left -= len(block)
+    if cut or found.digest() != tail[len(SEAL) :]:
+        raise ResultError(f"{path}: damaged (its bytes are not those that were written)")
 
 
 def read_group(group: Any, source: str) -> Solution:
@@ -197,7 +221,7 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> Solution:
         for key in ContactFields.__dataclass_fields__
     })  # fmt: skip
     rows = group["history"]
-    history = History(**{key: rows[key][()].tolist() for key in (*COLUMNS, *{"exchanged"} & rows.keys())})
+    history = History(**{key: rows[key][()].tolist() for key in (*COLUMNS, *["exchanged"] * ("exchanged" in rows))})
     parts = json.loads(attributes["zone_parts"])
     zones = [Zone(part, float(a), float(b), int(s)) for part, (a, b, s) in zip(parts, attributes["zones"], strict=True)]
     case: Case = parse(Case, tomllib.loads(attributes["config"]), source)
