@@ -16,6 +16,7 @@ from ..model.assembly import Assembly, Obstacle
 from ..model.load_steps import Step
 from ..results.steps import AssemblySolution, StepResult
 from ..runtime import threads
+from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc
 from .assemble import Discrete, build, discretise
 from .increment import Freedoms, Progress, SteppedProblem, reduced_problem, step_result
@@ -191,7 +192,8 @@ def _finished(
         reason = _reached(discrete, results)
     names = [body.name for body in discrete.assembly.body]
     info = {
-        "argv": " ".join(sys.argv), "versions": versions(), "ranks": problem.comm.getSize(), "warnings": discrete.warnings,
+        "argv": " ".join(sys.argv), "versions": versions(), "ranks": problem.comm.getSize(),
+        "peak_memory": peak_memory(problem.comm), "warnings": discrete.warnings,
         "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, problem.system.bodies, strict=True)},
     }  # fmt: skip

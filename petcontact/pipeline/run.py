@@ -28,6 +28,7 @@ from ..model.problem import Problem
 from ..model.solver_options import Method
 from ..results.solution import Solution, contact_fields
 from ..runtime import threads
+from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc, reason_name, stage, timed
 from .initial_state import initial_functions
 from .prepare import Prepared, prepare
@@ -181,6 +182,7 @@ def _finish(
         "versions": versions(),
         "elastic_solves": system.elastic_solves,
         "ranks": prepared.comm.getSize(),
+        "peak_memory": peak_memory(prepared.comm),
     }
     return Solution(
         case, mesh, u, traction, contact, zones, state.history, status, reason, float(np.max(state.rho)),

@@ -7,7 +7,7 @@ import numpy as np
 from ..arrays import Array
 from ..runtime.terminal import printable
 from .steps import AssemblySolution, PairResult, StepResult
-from .summary import wrapped
+from .summary import cost, wrapped
 
 SHOWN = 6
 """Steps that the verdict shows: the first ones and the last."""
@@ -36,8 +36,7 @@ def verdict(solution: AssemblySolution) -> str:
         lines += wrapped("  warning: ", [warning], separator=" ")
     if "estimated_error" in solution.info:
         lines.append("  error of p and q: {estimated_error:.1e} estimated, {accuracy:.1e} wanted".format(**solution.info))
-    stages = [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()]
-    return "\n".join([*lines, *wrapped("  time [s]: ", stages)])
+    return "\n".join([*lines, *cost(solution.timings, solution.info)])
 
 
 def _step(increments: list[StepResult]) -> list[str]:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 from ..runtime.terminal import printable
@@ -28,9 +31,15 @@ def verdict(solution: Solution) -> str:
     lines.append(
         f"  max |u_t| {peak:.6g}, |R_rho| {solution.residual:.2e}, elastic residual {solution.elastic_residual:.1e}"
     )
-    stages = [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()]
-    lines += wrapped("  time [s]: ", stages)
-    return "\n".join(lines)
+    return "\n".join([*lines, *cost(solution.timings, solution.info)])
+
+
+def cost(timings: Mapping[str, float], info: Mapping[str, Any]) -> list[str]:
+    """Lines for time by stage, and for the largest memory of all ranks together."""
+    lines = wrapped("  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in timings.items()])
+    if "peak_memory" in info:
+        lines.append(f"  peak memory: {info['peak_memory'] / 1e9:.2f} GB")
+    return lines
 
 
 def _accuracy(solution: Solution) -> str:
