@@ -39,39 +39,36 @@ class Batches:
 
     Parameters
     ----------
-    blocks : list of Block
     n_rows, n_columns : int
         Lengths of the vectors, without the slot.
-
-    Attributes
-    ----------
-    blocks : list of Block
-        The same blocks; their values are views of the stacks.
     """
 
-    def __init__(self, blocks: list[Block], n_rows: int, n_columns: int) -> None:
+    def __init__(self, n_rows: int, n_columns: int) -> None:
         self.shape = (n_rows, n_columns)
-        self.blocks = list(blocks)
         self._stacks: list[_Stack] = []
+
+    def take(self, blocks: list[Block]) -> list[Array]:
+        """Store blocks, those of nearly one shape together; returns their values as views of the stacks."""
+        views = [block.values for block in blocks]
         groups: dict[tuple[int, int], list[int]] = {}
         for i, block in enumerate(blocks):
             if block.values.size:
                 p, q = block.values.shape
                 groups.setdefault((_grade(p), _grade(q)), []).append(i)
         for members in groups.values():
-            p, q = (max(self.blocks[i].values.shape[axis] for i in members) for axis in (0, 1))
+            p, q = (max(blocks[i].values.shape[axis] for i in members) for axis in (0, 1))
             stack = _Stack(
-                np.full((len(members), p), n_rows, dtype=np.int64),
-                np.full((len(members), q), n_columns, dtype=np.int64),
+                np.full((len(members), p), self.shape[0], dtype=np.int64),
+                np.full((len(members), q), self.shape[1], dtype=np.int64),
                 np.zeros((len(members), p, q)),
             )
             for k, i in enumerate(members):
-                block = self.blocks[i]
-                height, width = block.values.shape
-                stack.rows[k, :height], stack.columns[k, :width] = block.rows, block.columns
-                stack.values[k, :height, :width] = block.values
-                self.blocks[i] = Block(block.rows, block.columns, stack.values[k, :height, :width])
+                height, width = views[i].shape
+                stack.rows[k, :height], stack.columns[k, :width] = blocks[i].rows, blocks[i].columns
+                stack.values[k, :height, :width] = views[i]
+                views[i] = stack.values[k, :height, :width]
             self._stacks.append(stack)
+        return views
 
     @property
     def nbytes(self) -> int:

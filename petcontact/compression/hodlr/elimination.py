@@ -9,7 +9,7 @@ from scipy.linalg import lapack
 
 from ...arrays import Array, Index
 from .block_batches import Batches, Block
-from .levels import Level, Stack
+from .levels import TOGETHER, Level, Stack
 from .skeleton import Cluster
 
 GROWTH = 100.0  # largest |entry of E⁻¹| times the norm of its column; beyond it a pivot waits for the level above
@@ -170,6 +170,8 @@ def _eliminate(level: Level, below: list[Schur]) -> tuple[Elimination, list[Schu
     """One level, from what the level under it left (nothing under leaves), two clusters to one."""
     n, k = level.row_combine.shape
     left: list[Schur] = []
+    # padding goes to the zero slots between the active and the waiting ones
+    inverse_blocks, forth_blocks, back_blocks = Batches(n, n), Batches(n, k), Batches(k, n)
     inverses, forths, backs, wait_rows, wait_columns = [], [], [], [], []
     start = kept = passed = 0
     waiting = n + 1
@@ -199,11 +201,12 @@ def _eliminate(level: Level, below: list[Schur]) -> tuple[Elimination, list[Schu
         backs.append(Block(above, columns[column], g))
         wait_rows.append(waits[0])
         wait_columns.append(waits[1])
-    low, high = waiting, k + 1 + passed
-    return Elimination(
-        level, np.concatenate(wait_rows), np.concatenate(wait_columns),
-        Batches(inverses, low, low), Batches(forths, low, high), Batches(backs, high, low),
-    ), left  # fmt: skip
+        if len(inverses) == TOGETHER or cluster is level.clusters[-1]:
+            for batches, blocks in ((inverse_blocks, inverses), (forth_blocks, forths), (back_blocks, backs)):
+                batches.take(blocks)
+                blocks.clear()
+    slots = np.concatenate(wait_rows), np.concatenate(wait_columns)
+    return Elimination(level, *slots, inverse_blocks, forth_blocks, back_blocks), left
 
 
 def _assemble(cluster: Cluster, children: list[Schur]) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,7 +11,9 @@ import numpy as np
 from ...arrays import Array, Index
 from .block_batches import Batches, Block
 from .clusters import halved
-from .skeleton import Basis, Cluster, Operator
+from .skeleton import Cluster, Operator
+
+TOGETHER = 256  # clusters whose arrays are packed together
 
 
 @dataclass(frozen=True)
@@ -50,38 +53,43 @@ class Level:
 
 
 def pack(clusters: list[Cluster], like: Level | None = None) -> Level:
-    """One level from its clusters. The clusters' arrays are replaced by views; bases of rows are those of `like`."""
+    """One level from its clusters. The clusters' arrays are replaced by views, some clusters at a time, so that what was
+    there before makes room; bases of rows are those of `like`."""
+    compressed = [c for c in clusters if c.row_basis and c.column_basis]
+    above = [sum(len(c.row_basis.kept) for c in compressed if c.row_basis),
+             sum(len(c.column_basis.kept) for c in compressed if c.column_basis)]  # fmt: skip
+    here = [sum(len(c.rows) for c in clusters), sum(len(c.columns) for c in clusters)]
+    near, by_column = Batches(here[0], here[1]), Batches(above[1], here[1])
+    by_row = Batches(here[0], above[0]) if like is None else like.row_combine
+    kept_rows, kept_columns = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
     rows = columns = up_rows = up_columns = 0
-    near, by_row, by_column, kept_rows, kept_columns = [], [], [], [], []
-    for c in clusters:
-        near += [Block(rows + b.rows, columns + b.columns, b.values) for b in c.near]
-        if c.row_basis and c.column_basis:
-            r, s = c.row_basis, c.column_basis
-            above_rows, above_columns = up_rows + np.arange(len(r.kept)), up_columns + np.arange(len(s.kept))
-            if like is None:
-                by_row.append(Block(rows + r.rest, above_rows, r.combine))
-            by_column.append(Block(above_columns, columns + s.rest, s.combine))
-            kept_rows.append(rows + r.kept)
-            kept_columns.append(columns + s.kept)
-            up_rows, up_columns = up_rows + len(r.kept), up_columns + len(s.kept)
-        rows, columns = rows + len(c.rows), columns + len(c.columns)
-    none = [np.empty(0, dtype=np.int64)]
-    level = Level(
-        Batches(near, rows, columns),
-        np.concatenate(none + kept_rows),
-        np.concatenate(none + kept_columns),
-        Batches(by_row, rows, up_rows) if like is None else like.row_combine,
-        Batches(by_column, up_columns, columns),
-        clusters,
-    )
-    views = iter(level.near.blocks)
-    for c in clusters:
-        c.near = [replace(b, values=next(views).values) for b in c.near]
-    for c, by_r, by_c in zip(clusters, level.row_combine.blocks, level.column_combine.blocks, strict=False):
-        assert c.row_basis and c.column_basis
-        c.row_basis = Basis(c.row_basis.kept, c.row_basis.rest, by_r.values)
-        c.column_basis = Basis(c.column_basis.kept, c.column_basis.rest, by_c.values)
-    return level
+    for group in grouped(clusters):
+        blocks, row_blocks, column_blocks = [], [], []
+        for c in group:
+            blocks += [Block(rows + b.rows, columns + b.columns, b.values) for b in c.near]
+            if c.row_basis and c.column_basis:
+                r, s = c.row_basis, c.column_basis
+                row_blocks.append(Block(rows + r.rest, up_rows + np.arange(len(r.kept)), r.combine))
+                column_blocks.append(Block(up_columns + np.arange(len(s.kept)), columns + s.rest, s.combine))
+                kept_rows.append(rows + r.kept)
+                kept_columns.append(columns + s.kept)
+                up_rows, up_columns = up_rows + len(r.kept), up_columns + len(s.kept)
+            rows, columns = rows + len(c.rows), columns + len(c.columns)
+        views, column_views = iter(near.take(blocks)), iter(by_column.take(column_blocks))
+        row_views = iter(by_row.take(row_blocks) if like is None else [block.values for block in row_blocks])
+        del blocks, row_blocks, column_blocks
+        for c in group:
+            c.near = [replace(b, values=next(views)) for b in c.near]
+            if c.row_basis and c.column_basis:
+                c.row_basis = replace(c.row_basis, combine=next(row_views))
+                c.column_basis = replace(c.column_basis, combine=next(column_views))
+    return Level(near, np.concatenate(kept_rows), np.concatenate(kept_columns), by_row, by_column, clusters)
+
+
+def grouped(clusters: list[Cluster]) -> Iterator[list[Cluster]]:
+    """Some clusters at a time."""
+    for first in range(0, len(clusters), TOGETHER):
+        yield clusters[first : first + TOGETHER]
 
 
 def padded(x: Array) -> Array:
