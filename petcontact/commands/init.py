@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-from importlib.resources import files
 from pathlib import Path
 
 from ..errors import InputError
@@ -64,4 +63,6 @@ def starter(kind: str, name: str) -> dict[str, str]:
 
 
 def _read(file: str, name: str) -> str:
-    return files(__package__).joinpath("starters", file).read_text(encoding="utf-8").replace("NAME", name)
+    from ..manual import installed
+
+    return installed(f"starters/{file}").replace("NAME", name)

@@ -1,4 +1,4 @@
-"""The manual: Markdown, a chapter a file, installed with the package and shown by `petcontact help`."""
+"""The manual: Markdown, a chapter a file, and configs to start from; installed with the package."""
 
 from __future__ import annotations
 
@@ -8,9 +8,14 @@ ORDER = ("tutorial", "config", "contact", "space", "methods", "options", "sweeps
          "verification", "accuracy", "speed", "reliability", "extending", "changes")  # fmt: skip
 
 
+def installed(name: str) -> str:
+    """The text of a file of this folder."""
+    return files(__package__).joinpath(name).read_text(encoding="utf-8")
+
+
 def chapter(topic: str) -> str:
     """The text of a chapter, Markdown."""
-    return files(__package__).joinpath(f"{topic}.md").read_text(encoding="utf-8")
+    return installed(f"{topic}.md")
 
 
 def topics() -> dict[str, str]:
