@@ -12,7 +12,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..bem.operators import BoundaryOperators
-from ..contact.system import ContactSystem
+from ..contact.system import BodySystem
 from ..errors import SolverError
 from ..runtime.petsc import petsc, stage
 from .base import EliminatedSystem
@@ -32,7 +32,7 @@ class SpectralSystem(EliminatedSystem):
 
     Parameters
     ----------
-    system : ContactSystem
+    system : BodySystem
         On one rank; it is closed with this one.
     operators : BoundaryOperators
         Its operators.
@@ -43,7 +43,7 @@ class SpectralSystem(EliminatedSystem):
         If S has no well-conditioned basis of eigenvectors with positive eigenvalues.
     """
 
-    def __init__(self, system: ContactSystem, operators: BoundaryOperators, comm: Any) -> None:
+    def __init__(self, system: BodySystem, operators: BoundaryOperators, comm: Any) -> None:
         super().__init__(operators, comm)
         self._system, self.u_0 = system, system.u_0
         self._matrix = system.compliance()
@@ -96,7 +96,7 @@ def shares(cases: int, size: int) -> bool:
     return cases >= FEWEST_CASES and size <= LARGEST
 
 
-def shared_by(cases: int, system: ContactSystem, operators: BoundaryOperators, comm: Any) -> ContactSystem:
+def shared_by(cases: int, system: BodySystem, operators: BoundaryOperators, comm: Any) -> BodySystem:
     """The system itself, or the spectral one where that is the cheaper one for several cases.
 
     Options of the KSP other than `preonly` with `lu` (and so -ksp_monitor, too) keep the KSP.

@@ -79,3 +79,20 @@ def relative_residual(
     size = max(contact_norm(sigma, system.weight), scale) or contact_norm(rho * v, system.weight)
     residual = contact_norm(law_residual(law, v, sigma, rho), system.weight)
     return residual / size if size > 0.0 else 0.0
+
+
+def natural_residuals(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array) -> tuple[float, ...]:
+    """‖R_ρ‖/‖σ‖ of each group of components, with the balanced ρ."""
+    size = contact_norm(sigma, system.weight) or 1.0
+    residual = law_residual(law, v, sigma, balanced(law, system, v, sigma))
+    return tuple(contact_norm(residual[:, group], system.weight) / size for group in law.groups)
+
+
+def equilibrium_defect(system: ContactSystem, sigma: Array) -> float:
+    """Largest |Eσ + f| over the work of all tractions and loads on the same motion; 0 without rigid motions."""
+    modes = system.modes
+    if modes is None:
+        return 0.0
+    defect = np.abs(modes.load + np.tensordot(modes.resultant, sigma, 2))
+    size = np.abs(modes.load) + np.tensordot(np.abs(modes.resultant), np.abs(sigma), 2)
+    return float(np.max(np.divide(defect, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))

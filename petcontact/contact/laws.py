@@ -117,8 +117,7 @@ class Frictional:
     """Normal and tangential contact: p = max(τ_n, 0), or τ_n where bilateral, and [τ_t] on the ball of radius r(p).
 
     r is the least of μ|p| and g: Coulomb's law, Tresca's, or both; frictionless with g = 0; bonded where both are infinite
-    and the contact is bilateral. v_n is the overlap beyond the gap, σ_n = -p. Tresca's bound holds on an open part, too:
-    give a coefficient where friction needs pressure.
+    and the contact is bilateral. It vanishes where the contact is open. v_n is the overlap beyond the gap, σ_n = -p.
 
     Attributes
     ----------
@@ -126,16 +125,19 @@ class Frictional:
         μ >= 0 [-]; infinite where friction does not depend on pressure.
     bound : (m,) array
         g >= 0 [stress]; infinite where there is none.
-    unilateral : (m,) array of bool
+    unilateral : (m,) bool array
         Whether the parts may separate.
     k : int
         d, the dimension.
+    absent : (m,) bool array, optional
+        Nodes that face nothing and carry nothing.
     """
 
     coefficient: Array
     bound: Array
     unilateral: Mask
     k: int
+    absent: Mask | None = None
 
     @property
     def groups(self) -> tuple[slice, ...]:
@@ -144,12 +146,17 @@ class Frictional:
 
     def pressure(self, tau: Array) -> Array:
         """p(τ), (m,) [stress]."""
-        return np.where(self.unilateral, np.maximum(tau[:, -1], 0.0), tau[:, -1])
+        return np.where(self.opened(tau), 0.0, tau[:, -1])
+
+    def opened(self, tau: Array) -> Mask:
+        """Where nothing touches, (m,)."""
+        opened = self.unilateral & (tau[:, -1] <= 0.0)
+        return opened if self.absent is None else opened | self.absent
 
     def radius(self, pressure: Array) -> Array:
         """r(p), (m,) [stress]."""
         limit = np.multiply(self.coefficient, np.abs(pressure), out=np.full(len(pressure), np.inf), where=self._coulomb)
-        return np.minimum(limit, self.bound)
+        return np.where(self.unilateral & (pressure <= 0.0), 0.0, np.minimum(limit, self.bound))
 
     def project(self, tau: Array) -> Array:
         """Π(τ)."""
@@ -159,7 +166,7 @@ class Frictional:
     def linearise(self, tau: Array) -> Array:
         """Derivative of Π: the ball's, and how its radius follows the pressure."""
         p = self.pressure(tau)
-        closed = ~self.unilateral | (tau[:, -1] > 0.0)
+        closed = ~self.opened(tau)
         radius = self.radius(p)
         tangential, outward = ball_derivative(tau[:, :-1], radius)
         slope = np.where(self._coulomb & (radius < self.bound) & closed, np.sign(p), 0.0)
@@ -173,8 +180,7 @@ class Frictional:
     def states(self, tau: Array) -> States:
         """0 stick, 1 slip, 2 open."""
         slips = _slips(tau[:, :-1], self.radius(self.pressure(tau)))
-        opened = self.unilateral & (tau[:, -1] <= 0.0)
-        return np.where(opened, OPEN, np.where(slips, SLIP, STICK)).astype(np.int8)
+        return np.where(self.opened(tau), OPEN, np.where(slips, SLIP, STICK)).astype(np.int8)
 
     @cached_property
     def _coulomb(self) -> Mask:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, States
 from .laws import ContactLaw
 
 COLUMNS = ("rho", "w", "change", "residual", "ksp_iterations")
@@ -79,11 +79,17 @@ class ContactState:
     alpha: Array = field(default_factory=lambda: np.zeros(0))
 
     @property
+    def states(self) -> States:
+        """0 stick, 1 slip, 2 open, (m,)."""
+        assert self.law is not None
+        return self.law.states(self.rho * self.v - self.sigma)
+
+    @property
     def counts(self) -> dict[str, int]:
         """How many nodes stick, slip, and are open, as far as there are any."""
         if self.law is None:
             return {}
-        found = np.bincount(self.law.states(self.rho * self.v - self.sigma), minlength=3)
+        found = np.bincount(self.states, minlength=3)
         return {name: int(n) for name, n in zip(("stick", "slip", "open"), found, strict=True) if n}
 
 

@@ -123,6 +123,10 @@ class ContactSystem(Protocol):
         """A new T, unscaled; None where there is none, then S is to be dense."""
         ...
 
+
+class BodySystem(ContactSystem, Protocol):
+    """The contact system of a body whose whole boundary follows from σ."""
+
     def boundary(self, sigma: Array) -> tuple[Array, Array]:
         """Displacement [length] and traction [stress] (n, d) on the whole boundary for a given σ."""
         ...

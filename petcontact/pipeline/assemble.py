@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..compliance.bodies import BodiesSystem, Interface
 from ..compliance.body import BodyCompliance, Loading, eliminate
-from ..contact.unilateral.law import PairLaw
+from ..contact.laws import Frictional
 from ..errors import InputError
 from ..geometry.outline import Outline
 from ..mesh.contact_pairs import PairSides, face, match, mesh_of_sides, side_meshes
@@ -62,7 +62,7 @@ class Discrete:
     meshes : list of CurveMesh
     sides : list of Side
     interfaces : list of Interface
-    law : PairLaw
+    law : Frictional
     loadings : list of Loading, one a body
         State 0 is the unloaded one, state k the end of step k.
     distance : list of float
@@ -75,7 +75,7 @@ class Discrete:
     meshes: list[CurveMesh]
     sides: list[Side]
     interfaces: list[Interface]
-    law: PairLaw
+    law: Frictional
     loadings: list[Loading]
     distance: list[float]
     warnings: list[str] = field(default_factory=list)
@@ -216,21 +216,20 @@ def _interface(side: Side, pair: PairSides | None, meshes: list[CurveMesh]) -> t
                      None), smallest, notes  # fmt: skip
 
 
-def _law(sides: list[Side], interfaces: list[Interface], meshes: list[CurveMesh]) -> PairLaw:
-    parts: list[tuple[Mask, Mask, Mask, Mask, Array, Array]] = []
+def _law(sides: list[Side], interfaces: list[Interface], meshes: list[CurveMesh]) -> Frictional:
+    parts: list[tuple[Array, Array, Mask, Mask]] = []
     for side, interface in zip(sides, interfaces, strict=True):
         mesh, nodes, law = meshes[side.body], interface.nodes, side.law
         m = len(nodes)
-        everywhere = np.ones(m, dtype=bool)
         names = mesh.variables(nodes)
-        coulomb = law.friction_coefficient is not None
         mu = _not_negative(law.friction_coefficient, names, m, f"{side.key}.friction_coefficient", mesh.x[nodes])
         bound = _not_negative(law.friction_bound, names, m, f"{side.key}.friction_bound", mesh.x[nodes])
-        cap = bound if bound is not None else np.full(m, np.inf if coulomb else 0.0)
-        parts.append((np.isfinite(interface.gap), everywhere & (law.normal == "unilateral"),
-                      everywhere & (law.normal == "bonded"), everywhere & coulomb,
-                      mu if mu is not None else np.zeros(m), cap))  # fmt: skip
-    return PairLaw(*(np.concatenate(values) for values in zip(*parts, strict=True)))
+        if bound is None:
+            bound = np.full(m, np.inf if mu is not None or law.normal == "bonded" else 0.0)
+        parts.append((mu if mu is not None else np.full(m, np.inf), bound, np.full(m, law.normal == "unilateral"),
+                      ~np.isfinite(interface.gap)))  # fmt: skip
+    coefficient, bound, unilateral, absent = (np.concatenate(values) for values in zip(*parts, strict=True))
+    return Frictional(coefficient, bound, unilateral, 2, absent)
 
 
 def _not_negative(value: Any, names: dict[str, Array], m: int, key: str, x: Array) -> Array | None:

@@ -9,8 +9,12 @@ import numpy as np
 
 from ..arrays import Array, Mask
 from ..compliance.bodies import BodiesSystem
-from ..contact.unilateral.equilibrium import unheld
-from ..contact.unilateral.newton import Outcome, Reduced, Sets
+from ..compliance.reduced import ReducedSystem
+from ..contact.criterion import equilibrium_defect, natural_residuals
+from ..contact.equilibrium import unheld
+from ..contact.laws import OPEN
+from ..contact.state import ContactState, Start
+from ..contact.system import Modes
 from ..model.load_steps import Step
 from ..results.steps import BodyResult, ObstacleResult, PairResult, StepResult
 from .assemble import Discrete
@@ -43,8 +47,8 @@ class Progress:
     ----------
     slip : (M,) array
         w [length].
-    sigma : (M, 2) array
-    sets : Sets, optional
+    start : pair of (M, 2) arrays, optional
+        v (its tangential part since the increment before) and σ.
     alpha : (r,) array
         Motions of the bodies.
     positions, loads : (o, 3) arrays
@@ -52,8 +56,7 @@ class Progress:
     """
 
     slip: Array
-    sigma: Array
-    sets: Sets | None
+    start: Start | None
     alpha: Array
     positions: Array
     loads: Array
@@ -76,7 +79,7 @@ class SteppedProblem:
 
 def reduced_problem(
     system: BodiesSystem, freedoms: list[Freedoms], progress: Progress, number: int, target: float
-) -> Reduced:
+) -> ReducedSystem:
     base = (1.0 - target) * system.base[number - 1] + target * system.base[number]
     base[1::2] -= np.where(np.isfinite(system.gap), system.gap, 0.0)
     modes, balance = [system.modes], [system.balance]
@@ -87,14 +90,15 @@ def reduced_problem(
         modes.append(mode[:, freedom.free])
         balance.append(system.weighted(mode)[freedom.free])
         resultant.append(load[freedom.free])
-    return Reduced(
-        base.reshape(-1, 2), system.compliance, np.concatenate(modes, axis=1), np.concatenate(balance),
-        np.concatenate(resultant), system.weight, progress.slip,
-    )  # fmt: skip
+    u_0 = base.reshape(-1, 2)
+    u_0[:, 0] -= progress.slip
+    motion, load = np.concatenate(modes, axis=1), np.concatenate(resultant)
+    rigid = Modes(motion.reshape(*u_0.shape, -1), np.concatenate(balance).reshape(-1, *u_0.shape), load)
+    return ReducedSystem(u_0, system.compliance, system.weight, rigid)
 
 
 def step_result(
-    problem: SteppedProblem, freedoms: list[Freedoms], step: Step, number: int, target: float, outcome: Outcome,
+    problem: SteppedProblem, freedoms: list[Freedoms], step: Step, number: int, target: float, outcome: ContactState,
     before: Progress, after: Progress, *, checked: bool,
 ) -> StepResult:  # fmt: skip
     discrete, system = problem.discrete, problem.system
@@ -109,26 +113,29 @@ def step_result(
         bodies[assembly.body[b].name] = BodyResult(u, traction)
         if checked:
             elastic = max(elastic, body.residual(shares, u, traction, alpha))
-    residuals = {"normal": outcome.normal, "tangential": outcome.tangential, "balance": outcome.balance,
+    reduced = reduced_problem(system, freedoms, before, number, target)
+    tangential, normal = natural_residuals(discrete.law, reduced, outcome.v, outcome.sigma)
+    residuals = {"normal": normal, "tangential": tangential, "balance": equilibrium_defect(reduced, outcome.sigma),
                  "elastic": elastic if checked else np.nan}  # fmt: skip
     status, reason = ("converged" if outcome.converged else "not converged"), outcome.reason
     if outcome.converged and not elastic <= ELASTIC_LIMIT:
         status, reason = "not converged", f"elastic residual {elastic:.1e} > {ELASTIC_LIMIT:g}"
     if not outcome.converged:
-        reason = _why(problem, freedoms, before, number, target, outcome)
-    pairs = {}
+        reason = _why(problem, freedoms, reduced, number, target, outcome)
+    pairs, states, radius = {}, outcome.states, discrete.law.radius(-outcome.sigma[:, 1])
+    absent = ~np.isfinite(system.gap)
     for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
         mesh = discrete.meshes[side.body]
-        sigma, v, law = outcome.sigma[where], outcome.v[where], discrete.law
+        sigma, v = outcome.sigma[where], outcome.v[where]
         weight, x = mesh.weight[face.nodes], mesh.x[face.nodes]
         traction = sigma[:, :1] * face.tangent + sigma[:, 1:] * face.normal
-        slip, moved = v[:, :1], v[:, :1] - before.slip[where, None]
+        moved = v[:, :1]
+        slip = moved + before.slip[where, None]
         force = weight @ traction
         pairs[face.name] = PairResult(
             x, face.normal, face.tangent[:, None, :], weight, mesh.arc_length[face.nodes], -sigma[:, 1], sigma[:, :1],
-            law.bound(-outcome.sigma[:, 1])[where],
-            np.where(law.present[where], np.where(outcome.sets.closed[where], 0.0, -v[:, 1]), np.inf), slip, moved,
-            outcome.sets.states[where], force,
+            radius[where], np.where(absent[where], np.inf, np.where(states[where] == OPEN, -v[:, 1], 0.0)), slip, moved,
+            states[where], force,
             float(weight @ (x[:, 0] * traction[:, 1] - x[:, 1] * traction[:, 0])),
             float(-weight @ (sigma[:, 0] * moved[:, 0])),
         )  # fmt: skip
@@ -138,20 +145,21 @@ def step_result(
         for k, o in enumerate(assembly.obstacle)
     }  # fmt: skip
     return StepResult(
-        step.name or f"step {number}", number, target, status, reason, outcome.iterations, residuals, pairs, bodies,
+        step.name or f"step {number}", number, target, status, reason, len(outcome.history), residuals, pairs, bodies,
         obstacles, after.alpha,
     )  # fmt: skip
 
 
 def _why(
-    problem: SteppedProblem, freedoms: list[Freedoms], before: Progress, number: int, target: float, outcome: Outcome
-) -> str:
+    problem: SteppedProblem, freedoms: list[Freedoms], reduced: ReducedSystem, number: int, target: float,
+    outcome: ContactState,
+) -> str:  # fmt: skip
     """What a failed increment says: which body nothing holds, or how Newton's method ended."""
-    reduced = reduced_problem(problem.system, freedoms, before, number, target)
-    push = unheld(reduced.balance, reduced.resultant, problem.discrete.law)
+    push = unheld(reduced.modes, problem.discrete.law)
     where = f"at load factor {target:.4g} of step {problem.steps[number - 1].name!r}"
-    if push is None and outcome.balance > problem.discrete.assembly.method.tolerance and np.any(outcome.pushed):
-        push = outcome.pushed
+    defect = equilibrium_defect(reduced, outcome.sigma)
+    if push is None and reduced.modes is not None and defect > problem.discrete.assembly.method.tolerance:
+        push = reduced.modes.load + np.tensordot(reduced.modes.resultant, outcome.sigma, 2)
     if push is None:
         return f"{outcome.reason} {where}"
     return f"no equilibrium {where}: {_pushed(problem, freedoms, push)}"

@@ -9,8 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from ..contact.unilateral.equilibrium import unheld
-from ..contact.unilateral.newton import Outcome, Sets, pair_newton
+from ..contact.criterion import Criterion
+from ..contact.equilibrium import unheld
+from ..contact.iteration import Iteration
+from ..contact.methods.registry import method_of
+from ..contact.state import ContactState, Start
 from ..errors import InputError
 from ..model.assembly import Assembly, Obstacle
 from ..model.load_steps import Step
@@ -30,9 +33,9 @@ Monitor = Callable[[StepResult], str | None]
 
 def prepare_assembly(assembly: Assembly, comm: Any = None, discrete: Discrete | None = None) -> SteppedProblem:
     """Discretise and eliminate."""
-    if assembly.method.resolved_name != "semismooth-newton":
+    if assembly.method.resolved_name not in ("semismooth-newton", "projection"):
         raise InputError(f"method.name: {assembly.method.resolved_name!r} solves one body in bilateral Tresca contact only; "
-                         'bodies, load steps and other laws take "semismooth-newton"')  # fmt: skip
+                         'bodies, load steps and other laws take "semismooth-newton" or "projection"')  # fmt: skip
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
     discrete = discrete if discrete is not None else discretise(assembly)
@@ -64,8 +67,8 @@ def solve_assembly(assembly: Assembly, *, comm: Any = None, monitor: Monitor | N
     return run_steps(prepare_assembly(assembly, comm), monitor=monitor)
 
 
-def run_steps(problem: SteppedProblem, *, warm: Sets | None = None, monitor: Monitor | None = None) -> AssemblySolution:
-    """The steps of a prepared problem; `warm` are the sets that a solution on another mesh had after its first increment."""
+def run_steps(problem: SteppedProblem, *, warm: Start | None = None, monitor: Monitor | None = None) -> AssemblySolution:
+    """The steps of a prepared problem; `warm` are v and σ that a solution on another mesh had after its first increment."""
     began = time.perf_counter()
     results: list[StepResult] = []
     status, reason = "converged", ""
@@ -79,12 +82,12 @@ def run_steps(problem: SteppedProblem, *, warm: Sets | None = None, monitor: Mon
     return _finished(problem, results, status, reason, {**problem.timings, "steps": time.perf_counter() - began})
 
 
-def _increments(problem: SteppedProblem, warm: Sets | None) -> Iterator[StepResult]:
+def _increments(problem: SteppedProblem, warm: Start | None) -> Iterator[StepResult]:
     """Increment after increment; the last one has failed where not all steps are reached."""
     system, m = problem.system, len(problem.system.weight)
     obstacles = problem.discrete.assembly.obstacle
     progress = Progress(
-        np.zeros(m), np.zeros((m, 2)), warm, np.zeros(system.modes.shape[1]), np.zeros((len(obstacles), 3)),
+        np.zeros(m), warm, np.zeros(system.modes.shape[1]), np.zeros((len(obstacles), 3)),
         np.zeros((len(obstacles), 3)),
     )  # fmt: skip
     current = list(obstacles)
@@ -118,13 +121,13 @@ def _increments(problem: SteppedProblem, warm: Sets | None) -> Iterator[StepResu
 def _unheld(problem: SteppedProblem, freedoms: list[Freedoms], progress: Progress, number: int, target: float) -> bool:
     """Whether no admissible traction holds the loads at a load factor."""
     reduced = reduced_problem(problem.system, freedoms, progress, number, target)
-    return unheld(reduced.balance, reduced.resultant, problem.discrete.law) is not None
+    return unheld(reduced.modes, problem.discrete.law) is not None
 
 
 def _attempt(
     problem: SteppedProblem, freedoms: list[Freedoms], progress: Progress, number: int, reached: float, target: float, *,
     auto: bool,
-) -> list[tuple[Outcome, Progress]] | None:  # fmt: skip
+) -> list[tuple[ContactState, Progress]] | None:  # fmt: skip
     """One increment, or with "auto" two halves that agree with it; None where it fails."""
     whole, after = _increment(problem, freedoms, progress, number, target)
     if not whole.converged:
@@ -161,23 +164,25 @@ def _freedoms(obstacle: Obstacle, progress: Progress, k: int) -> Freedoms:
 
 def _increment(
     problem: SteppedProblem, freedoms: list[Freedoms], progress: Progress, number: int, target: float
-) -> tuple[Outcome, Progress]:
+) -> tuple[ContactState, Progress]:
     """Newton's outcome at a load factor of a step, and what it hands on."""
     system = problem.system
     reduced = reduced_problem(system, freedoms, progress, number, target)
-    tolerance = problem.discrete.assembly.method.tolerance
-    outcome = pair_newton(reduced, problem.discrete.law, tolerance=tolerance, warm=progress.sets)
-    r = system.modes.shape[1]
+    method = problem.discrete.assembly.method
+    iteration = Iteration(Criterion(method.tolerance, method.stop), method.max_iterations, progress.start)
+    outcome = method_of(method)(reduced, problem.discrete.law, iteration)
+    alpha, r = reduced.amplitudes(outcome.v, outcome.sigma), system.modes.shape[1]
     positions, loads = progress.positions.copy(), progress.loads.copy()
     taken = r
     for k, freedom in enumerate(freedoms):
         position, load = ((1.0 - target) * pair[0] + target * pair[1] for pair in (freedom.position, freedom.load))
         free = int(freedom.free.sum())
-        position[freedom.free] = outcome.alpha[taken : taken + free]
+        position[freedom.free] = alpha[taken : taken + free]
         taken += free
         feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
         positions[k], loads[k] = position, np.where(freedom.free, load, -feels)
-    return outcome, Progress(outcome.v[:, 0], outcome.sigma, outcome.sets, outcome.alpha[:r], positions, loads)
+    slip = progress.slip + outcome.v[:, 0]
+    return outcome, Progress(slip, (outcome.v, outcome.sigma), alpha[:r], positions, loads)
 
 
 def _finished(

@@ -14,7 +14,7 @@ from ..compliance.condensed import CondensedSystem
 from ..compliance.full import FullSystem
 from ..compliance.spectral import shared_by
 from ..contact.laws import ContactLaw, Tresca
-from ..contact.system import ContactSystem
+from ..contact.system import BodySystem
 from ..errors import InputError
 from ..model.case import Case
 from ..model.problem import Contact, Problem
@@ -34,7 +34,7 @@ class Prepared:
     Attributes
     ----------
     operators : BoundaryOperators
-    system : ContactSystem
+    system : BodySystem
     law : ContactLaw
     comm : PETSc.Comm
     timings : dict of str to float
@@ -42,7 +42,7 @@ class Prepared:
     """
 
     operators: BoundaryOperators
-    system: ContactSystem
+    system: BodySystem
     law: ContactLaw
     comm: Any
     timings: dict[str, float] = field(default_factory=dict)
@@ -90,7 +90,7 @@ def prepare_operators(
     return Prepared(operators, system, Tresca(operators.data.friction_bound), comm, {**timings, **seconds})
 
 
-def _build_system(operators: BoundaryOperators, case: Case, comm: Any) -> ContactSystem:
+def _build_system(operators: BoundaryOperators, case: Case, comm: Any) -> BodySystem:
     """The system that `[bem]`, the -bem_ options and the formulation ask for."""
     bem = resolved_bem(case.bem)
     compressed = bem.mat_type == "hodlr" or (bem.mat_type == "auto" and operators.mesh.n_nodes > CROSSOVER)

@@ -16,7 +16,7 @@ import numpy as np
 from ...arrays import Array
 from ...model.solver_options import Method
 from ..active_set import Pieces, Pivot, Predictor, box_problem, next_tau, pivots
-from ..criterion import relative_residual
+from ..criterion import equilibrium_defect, relative_residual
 from ..iteration import Iteration, Recorder
 from ..laws import OPEN, SLIP, ContactLaw
 from ..restricted import LayerCompliance, Restricted, restricted_to
@@ -207,14 +207,3 @@ class _Run:
         state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=converged)
         state.alpha = step.alpha
         return state
-
-
-def equilibrium_defect(system: ContactSystem, sigma: Array) -> float:
-    """Largest |Eσ + f| over the work of all tractions and loads on the same motion; 0 without rigid motions."""
-    modes = system.modes
-    if modes is None or not len(modes.load):
-        return 0.0
-    defect = np.abs(modes.load + np.tensordot(modes.resultant, sigma, 2))
-    size = np.abs(modes.load) + np.tensordot(np.abs(modes.resultant), np.abs(sigma), 2)
-    return float(np.max(np.divide(defect, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
-

@@ -71,7 +71,7 @@ class OperatorRobin:
                 if state.converged or state.stopped:
                     return state
             reason = f"max_iterations = {iteration.max_iterations} reached; {reason}"
-            return ContactState(v, sigma, rho, False, reason, recorder.history)
+            return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)
         finally:
             solver.close()
 

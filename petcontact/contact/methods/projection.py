@@ -73,10 +73,10 @@ class Projection:
                 relative = relative_residual(law, system, v, sigma, float(np.max(rho)), recorder.largest)
             if criterion.met(change, relative):
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
-                return ContactState(v, sigma, rho, True, reason, recorder.history)
+                return ContactState(v, sigma, rho, True, reason, recorder.history, law=law)
             rho = self._updated(rules, law, rho, balance, len(recorder.history))
         reason = f"max_iterations = {iteration.max_iterations} reached with change {change:.1e} > {criterion.tolerance:g}"
-        return ContactState(v, sigma, rho, False, reason, recorder.history)
+        return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)
 
     @staticmethod
     def _updated(rules: list[Rule], law: ContactLaw, rho: float | Array, balance: float | Array, k: int) -> float | Array:

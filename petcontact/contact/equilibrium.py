@@ -1,0 +1,68 @@
+"""Whether contact tractions of any size can hold the loads: a linear program over the cone of what the law allows."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import scipy.optimize
+import scipy.sparse
+
+from ..arrays import Array, Index
+from .laws import Frictional
+from .system import Modes
+
+SMALL = 1e-8
+"""Push that counts as none, relative to the loads."""
+
+
+def unheld(modes: Modes | None, law: Frictional) -> Array | None:
+    """What of the loads no admissible traction holds, (r,); None where all can be held.
+
+    Minimises Σ|Eσ + f| over p >= 0 where unilateral and σ_t in a polygon around the disk of radius r(p): what it says cannot
+    be held cannot. A load that passes may still not be held: the tractions that would do it need not follow from the
+    elastic problem.
+    """
+    if modes is None or not np.any(modes.load):
+        return None
+    r, m, k = modes.resultant.shape
+    scale = np.maximum(np.abs(modes.resultant).max(axis=(1, 2), initial=0.0), 1e-300)
+    size = float(np.abs(modes.load / scale).max(initial=0.0))
+    present = np.ones(m, dtype=bool) if law.absent is None else ~law.absent
+    # unknowns: σ (node after node, normal last), and the slacks s+, s- >= 0
+    equal = np.hstack([(modes.resultant / scale[:, None, None]).reshape(r, m * k), np.eye(r), -np.eye(r)])
+    coulomb = np.isfinite(law.coefficient) & present
+    cap = np.where(present, law.bound, 0.0)
+    lower, upper = np.full((m, k), -np.inf), np.full((m, k), np.inf)
+    lower[:, :-1], upper[:, :-1] = -cap[:, None], cap[:, None]
+    upper[law.unilateral, -1] = 0.0
+    lower[~present, -1] = upper[~present, -1] = 0.0
+    nodes = np.flatnonzero(coulomb)
+    blocks = [_facets(nodes, way, law.coefficient[nodes], m, k) for way in directions(k - 1)]
+    limits = scipy.sparse.hstack([scipy.sparse.vstack(blocks), scipy.sparse.csr_array((len(blocks) * len(nodes), 2 * r))])
+    bounds = np.concatenate([
+        np.column_stack([lower.ravel(), upper.ravel()]), np.tile([0.0, np.inf], (2 * r, 1)),
+    ])  # fmt: skip
+    answer = scipy.optimize.linprog(
+        np.concatenate([np.zeros(m * k), np.ones(2 * r)]), A_ub=limits.tocsr() if len(nodes) else None,
+        b_ub=np.zeros(limits.shape[0]) if len(nodes) else None, A_eq=equal, b_eq=-modes.load / scale / size,
+        bounds=bounds, method="highs",
+    )  # fmt: skip
+    if not answer.success or answer.fun <= SMALL:
+        return None
+    slack = answer.x[m * k : m * k + r] - answer.x[m * k + r :]
+    return np.asarray(-slack * scale * size)
+
+
+def directions(dimension: int) -> Array:
+    """Unit vectors to all neighbours of a grid point: ±1 on a line, eight in a plane."""
+    ways = np.array([way for way in itertools.product((-1.0, 0.0, 1.0), repeat=dimension) if any(way)])
+    return np.asarray(ways / np.linalg.norm(ways, axis=1)[:, None])
+
+
+def _facets(nodes: Index, way: Array, coefficient: Array, m: int, k: int) -> scipy.sparse.csr_array:
+    """way · σ_t + μ σ_n <= 0 at some nodes, rows over all σ."""
+    rows = np.repeat(np.arange(len(nodes)), k)
+    columns = (k * nodes[:, None] + np.arange(k)).ravel()
+    entries = np.column_stack([np.broadcast_to(way, (len(nodes), k - 1)), coefficient]).ravel()
+    return scipy.sparse.csr_array((entries, (rows, columns)), shape=(len(nodes), m * k))
