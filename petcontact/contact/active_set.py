@@ -29,6 +29,8 @@ Predictor = Callable[["Pivot"], tuple[Array, Array]]
 
 PATIENCE = 8
 """Full exchanges that may fail to reduce the number of wrong nodes."""
+BALANCED = 1e-9
+"""Relative defect of equilibrium that is round-off."""
 PULL = 0.1
 """ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it slips the other way."""
 
@@ -82,8 +84,8 @@ class Pivot:
         Where Π was to be linearised according to it.
     wrong : int
         Nodes that lie on another piece than was supposed.
-    unbalanced : float
-        Relative defect of Eσ + f = 0 in motions that no node holds.
+    push : (r,) array
+        Motion along which the loads push and that no node holds; 0 where all are held or in equilibrium.
     """
 
     sigma: Array
@@ -92,7 +94,7 @@ class Pivot:
     pieces: Pieces
     tau: Array
     wrong: int
-    unbalanced: float
+    push: Array
 
 
 def next_tau(pieces: Pieces, law: ContactLaw, sigma: Array, v: Array, noise: float) -> tuple[Array, Array]:
@@ -140,10 +142,11 @@ def pivots(
     fewest, patience, seen_sets = len(base) + 1, PATIENCE, set[bytes]()
     while True:
         pieces = Pieces.at(law, tau)
-        sigma, v, alpha, unbalanced = linear_solve(solver, pieces, base, modes, sigma, alpha, rho)
+        sigma, v, alpha, push = linear_solve(solver, pieces, base, modes, sigma, alpha, rho)
         revised, rho = next_tau(pieces, law, sigma, v, solver.noise)
         wrong = np.flatnonzero(law.states(revised) != pieces.states)
-        yield Pivot(sigma, v, alpha, pieces, revised, len(wrong), unbalanced)
+        step = Pivot(sigma, v, alpha, pieces, revised, len(wrong), push)
+        yield step
         if len(wrong) < fewest:
             fewest, patience = len(wrong), PATIENCE
             seen_sets.clear()
@@ -152,7 +155,7 @@ def pivots(
         if patience > 0 or len(wrong) == 0:
             tau = revised
             if predict is not None:
-                tau, sigma = predict(Pivot(sigma, v, alpha, pieces, revised, len(wrong), unbalanced))
+                tau, sigma = predict(step)
         else:
             signature = pieces.states.tobytes() + np.sign(pieces.constant).tobytes()
             if signature in seen_sets:
@@ -164,22 +167,24 @@ def pivots(
 
 def linear_solve(
     solver: Restricted, pieces: Pieces, base: Array, modes: Modes | None, sigma: Array, alpha: Array, rho: Array
-) -> tuple[Array, Array, Array, float]:
-    """σ, v, α on given pieces, from a nearby σ and α; and how far Eσ + f is from 0 in motions that no node holds."""
+) -> tuple[Array, Array, Array, Array]:
+    """σ, v, α on given pieces, from a nearby σ and α; and the push along motions that no node holds."""
     y = np.where(pieces.held, sigma, -pieces.tau)
     sigma = pieces.traction(y) + pieces.constant
     v = base + solver.apply(sigma)
     if modes is not None:
         v = v + modes.motion @ alpha
     slack = np.where(pieces.held, 0.0, (y - sigma) / rho)
-    unbalanced = 0.0
+    push = np.zeros_like(alpha)
     if pieces.seen.any() or modes is not None:
-        dy, dalpha, unbalanced = solver.solve(pieces, rho, -(slack + v), modes, sigma)
+        dy, dalpha, free = solver.solve(pieces, rho, -(slack + v), modes, sigma)
         change = pieces.traction(dy)
         sigma, v, alpha = sigma + change, v + solver.apply(change), alpha + dalpha
         if modes is not None:
             v = v + modes.motion @ dalpha
-    return sigma, v, alpha, unbalanced
+            if modes.defect(sigma, free) > BALANCED:
+                push = free @ (free.T @ (modes.unbalanced(sigma) / modes.size)) / modes.size
+    return sigma, v, alpha, push
 
 
 def box_problem(

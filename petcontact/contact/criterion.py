@@ -89,10 +89,5 @@ def natural_residuals(law: ContactLaw, system: ContactSystem, v: Array, sigma: A
 
 
 def equilibrium_defect(system: ContactSystem, sigma: Array) -> float:
-    """Largest |Eσ + f| over the work of all tractions and loads on the same motion; 0 without rigid motions."""
-    modes = system.modes
-    if modes is None:
-        return 0.0
-    defect = np.abs(modes.load + np.tensordot(modes.resultant, sigma, 2))
-    size = np.abs(modes.load) + np.tensordot(np.abs(modes.resultant), np.abs(sigma), 2)
-    return float(np.max(np.divide(defect, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
+    """Largest |Eσ + f| over the work of all tractions and loads, on motions of unit size; 0 without rigid motions."""
+    return 0.0 if system.modes is None else system.modes.defect(sigma, np.eye(len(system.modes.load)))

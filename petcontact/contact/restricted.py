@@ -37,11 +37,11 @@ class Restricted(Protocol):
 
     def solve(
         self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
-    ) -> tuple[Array, Array, float]:
+    ) -> tuple[Array, Array, Array]:
         """δy on the seen components and δα with [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ + Π'δy) + f = 0.
 
-        Motions that no seen component follows are left as they are; the third number is the relative defect of Eσ + f = 0
-        in these.
+        Motions that no seen component follows are left as they are: combinations (r, q) of motions of unit size, the third
+        array.
         """
         ...
 
@@ -80,7 +80,7 @@ class DirectCompliance(_Counted):
 
     def solve(
         self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
-    ) -> tuple[Array, Array, float]:
+    ) -> tuple[Array, Array, Array]:
         """LU of the bordered block."""
         self.system.elastic_solves += 1
         seen = np.flatnonzero(pieces.seen)
@@ -90,12 +90,12 @@ class DirectCompliance(_Counted):
         if modes is None:
             result.flat[seen] = np.linalg.solve(block, rhs.ravel()[seen])
             _check(result)
-            return result, np.zeros(0), 0.0
+            return result, np.zeros(0), np.zeros((0, 0))
         border = Border(modes, pieces, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
         answer = np.linalg.solve(border.around(block), np.concatenate([rhs.ravel()[seen], border.rhs]))
         result.flat[seen] = answer[: len(seen)]
         _check(result)
-        return result, border.motion(answer[len(seen) :]), border.unbalanced(result)
+        return result, border.motion(answer[len(seen) :]), border.free
 
     def sum_solve(self, rhs: Array) -> Array:
         """(T + S)⁻¹ rhs, factored once."""
@@ -147,22 +147,19 @@ class Border:
     """
 
     def __init__(self, modes: Modes, pieces: Pieces, sigma: Array, scale: float) -> None:
-        self._modes, self._pieces, self._sigma = modes, pieces, sigma
-        rank = len(modes.load)
-        size = np.abs(modes.motion).reshape(-1, rank).max(axis=0, initial=0.0)
-        size[size == 0.0] = 1.0
+        rank, size = len(modes.load), modes.size
         factor = np.linalg.qr(modes.motion[pieces.seen] / size, mode="r")
         values, vectors = np.linalg.svd(factor, full_matrices=True)[1:]
         held = np.zeros(rank, dtype=bool)
         held[: len(values)] = values > FREE * max(1.0, float(values.max(initial=0.0)))
-        self._basis, self._free = vectors[held].T / size[:, None], vectors[~held].T / size[:, None]
+        self._basis, self.free = vectors[held].T / size[:, None], vectors[~held].T
         self._length = scale or 1.0
         self.columns = modes.motion[pieces.seen] @ self._basis * self._length
         work = np.einsum("rib,ibc->ric", modes.resultant, pieces.derivative)[:, pieces.seen]
         rows = self._basis.T @ work
         unit = self._length / (float(np.abs(rows).max(initial=0.0)) or 1.0)
         self.rows = unit * rows
-        self.rhs = -unit * (self._basis.T @ (modes.load + np.tensordot(modes.resultant, sigma, 2)))
+        self.rhs = -unit * (self._basis.T @ modes.unbalanced(sigma))
 
     def around(self, block: Array) -> Array:
         """The bordered matrix."""
@@ -174,16 +171,6 @@ class Border:
     def motion(self, coordinates: Array) -> Array:
         """δα."""
         return np.asarray(self._basis @ coordinates * self._length)
-
-    def unbalanced(self, dy: Array) -> float:
-        """Relative defect of equilibrium in the motions left out."""
-        if not self._free.shape[1]:
-            return 0.0
-        sigma = self._sigma + self._pieces.traction(dy)
-        defect = self._free.T @ (self._modes.load + np.tensordot(self._modes.resultant, sigma, 2))
-        work = np.abs(self._modes.load) + np.tensordot(np.abs(self._modes.resultant), np.abs(sigma), 2)
-        size = np.abs(self._free.T) @ work
-        return float(np.max(np.divide(np.abs(defect), size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
 
 
 class KrylovCompliance(_Counted):
@@ -198,13 +185,13 @@ class KrylovCompliance(_Counted):
 
     def solve(
         self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
-    ) -> tuple[Array, Array, float]:
+    ) -> tuple[Array, Array, Array]:
         """GMRES on the seen components (identity off them), preconditioned by the block of T⁻¹; motions by elimination."""
         seen = pieces.seen
         solve = self._solver_on(pieces, rho)
         first = solve(np.where(seen, rhs, 0.0))
         if modes is None:
-            return first, np.zeros(0), 0.0
+            return first, np.zeros(0), np.zeros((0, 0))
         border = Border(modes, pieces, sigma, 1.0)
         columns = np.zeros((border.columns.shape[1], *seen.shape))
         columns[:, seen] = border.columns.T
@@ -212,7 +199,7 @@ class KrylovCompliance(_Counted):
         rows = border.rows
         coordinates = np.linalg.solve(rows @ solved[:, seen].T, rows @ first[seen] - border.rhs)
         dy = first - np.tensordot(coordinates, solved, 1)
-        return dy, border.motion(coordinates), border.unbalanced(dy)
+        return dy, border.motion(coordinates), border.free
 
     def _solver_on(self, pieces: Pieces, rho: Array) -> Any:
         """The inverse of the block as a function of a right-hand side."""
@@ -268,13 +255,13 @@ class LayerCompliance:
 
     def solve(
         self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
-    ) -> tuple[Array, Array, float]:
+    ) -> tuple[Array, Array, Array]:
         """Solves on the held components; where Π' couples components each of them follows in a pass of its own."""
         dy = np.zeros_like(rhs)
         for _ in range(rhs.shape[1]):
             left = rhs if not dy.any() else rhs - self._layer.apply(pieces.traction(dy))
             dy = dy + self._layer.stick_solve(pieces.seen, np.where(pieces.seen, left, 0.0))
-        return dy, np.zeros(0), 0.0
+        return dy, np.zeros(0), np.zeros((0, 0))
 
     def close(self) -> None:
         """Nothing is held."""

@@ -8,7 +8,10 @@ normal one if the law has it. v is the displacement of the contact nodes (of the
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Protocol
+
+import numpy as np
 
 from ..arrays import Array, Mask
 
@@ -30,6 +33,22 @@ class Modes:
     motion: Array
     resultant: Array
     load: Array
+
+    @cached_property
+    def size(self) -> Array:
+        """Largest displacement of each motion, (r,)."""
+        size = np.abs(self.motion).max(axis=(0, 1), initial=0.0)
+        return np.where(size > 0.0, size, 1.0)
+
+    def unbalanced(self, sigma: Array) -> Array:
+        """Eσ + f, (r,)."""
+        return self.load + np.tensordot(self.resultant, sigma, 2)
+
+    def defect(self, sigma: Array, motions: Array) -> float:
+        """Largest |Eσ + f| on some combinations (r, q) of motions of unit size, over the work of all tractions and loads."""
+        work = (np.abs(self.load) + np.tensordot(np.abs(self.resultant), np.abs(sigma), 2)) / self.size
+        most = float(np.abs(motions.T @ (self.unbalanced(sigma) / self.size)).max(initial=0.0))
+        return most / float(work.max()) if most > 0.0 else 0.0
 
 
 class Surrogate(Protocol):

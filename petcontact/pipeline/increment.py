@@ -159,7 +159,7 @@ def _why(
     where = f"at load factor {target:.4g} of step {problem.steps[number - 1].name!r}"
     defect = equilibrium_defect(reduced, outcome.sigma)
     if push is None and reduced.modes is not None and defect > problem.discrete.assembly.method.tolerance:
-        push = reduced.modes.load + np.tensordot(reduced.modes.resultant, outcome.sigma, 2)
+        push = reduced.modes.unbalanced(outcome.sigma)
     if push is None:
         return f"{outcome.reason} {where}"
     return f"no equilibrium {where}: {_pushed(problem, freedoms, push)}"

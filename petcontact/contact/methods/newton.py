@@ -29,9 +29,9 @@ PLAIN_SIZE = 300
 LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
 TRIES = 3
-"""Times that slipping nodes are made to stick because the loads are not in equilibrium."""
-BALANCED = 1e-9
-"""Relative defect of equilibrium that is round-off."""
+"""Times that nodes are made to stick or to close because the loads are not in equilibrium."""
+REACH = 0.02
+"""Share of the nodes ahead of a free motion, by the way to them, that close when it is stopped."""
 FAR = 1e150
 """τ_t that is outside of every ball."""
 ROUND_OFF = 1e-10
@@ -175,19 +175,34 @@ class _Run:
                 sigma, v, alpha = step.sigma, step.v, step.alpha
                 if state.converged or state.stopped or recorder.exhausted:
                     return state
-                if step.wrong == 0 and step.unbalanced > BALANCED:
+                if step.wrong == 0 and step.push.any():
                     break
             else:
                 assert state is not None
                 state.reason = f"the sets repeat; {state.reason}"
                 return state
             tries += 1
-            states = step.pieces.states
-            if tries > TRIES or not np.any(states == SLIP):
+            touched = self._touching(step)
+            if tries > TRIES or touched is None:
                 state.reason = f"no equilibrium: the loads move a body that contact does not hold; {state.reason}"
                 return state
-            tau = step.pieces.tau.copy()
-            tau[np.ix_(states == SLIP, np.arange(law.k)[law.groups[0]])] = 0.0
+            tau = touched
+
+    def _touching(self, step: Pivot) -> Array | None:
+        """τ with what stops a motion along which the loads push: slipping nodes stick, and open ones close that it meets."""
+        law, states, tau = self.law, step.pieces.states, step.pieces.tau.copy()
+        slips = states == SLIP
+        tau[np.ix_(slips, np.arange(law.k)[law.groups[0]])] = 0.0
+        if len(law.groups) > 1:
+            assert self.system.modes is not None
+            normal = law.groups[1]
+            nearing = (self.system.modes.motion @ step.push)[:, normal][:, 0]
+            ahead = (states == OPEN) & (nearing > 1e-9 * np.abs(nearing).max(initial=0.0))
+            ways = np.divide(-step.v[:, normal][:, 0], nearing, out=np.full(len(nearing), np.inf), where=ahead)
+            met = ahead & (ways <= np.quantile(ways[ahead], REACH)) if ahead.any() else ahead
+            tau[met] = everywhere(tau, law, 0.0)[met]
+            slips = slips | met
+        return tau if slips.any() else None
 
     def _told(self, step: Pivot, old_sigma: Array, old_v: Array) -> ContactState:
         """The step noted and judged."""
@@ -197,7 +212,7 @@ class _Run:
             (old_v, old_sigma), v, sigma, v - old_v, sigma - old_sigma, ksp_iterations=self.solver.ksp_iterations
         )
         recorder.history.exchanged.append(step.wrong)
-        unbalanced = max(step.unbalanced, equilibrium_defect(system, sigma))
+        unbalanced = equilibrium_defect(system, sigma)
         relative = relative_residual(self.law, system, v, sigma)
         small = max(relative, unbalanced) <= self.iteration.criterion.tolerance
         converged = small and (step.wrong == 0 or relative <= ROUND_OFF)
