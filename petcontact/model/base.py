@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
 import pydantic
 import pydantic_core
 
@@ -27,13 +28,24 @@ Point = tuple[Coordinate, Coordinate]
 LONGEST_EXPRESSION = 500
 
 
-def _expression(value: Any) -> float | str:
+def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., Any]:
     """One check instead of a union, whose report would name every branch."""
-    if isinstance(value, str) and value.strip() and len(value) <= LONGEST_EXPRESSION:
-        return value
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max:
+    if callable(value) or (isinstance(value, str) and value.strip() and len(value) <= LONGEST_EXPRESSION):
+        return value  # type: ignore[no-any-return]
+    if _is_number(value):
         return float(value)
+    if isinstance(value, (list, tuple)) and value and all(map(_is_number, value)):
+        return tuple(map(float, value))
     raise ValueError(f"must be a finite number or an expression in quotes (at most {LONGEST_EXPRESSION} characters)")
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+
+
+def _in_file(value: Any) -> Any:
+    """What a result file says of an expression: a function has no text."""
+    return f"<function {getattr(value, '__name__', type(value).__name__)}>" if callable(value) else value
 
 
 def _option(value: Any) -> bool | int | float | str:
@@ -60,13 +72,25 @@ def one_of(names: Collection[str]) -> pydantic.BeforeValidator:
     return pydantic.BeforeValidator(check)
 
 
-Expression = Annotated[float | str, pydantic.BeforeValidator(_expression)]
-"""A number, or an expression in x, y, nx, ny, s (see `petcontact.model.expressions`)."""
+Expression = Annotated[
+    float | str | tuple[float, ...] | Callable[..., Any], pydantic.PlainValidator(_expression),
+    pydantic.PlainSerializer(_in_file, when_used="json"),
+    pydantic.WithJsonSchema({"anyOf": [{"type": "number"}, {"type": "string"}]}),
+]  # fmt: skip
+"""A number, or an expression in x, y, nx, ny, s (see `petcontact.model.expressions`); in Python also a function of some of
+these by name, or one value a node of the part."""
 Options = dict[
     Annotated[str, pydantic.BeforeValidator(_option_name)],
     Annotated[bool | int | float | str, pydantic.BeforeValidator(_option)],
 ]
 """PETSc options without the leading dash."""
+
+
+def _plain(value: Any) -> Any:
+    """numpy's arrays and scalars as Python's, which is what a file would hold."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return type(value)(map(_plain, value)) if type(value) in (list, tuple) else value
 
 
 class _OneLine(ModelMetaclass):
@@ -77,6 +101,7 @@ class _OneLine(ModelMetaclass):
     """
 
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        kwargs = {name: _plain(value) for name, value in kwargs.items()}
         return _checked(cls, lambda: super(_OneLine, cls).__call__(*args, **kwargs), kwargs)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import inspect
 import re
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -78,13 +79,17 @@ def _parse(text: str) -> ast.expr:
     return tree.body
 
 
-def evaluate(value: float | str, variables: Mapping[str, Array], count: int, key: str) -> Array:
-    """Values (count,) of a number or an expression at nodes.
+Value = float | str | tuple[float, ...] | Callable[..., Any]
+
+
+def evaluate(value: Value, variables: Mapping[str, Array], count: int, key: str) -> Array:
+    """Values (count,) of a number, an expression, a function or an array at nodes.
 
     Parameters
     ----------
-    value : float or str
-        A number, or an expression in the variables with the usual functions (sin, exp, sqrt, where, min, ...).
+    value : float, str, callable or (count,) values
+        A number; an expression in the variables with the usual functions (sin, exp, sqrt, where, min, ...); a function
+        whose parameters are some of the variables by name; or a value a node.
     variables : mapping of str to (count,) arrays
         x, y, nx, ny [-] and s, the arc length along the part.
     count : int
@@ -95,8 +100,15 @@ def evaluate(value: float | str, variables: Mapping[str, Array], count: int, key
     Raises
     ------
     InputError
-        If the expression cannot be read, uses an unknown name, or is not finite somewhere.
+        If the expression cannot be read, uses an unknown name, or is not finite somewhere; or if there are not as many
+        values as nodes.
     """
+    if callable(value):
+        return _called(value, variables, count, key)
+    if isinstance(value, tuple):
+        if len(value) != count:
+            raise InputError(f"{key}: has {len(value)} values, the part has {count} nodes")
+        return np.array(value)
     if not isinstance(value, str):
         return np.full(count, float(value))
     functions = {name: function for name, (function, _) in _FUNCTIONS.items()}
@@ -118,11 +130,28 @@ def evaluate(value: float | str, variables: Mapping[str, Array], count: int, key
     except Exception as error:  # whatever a stranger's text does inside the evaluator is a mistake of the input
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"{key}: cannot evaluate expression {_shown(value)} ({reason}); {allowed}") from None
-    if not np.all(np.isfinite(result)):
-        k = int(np.argmin(np.isfinite(result)))
-        place = ", ".join(f"{name} = {variables[name][k]:g}" for name in ("x", "y") if name in variables)
-        raise InputError(f"{key}: expression {_shown(value)} is not finite at {place}")
-    return result
+    return _finite(result, variables, f"{key}: expression {_shown(value)}")
+
+
+def _called(function: Callable[..., Any], variables: Mapping[str, Array], count: int, key: str) -> Array:
+    """Values (count,) of a function of some variables."""
+    names = list(inspect.signature(function).parameters)
+    name = f"{key}: function {getattr(function, '__name__', type(function).__name__)}"
+    unknown = [one for one in names if one not in variables]
+    if unknown:
+        raise InputError(f"{name} has a parameter {unknown[0]!r}; allowed are {', '.join(variables)}")
+    values = np.asarray(function(**{one: variables[one] for one in names}), dtype=float)
+    if values.shape not in ((), (count,)):
+        raise InputError(f"{name} returns an array of shape {values.shape}, expected ({count},) or a number")
+    return _finite(np.broadcast_to(values, (count,)).copy(), variables, name)
+
+
+def _finite(values: Array, variables: Mapping[str, Array], what: str) -> Array:
+    if not np.all(np.isfinite(values)):
+        k = int(np.argmin(np.isfinite(values)))
+        place = ", ".join(f"{name} = {variables[name][k]:g}" for name in ("x", "y", "z") if name in variables)
+        raise InputError(f"{what} is not finite at {place}")
+    return values
 
 
 def _shown(text: str) -> str:

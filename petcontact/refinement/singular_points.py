@@ -69,7 +69,7 @@ def _has_expression(value: object) -> bool:
         return any(_has_expression(item) for key, item in value.items() if key not in ("part", "condition"))
     if isinstance(value, (tuple, list)):
         return any(map(_has_expression, value))
-    return isinstance(value, str) and value != "free"
+    return callable(value) or (isinstance(value, str) and value != "free")
 
 
 def _data(problem: Problem, outline: Outline, side: int, low: float, high: float, count: int) -> tuple[Array, Array]:

@@ -71,7 +71,11 @@ def plot_all(
 
 def draw_deformed(figure: Any, solution: Solution) -> None:
     """Initial and deformed outline (figures 1 and 4), the displacement magnified to be seen."""
-    axes = figure.add_subplot()
+    deformed_on(figure.add_subplot(), solution)
+
+
+def deformed_on(axes: Any, solution: Solution) -> None:
+    """The same on given axes."""
     size, peak = float(np.ptp(solution.mesh.x, axis=0).max()), float(np.abs(solution.u).max())
     factor, contact = round_number(0.08 * size, peak), solution.contact
     for initial, deformed in outlines(solution.mesh, solution.u, factor):

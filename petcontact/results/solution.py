@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import html
 import math
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -13,6 +15,7 @@ from ..bem.boundary_data import BoundaryData
 from ..contact.criterion import FLOOR
 from ..contact.friction_law import balanced_rho, contact_norm, contact_state, projection_residual
 from ..contact.state import ContactState, History
+from ..fields.interior import field_at
 from ..mesh.curve_mesh import CurveMesh
 from ..model.case import Case
 
@@ -66,9 +69,9 @@ class ContactFields:
     part: Names
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Solution:
-    """What a solve returns and a result file holds.
+    """What a solve returns and a result file holds; it can be pickled.
 
     Attributes
     ----------
@@ -126,6 +129,81 @@ class Solution:
         size = contact_norm(c.sigma_t, c.weight)
         value = contact_norm(projection_residual(c.u_t, c.sigma_t, c.friction_bound, balanced), c.weight)
         return value / size if size > 0.0 else value
+
+    @property
+    def tension_share(self) -> float:
+        """Part of Γ_C on which a foundation that does not pull would let go, σ_n > 0 [-]."""
+        contact = self.contact
+        return float(contact.weight[contact.sigma_n > 0.0].sum() / contact.weight.sum())
+
+    def reactions(self) -> dict[str, Array]:
+        """Resultant of the tractions on each part, (2,) each [stress · length]; their sum is of the mesh's error."""
+        mesh = self.mesh
+        forces = mesh.weight[:, None] * self.traction
+        return {name: forces[mesh.node_part == k].sum(axis=0) for k, name in enumerate(mesh.part_names)}
+
+    def at(self, points: Any) -> Array:
+        """Displacement at points (m, 2) inside the body, (m, 2) [length]; see `fields.interior.field_at`."""
+        return field_at(self.mesh, self.u, self.traction, self.case.material, points)[0]
+
+    def stress_at(self, points: Any) -> Array:
+        """σ_xx, σ_yy, σ_xy at points (m, 2) inside the body, (m, 3) [stress]."""
+        return field_at(self.mesh, self.u, self.traction, self.case.material, points)[1]
+
+    def save(self, path: str | Path) -> None:
+        """Write a result file, see `write_solution`."""
+        from .hdf5 import write_solution
+
+        write_solution(path, self)
+
+    @staticmethod
+    def load(path: str | Path) -> Solution:
+        """A solution from a result file, see `read_solution`."""
+        from .hdf5 import read_solution
+
+        return read_solution(path)
+
+    def to_dataframe(self) -> Any:
+        """The contact nodes as a pandas table: x, y, arc_length, weight, u_t, sigma_t, sigma_n, friction_bound, state, part.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed; petcontact does without it.
+        """
+        import pandas
+
+        contact = self.contact
+        x, y = contact.x.T
+        columns = {"x": x, "y": y, "u_t": contact.u_t[:, 0], "sigma_t": contact.sigma_t[:, 0]}
+        names = ("arc_length", "weight", "sigma_n", "friction_bound", "state", "part")
+        return pandas.DataFrame({**columns, **{name: getattr(contact, name) for name in names}})
+
+    def plot(self, ax: Any = None) -> Any:
+        """Draw initial and deformed outline and the states of the contact nodes; returns the axes.
+
+        Parameters
+        ----------
+        ax : matplotlib Axes, optional
+            A new figure's by default.
+        """
+        from .figures import deformed_on
+
+        if ax is None:
+            from matplotlib import pyplot
+
+            ax = pyplot.subplots(layout="constrained")[1]
+        deformed_on(ax, self)
+        return ax
+
+    def __repr__(self) -> str:
+        title = f" {self.case.title!r}" if self.case.title else ""
+        return (f"<Solution{title}: {self.status} after {self.iterations} iterations, {self.mesh.n_elements} elements, "
+                f"{len(self.contact.nodes)} contact nodes>")  # fmt: skip
+
+    def _repr_html_(self) -> str:
+        """The verdict, for notebooks."""
+        return f"<pre>{html.escape(self.verdict())}</pre>"
 
     def verdict(self) -> str:
         """A few lines that say how the solve ended."""

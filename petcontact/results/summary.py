@@ -25,6 +25,7 @@ def verdict(solution: Solution) -> str:
     lines.append("  " + ": ".join(filter(None, (solution.info.get("solver", ""), solution.info.get("ksp_reason", "")))))
     for part in dict.fromkeys(zone.part for zone in solution.zones):
         lines += wrapped(f"  {printable(part)}: ", [_zone(zone) for zone in solution.zones if zone.part == part])
+    lines += _forces(solution)
     if "accuracy" in solution.info:
         lines.append(_accuracy(solution))
     peak = np.abs(contact.u_t).max()
@@ -39,6 +40,17 @@ def cost(timings: Mapping[str, float], info: Mapping[str, Any]) -> list[str]:
     lines = wrapped("  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in timings.items()])
     if "peak_memory" in info:
         lines.append(f"  peak memory: {info['peak_memory'] / 1e9:.2f} GB")
+    return lines
+
+
+def _forces(solution: Solution) -> list[str]:
+    """Resultants on the parts that hold the body, and how much of the contact pulls."""
+    case, unit = solution.case, solution.case.units.force
+    held = {condition.part for condition in case.boundary if condition.condition != "traction"}
+    forces = [f"{printable(name)} ({x:.5g}, {y:.5g})" for name, (x, y) in solution.reactions().items() if name in held]
+    lines = wrapped(f"  forces [{printable(unit)}]: " if unit else "  forces: ", forces)
+    if solution.tension_share > 0.0:
+        lines.append(f"  tension on {100.0 * solution.tension_share:.3g} % of the contact, which a bilateral one transmits")
     return lines
 
 

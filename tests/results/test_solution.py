@@ -1,0 +1,108 @@
+"""What a solution offers in Python: data as functions and arrays, forces, fields, files, tables, pictures, pickles."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+from conftest import example
+
+from petcontact import Contact, InputError, Material, MeshOptions, Rectangle, Solution, Traction, field_at, solve
+
+COARSE = MeshOptions(element_size=0.2)
+
+
+@pytest.fixture(scope="module")
+def solution():
+    return solve(example(1, mesh=COARSE))
+
+
+def posed(**changes):
+    """Example 1 with other conditions on some parts."""
+    case = example(1, mesh=COARSE)
+    boundary = tuple(changes.get(condition.part, condition) for condition in case.boundary)
+    return case.model_copy(update={"boundary": boundary})
+
+
+def ramp(x, ny):
+    return 150.0 + 10.0 * x * ny**2
+
+
+def test_functions_and_arrays_are_the_expressions_they_stand_for(solution):
+    nodes = solution.mesh.nodes_of("bottom")
+    given = ("150 + 10*x*ny**2", ramp, 150.0 + 10.0 * solution.mesh.x[nodes, 0])
+    found = [solve(posed(bottom=Contact(part="bottom", friction_bound=bound))) for bound in given]
+    for other in found[1:]:
+        assert np.allclose(other.contact.sigma_t, found[0].contact.sigma_t, rtol=1e-12, atol=1e-9)
+    assert not np.allclose(found[0].contact.sigma_t, solution.contact.sigma_t)
+    load = Traction(part="left", value=(lambda y: 400.0 + 0.0 * y, np.float32(0.0)))
+    assert np.allclose(solve(posed(left=load)).u, solution.u, rtol=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("bound", "message"),
+    [(lambda x, speed: x, "has a parameter 'speed'; allowed are x, y, nx, ny, s"),
+     (lambda x: x[:3], r"returns an array of shape \(3,\), expected \(40,\)"),
+     (lambda x: 1.0 / (x - x), r"function <lambda> is not finite at x = 0.1"),
+     (np.ones(7), "has 7 values, the part has 40 nodes")],
+)  # fmt: skip
+def test_wrong_functions_and_arrays_are_refused(bound, message):
+    with np.errstate(divide="ignore"), pytest.raises(InputError, match=message):
+        solve(posed(bottom=Contact(part="bottom", friction_bound=bound)))
+
+
+def test_numpy_scalars_and_arrays_are_numbers():
+    assert Material(young_modulus=np.float32(2.0), poisson_ratio=np.float64(0.25)).young_modulus == 2.0
+    assert Rectangle(lower_left=np.zeros(2), upper_right=(np.int64(2), 1.0)).upper_right == (2.0, 1.0)
+
+
+def test_reactions_balance_the_loads(solution):
+    forces = solution.reactions()
+    assert forces["left"] == pytest.approx([1600.0, 0.0]) and forces["right"] == pytest.approx([0.0, 0.0])
+    assert np.abs(sum(forces.values())).max() < 8.0  # of 1600: constant elements
+    finer = solve(example(1, mesh=MeshOptions(element_size=0.05)))
+    assert np.abs(sum(finer.reactions().values())).max() < 0.6 * np.abs(sum(forces.values())).max()
+    contact = solution.contact
+    assert forces["bottom"] == pytest.approx([contact.weight @ contact.sigma_t[:, 0], -contact.weight @ contact.sigma_n])
+    assert "  forces: bottom (" in solution.verdict()
+    pulled = contact.weight[contact.sigma_n > 0.0].sum() / 8.0
+    assert solution.tension_share == pytest.approx(pulled) and f"tension on {100 * pulled:.3g} % of" in solution.verdict()
+    assert all(len(line) <= 80 for line in solution.verdict().splitlines())
+
+
+def test_fields_at_points(solution):
+    points = [[4.0, 2.0], [1.0, 3.0]]
+    u, stress = field_at(solution.mesh, solution.u, solution.traction, solution.case.material, points)
+    assert np.array_equal(solution.at(points), u) and np.array_equal(solution.stress_at(points), stress)
+
+
+def test_files_and_pickles_hold_all_of_it(solution, tmp_path):
+    solution.save(tmp_path / "r.h5")
+    for other in (Solution.load(tmp_path / "r.h5"), pickle.loads(pickle.dumps(solution))):
+        assert np.array_equal(other.u, solution.u) and other.case == solution.case and other.history == solution.history
+        assert other.verdict() == solution.verdict()
+
+
+def test_a_function_is_named_in_files(tmp_path):
+    solve(posed(bottom=Contact(part="bottom", friction_bound=ramp))).save(tmp_path / "r.h5")
+    read = Solution.load(tmp_path / "r.h5")
+    assert read.case.boundary[0].friction_bound == "<function ramp>" and read.contact.friction_bound[0] > 150.0
+
+
+def test_a_table_of_the_contact_nodes(solution):
+    table = pytest.importorskip("pandas") and solution.to_dataframe()
+    assert list(table.columns[:4]) == ["x", "y", "u_t", "sigma_t"] and len(table) == 40
+    assert np.array_equal(table.sigma_t, solution.contact.sigma_t[:, 0]) and set(table.part) == {"bottom"}
+
+
+def test_pictures_on_axes_of_ones_own(solution):
+    from matplotlib.figure import Figure
+
+    axes = Figure().add_subplot()
+    assert solution.plot(axes) is axes and axes.get_xlabel() == "x" and len(axes.lines) >= 4
+
+
+def test_short_and_rich_display(solution):
+    assert repr(solution) == "<Solution: converged after 33 iterations, 120 elements, 40 contact nodes>"
+    assert solution._repr_html_().startswith("<pre>") and "&gt;" in solution._repr_html_()
