@@ -53,7 +53,7 @@ def test_a_case_survives_its_own_toml():
 @pytest.mark.parametrize(
     ("key", "value", "wanted"),
     [
-        ("boundary.0.friction_bound", [1], "boundary[0].friction_bound: must be a finite number or an expression"),
+        ("boundary.0.friction_bound", ["x", 1], "boundary[0].friction_bound: must be a finite number or an expression"),
         ("boundary.0.friction_bound", float("nan"), "boundary[0].friction_bound: must be a finite number"),
         ("boundary.0.friction_bound", True, "got True"),
         ("boundary.0.friction_bound", 10**400, "boundary[0].friction_bound: must be a finite number"),
