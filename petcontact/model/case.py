@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import tomli_w
 
 from ..errors import InputError
@@ -17,6 +19,11 @@ from .problem import Problem
 from .solver_options import Bem, Method
 
 LARGEST_FILE = 4_000_000
+DEEPEST = 16
+"""Levels of arrays and tables, and parts of a dotted key: what tomllib does with more grows with their square."""
+TEXT = re.compile(r'"""[\s\S]*?"""|\'\'\'[\s\S]*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
+"""Strings and comments of TOML."""
+LONG_KEY = re.compile(rf"(?:\.[ \t]*[\w-]+[ \t]*){{{DEEPEST}}}")
 
 
 class Case(Problem):
@@ -61,15 +68,29 @@ def read_toml(path: str | Path) -> dict[str, Any]:
             content = file.read(LARGEST_FILE + 1)
         if len(content) > LARGEST_FILE:
             raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, this is no config")
-        return tomllib.loads(content.decode("utf-8"))
+        return parse_toml(content.decode("utf-8"), f"{path}")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file in UTF-8") from None
-    except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{path}: not valid TOML ({str(error) or 'nested too deeply'})") from None
+
+
+def parse_toml(text: str, source: str) -> dict[str, Any]:
+    """The plain content of a TOML text.
+
+    Raises
+    ------
+    InputError
+        If it is not TOML, or small to write and large to read: keys of very many parts, arrays in arrays in arrays.
+    """
+    plain = TEXT.sub("_", text)
+    depth = np.cumsum(np.array([(c in "[{") - (c in "]}") for c in re.findall(r"[\[\]{}]", plain)], dtype=np.int64))
+    if LONG_KEY.search(plain) or depth.max(initial=0) > DEEPEST:
+        raise InputError(f"{source}: nested deeper than {DEEPEST} levels, this is no config")
+    try:
+        return tomllib.loads(text)
+    except (RecursionError, ValueError) as error:
+        raise InputError(f"{source}: not valid TOML ({str(error) or 'nested too deeply'})") from None
 
 
 def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Case:
@@ -160,6 +181,8 @@ def whole_key(key: str) -> str:
 def set_key(data: dict[str, Any], key: str, value: Any, source: str) -> None:
     """Set a dotted key in plain data, making the tables on the way; numbers count entries, as in `boundary.0.value`."""
     *tables, last = key.split(".")
+    if len(tables) > DEEPEST:
+        raise InputError(f"{source}: {key[:40]!r}...: a key of {len(tables) + 1} parts")
     here: Any = data
     for name in tables:
         if isinstance(here, list):

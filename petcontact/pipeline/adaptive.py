@@ -23,6 +23,7 @@ from ..bem.operators import BoundaryOperators
 from ..contact.state import Monitor
 from ..mesh.hp_grading import graded_mesh
 from ..model.case import Case
+from ..model.compatibility import check_compatible
 from ..model.problem import Problem
 from ..refinement.contact_line import ContactLine, relative_difference, transition, without_specks
 from ..refinement.marks import LADDER, Body, Rung, first_rung, marks_for
@@ -78,7 +79,9 @@ def adapt(
     case = case.model_copy(update={"method": method})
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
-    body = Body.of(case, case.geometry.outline())
+    outline = case.geometry.outline()
+    check_compatible(case, outline)
+    body = Body.of(case, outline)
     first = first_rung(accuracy)
     # the second rung is cheap and places the transition points well enough for every other one
     climbed, differences, estimate = [0], list[float](), math.inf

@@ -17,6 +17,7 @@ from ..contact.laws import ContactLaw, Tresca
 from ..contact.system import BodySystem
 from ..errors import InputError
 from ..model.case import Case
+from ..model.compatibility import check_compatible
 from ..model.problem import Contact, Problem
 from ..model.solver_options import Bem
 from ..refinement.marks import mesh_of
@@ -57,6 +58,7 @@ def discretise(problem: Problem) -> BoundaryOperators:
     if not any(isinstance(condition, Contact) for condition in problem.boundary):
         raise InputError('boundary: no part is in contact; one at least needs condition = "contact"')
     outline = problem.geometry.outline()
+    check_compatible(problem, outline)
     mesh = mesh_of(problem, outline)
     return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), kernel_for(mesh, problem.material))
 

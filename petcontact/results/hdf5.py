@@ -19,6 +19,7 @@ from ..mesh.curve_mesh import CurveMesh
 from ..model.base import parse
 from ..model.case import Case
 from ..runtime.atomic_write import temporary_name
+from .checks import check_contact, check_fields, check_group, check_link, check_mesh
 from .solution import ContactFields, Solution, Zone
 from .steps import AssemblySolution
 
@@ -118,13 +119,15 @@ def write_mesh(elements: Any, mesh: CurveMesh) -> None:
     elements.attrs["unit_length"] = mesh.unit_length
 
 
-def read_mesh(elements: Any) -> CurveMesh:
+def read_mesh(elements: Any, source: str) -> CurveMesh:
     """A mesh from an HDF5 group."""
-    vertices, numbers = elements["vertices"][()], elements["elements"][()]
+    arrays = {key: elements[key][()] for key in ("vertices", "elements", "part_names", *MESH_ARRAYS)}
+    check_mesh(arrays, source)
+    vertices, numbers = arrays["vertices"], arrays["elements"]
     return CurveMesh(
         start=vertices[numbers[:, 0]], end=vertices[numbers[:, 1]],
-        part_names=tuple(name.decode() for name in elements["part_names"][()]),
-        unit_length=float(elements.attrs.get("unit_length", 0.0)), **{key: elements[key][()] for key in MESH_ARRAYS},
+        part_names=tuple(name.decode() for name in arrays["part_names"]),
+        unit_length=float(elements.attrs.get("unit_length", 0.0)), **{key: arrays[key] for key in MESH_ARRAYS},
     )  # fmt: skip
 
 
@@ -156,6 +159,7 @@ def read_solution(path: str | Path, group: str = "/") -> Solution:
     with opened(path) as file:
         if group not in file:
             raise ResultError(f"{path}: no case {group!r}; there are {', '.join(file)}")
+        check_link(file, group, f"{path}")
         return read_group(file[group], f"{path}")
 
 
@@ -214,19 +218,23 @@ def read_group(group: Any, source: str) -> Solution:
 def _read(group: Any, attributes: dict[str, Any], source: str) -> Solution:
     import tomllib
 
-    mesh = read_mesh(group["mesh"])
+    check_group(group, source)
+    mesh = read_mesh(group["mesh"], source)
     stored = group["contact"]
     contact = ContactFields(**{
         key: np.array([name.decode() for name in stored[key][()]]) if key == "part" else stored[key][()]
         for key in ContactFields.__dataclass_fields__
     })  # fmt: skip
+    check_contact(mesh, vars(contact), source)
+    fields = {key: group[f"boundary/{key}"][()] for key in ("u", "traction")}
+    check_fields(mesh, fields, source)
     rows = group["history"]
     history = History(**{key: rows[key][()].tolist() for key in (*COLUMNS, *["exchanged"] * ("exchanged" in rows))})
     parts = json.loads(attributes["zone_parts"])
     zones = [Zone(part, float(a), float(b), int(s)) for part, (a, b, s) in zip(parts, attributes["zones"], strict=True)]
     case: Case = parse(Case, tomllib.loads(attributes["config"]), source)
     return Solution(
-        case, mesh, group["boundary/u"][()], group["boundary/traction"][()], contact, zones, history,
+        case, mesh, fields["u"], fields["traction"], contact, zones, history,
         str(attributes["status"]), str(attributes["reason"]), float(attributes["rho"]), float(attributes["residual"]),
         float(attributes["elastic_residual"]), json.loads(attributes["timings"]), json.loads(attributes["info"]),
     )  # fmt: skip

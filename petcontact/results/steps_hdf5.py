@@ -13,6 +13,7 @@ from ..arrays import Array
 from ..errors import ResultError
 from ..model.assembly import Assembly
 from ..model.base import parse
+from .checks import check_fields, check_group, check_pair
 from .hdf5 import FORMAT, read_mesh, write_mesh
 from .steps import AssemblySolution, BodyResult, ObstacleResult, PairResult, StepResult
 
@@ -107,11 +108,17 @@ def read_assembly(group: Any, source: str) -> AssemblySolution:
     """
     attributes = dict(group.attrs)
     try:
-        meshes = {name: read_mesh(group[f"bodies/{name}/mesh"]) for name in group["bodies"]}
+        check_group(group, source)
+        meshes = {name: read_mesh(group[f"bodies/{name}/mesh"], source) for name in group["bodies"]}
         nodes = {name: place["nodes"][()] for name, place in group["pairs"].items()}
         sides = {name: (str(p.attrs["body"]), str(p.attrs["part"])) for name, p in group["pairs"].items()}
         count = len(group["steps"]) if "steps" in group else 0
         steps = [_read_step(group[f"steps/{k}"]) for k in range(1, count + 1)]
+        for step in steps:
+            for name, body in step.bodies.items():
+                check_fields(meshes[name], {f"{name}/u": body.u, f"{name}/traction": body.traction}, source)
+            for name, pair in step.pairs.items():
+                check_pair(meshes[sides[name][0]], nodes[name], vars(pair), f"{source}: contact/{name}")
         assembly: Assembly = parse(Assembly, tomllib.loads(attributes["config"]), source)
         return AssemblySolution(
             assembly, {b.name: meshes[b.name] for b in assembly.body}, nodes, sides, steps, str(attributes["status"]),

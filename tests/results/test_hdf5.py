@@ -232,3 +232,98 @@ def test_a_full_disk(solution, small_disk):
             write_solution(small_disk / "second.h5", large)
     assert os.listdir(small_disk) == ["first.h5"]
     assert read_solution(small_disk / "first.h5").status == solution.status
+
+
+# --- files that were tampered with ---------------------------------------------------------------------------------
+def replaced(file, name, values):
+    del file[name]
+    file[name] = values
+
+
+def external(file, name):
+    shape, dtype = file[name].shape, file[name].dtype
+    del file[name]
+    file.create_dataset(name, shape, dtype, external=[("/etc/hostname", 0, h5py.h5f.UNLIMITED)])
+
+
+def virtual(file, name):
+    shape = file[name].shape
+    del file[name]
+    layout = h5py.VirtualLayout(shape, float)
+    layout[...] = h5py.VirtualSource("other.h5", "x", shape)
+    file.create_virtual_dataset(name, layout)
+
+
+def linked(kind):
+    def change(file, name):
+        del file[name]
+        file[name] = h5py.ExternalLink("other.h5", "/x") if kind == "external" else h5py.SoftLink("/boundary/u")
+
+    return change
+
+
+def claimed(file, name):
+    del file[name]
+    file.create_dataset(name, (2**40, 2), "f8", chunks=(1024, 2))
+
+
+def to(function):
+    return lambda file, name: replaced(file, name, function(file[name][()]))
+
+
+def with_value(value):
+    def change(values):
+        values = values.copy()
+        values.reshape(-1)[3] = value
+        return values
+
+    return change
+
+
+TAMPERED = {
+    "short": (to(lambda v: v[:-1]), ["boundary/u", "contact/u_t", "contact/nodes", "contact/part", "mesh/order"]),
+    "flat": (to(np.ravel), ["boundary/u", "contact/sigma_t", "mesh/elements"]),
+    "more columns": (to(lambda v: np.hstack([v, v])), ["boundary/u", "contact/u_t", "mesh/vertices"]),
+    "empty": (to(lambda v: v[:0]), ["boundary/u", "contact/nodes", "mesh/elements"]),
+    "scalar": (to(lambda v: v.ravel()[0]), ["boundary/u", "contact/weight", "mesh/part"]),
+    "nan": (to(with_value(np.nan)), ["boundary/u", "contact/u_t", "mesh/vertices", "mesh/curvature"]),
+    "inf": (to(with_value(np.inf)), ["boundary/traction", "contact/arc_length"]),
+    "complex": (to(lambda v: v + 1j), ["boundary/u", "contact/sigma_t"]),
+    "large": (to(with_value(10**9)), ["contact/nodes", "mesh/elements", "mesh/order", "mesh/part", "contact/nodes"]),
+    "negative": (to(with_value(-1)), ["contact/nodes", "contact/state", "mesh/order", "mesh/elements"]),
+    "fractions": (to(lambda v: v + 0.5), ["contact/nodes", "mesh/elements", "mesh/part"]),
+    "words": (to(lambda v: np.array([b"x"] * len(v))), ["boundary/u", "mesh/order", "contact/part"]),
+    "external": (external, ["boundary/u", "contact/u_t"]), "virtual": (virtual, ["boundary/u"]),
+    "link": (linked("external"), ["boundary/u", "mesh", "contact"]), "soft link": (linked("soft"), ["boundary/traction"]),
+    "claimed": (claimed, ["boundary/u"]),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", TAMPERED)
+def test_a_tampered_file_is_refused_in_one_line(path, kind, monkeypatch):
+    """Never drawn, never started from: wrong lengths and types, numbers of nodes that are not there, data elsewhere."""
+    change, names = TAMPERED[kind]
+    whole = path.read_bytes()
+    for name in names:
+        path.write_bytes(whole)
+        with h5py.File(path, "r+") as file:
+            change(file, name)
+        refused(path, ".")
+
+
+def test_a_group_that_holds_itself_is_no_endless_work(path):
+    with h5py.File(path, "r+") as file:
+        for name in "abcdefgh":
+            file["boundary"][name] = file["boundary"]
+            file["boundary"]["root" + name] = file["/"]
+    assert read_solution(path).converged
+
+
+def test_the_case_itself_may_not_be_elsewhere(path, tmp_path):
+    with h5py.File(tmp_path / "results.h5", "w") as file:
+        file["one"] = h5py.ExternalLink(str(path), "/")
+        file["two"] = h5py.SoftLink("/three")
+        file.create_group("three")
+    for name in ("one", "/two", "one/boundary"):
+        with pytest.raises(ResultError, match=r"refers to another place|no case|not a result"):
+            read_solution(tmp_path / "results.h5", name)
