@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         check_target(Path(name), replace=True, inputs=[arguments.result])
     solution = read_solution(arguments.result, arguments.case)
     field = field_on_grid(solution.mesh, solution.u, solution.traction, solution.case.material, resolution)
-    write_vtu(output, field)
+    write_vtu(output, field, solution.case.units)
     print(f"{output}: {len(field.points)} points, largest von Mises stress {largest(field, solution.mesh)}")
     if arguments.boundary:
         write_boundary_vtu(arguments.boundary, solution)

@@ -18,6 +18,7 @@ from ..errors import PetcontactError, ResultError
 from ..mesh.curve_mesh import CurveMesh
 from ..model.base import parse
 from ..model.case import Case
+from ..model.units import Units
 from ..runtime.atomic_write import temporary_name
 from .checks import check_contact, check_fields, check_group, check_link, check_mesh
 from .solution import ContactFields, Solution, Zone
@@ -27,6 +28,32 @@ FORMAT = "petcontact result"
 FORMAT_VERSION = 1
 SEAL = b"\npetcontact sha256\n"
 """What stands after the HDF5 file, which does not mind, before the hash of its bytes: HDF5 may crash on damaged ones."""
+DESCRIPTIONS = {
+    "boundary/x": ("length", "nodes"),
+    "boundary/normal": ("1", "outward unit normals"),
+    "boundary/weight": ("length", "quadrature weights: the sum of weight * f(x) is the integral of f"),
+    "boundary/u": ("length", "displacement"),
+    "boundary/traction": ("stress", "traction on the body"),
+    "boundary/part": ("1", "name of the part of each node"),
+    "contact/nodes": ("1", "numbers of the contact nodes among those of /boundary"),
+    "contact/x": ("length", "contact nodes"),
+    "contact/tangent": ("1", "outward normal turned by +90 degrees"),
+    "contact/weight": ("length", "quadrature weights"),
+    "contact/arc_length": ("length", "arc length along the part"),
+    "contact/u_t": ("length", "displacement along the tangent"),
+    "contact/sigma_t": ("stress", "traction along the tangent"),
+    "contact/sigma_n": ("stress", "traction along the outward normal, negative in compression"),
+    "contact/friction_bound": ("stress", "g, the largest |sigma_t|"),
+    "contact/state": ("1", "0 stick, 1 slip, 2 open"),
+    "contact/part": ("1", "name of the part of each contact node"),
+    "history/rho": ("stress/length", "Robin parameter of the step"),
+    "history/w": ("stress/length", "change of sigma_t over change of u_t in the step"),
+    "history/change": ("1", "relative change in the step, which the stopping criterion looks at"),
+    "history/residual": ("stress*length^(1/2)", "norm of the friction residual of the iterate that the step starts from"),
+    "history/ksp_iterations": ("1", "KSP iterations of the step"),
+    "history/exchanged": ("1", "nodes on the wrong side after each Newton step, the last rows"),
+}
+"""Unit and meaning of the datasets of a result."""
 MESH_ARRAYS = ("curvature", "order", "part", "line", "side_start")
 
 
@@ -98,6 +125,7 @@ def write_group(group: Any, solution: Solution) -> None:
         rows[key] = np.array(getattr(history, key), dtype=int if key == "ksp_iterations" else float)
     if history.exchanged:
         rows["exchanged"] = np.array(history.exchanged, dtype=int)
+    _describe(group, solution.case.units)
     group.attrs.update({
         "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.case.toml(), "status": solution.status,
         "reason": solution.reason, "iterations": solution.iterations, "rho": solution.rho,
@@ -106,6 +134,14 @@ def write_group(group: Any, solution: Solution) -> None:
         "zones": np.array([[z.start, z.end, z.sign] for z in solution.zones]).reshape(-1, 3),
         "zone_parts": json.dumps([z.part for z in solution.zones]),
     })  # fmt: skip
+
+
+def _describe(group: Any, units: Units) -> None:
+    """Attributes `unit` and `description` of the datasets; the unit is the user's name for it, where there is one."""
+    names = {"length": units.length, "stress": units.stress, "stress/length": units.stiffness}
+    for path, (unit, text) in DESCRIPTIONS.items():
+        if path in group:
+            group[path].attrs.update({"unit": names.get(unit) or unit, "description": text})
 
 
 def write_mesh(elements: Any, mesh: CurveMesh) -> None:

@@ -208,6 +208,10 @@ def test_boundary_file(solved, tmp_path):
         slip = length[contact == 1].sum()
         assert slip == pytest.approx(3.378, abs=0.2)
         assert np.allclose(back.point_data["sigma_t"][lines[contact == 1]], -150.0, atol=2.0)
+        ends = lines[contact >= 0]
+        assert np.abs(back.point_data["sigma_t"][ends]).max() <= 150.0 * (1.0 + 1e-12)
+        assert np.allclose(back.point_data["friction_bound"][ends], 150.0, rtol=1e-12)
+        assert {"part 0 is bottom", "contact 1 is slip", "contact 2 is open"} <= back.field_data.keys()
         top = lines[part == 2]
         assert np.abs(back.point_data["displacement"][top]).max() < 1e-14
     assert len(lines) > 5 * solution.mesh.n_elements

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pickle
+from dataclasses import replace
 
+import h5py
 import numpy as np
 import pytest
 from conftest import example
 
 from petcontact import Contact, InputError, Material, MeshOptions, Rectangle, Solution, Traction, field_at, solve
+from petcontact.model.units import Units
 
 COARSE = MeshOptions(element_size=0.2)
 
@@ -82,6 +85,17 @@ def test_files_and_pickles_hold_all_of_it(solution, tmp_path):
     for other in (Solution.load(tmp_path / "r.h5"), pickle.loads(pickle.dumps(solution))):
         assert np.array_equal(other.u, solution.u) and other.case == solution.case and other.history == solution.history
         assert other.verdict() == solution.verdict()
+
+
+def test_datasets_say_what_they_are_and_in_which_unit(solution, tmp_path):
+    units = Units(length="mm", stress="MPa")
+    replace(solution, case=solution.case.model_copy(update={"units": units})).save(tmp_path / "r.h5")
+    solution.save(tmp_path / "plain.h5")
+    with h5py.File(tmp_path / "r.h5") as file, h5py.File(tmp_path / "plain.h5") as plain:
+        datasets = [file[group][name] for group in ("boundary", "contact", "history") for name in file[group]]
+        assert len(datasets) > 20 and all(data.attrs["description"] and data.attrs["unit"] for data in datasets)
+        assert file["contact/sigma_t"].attrs["unit"] == "MPa" and plain["contact/sigma_t"].attrs["unit"] == "stress"
+        assert file["history/rho"].attrs["unit"] == "MPa/mm"
 
 
 def test_a_function_is_named_in_files(tmp_path):
