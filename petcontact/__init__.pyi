@@ -31,6 +31,7 @@ from .model.shapes import SideBySide as SideBySide
 from .model.solver_options import Bem as Bem
 from .model.solver_options import Method as Method
 from .pipeline.adaptive import adapt as adapt
+from .pipeline.adaptive_assembly import adapt_assembly as adapt_assembly
 from .pipeline.load_steps import solve_assembly as solve_assembly
 from .pipeline.run import solve as solve
 from .results.field_figure import deformed_figure as deformed_figure

@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="override a key of the config, for example --set method.rho=100")  # fmt: skip
     parser.add_argument("--monitor", action="store_true", help="print a line an iteration: change, residual, states, KSP")
     parser.add_argument("--adapt", action="store_true",
-                        help="refine the mesh until the estimated error of u_t is below the wanted one")  # fmt: skip
+                        help="refine the mesh until the estimated error of u_t (p, q) is as wanted")  # fmt: skip
     parser.add_argument("--accuracy", metavar="ERROR", type=float,
                         help="with --adapt: wanted relative L2 error of u_t on the contact parts (1e-4)")  # fmt: skip
 
@@ -99,9 +99,12 @@ def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any]
     from ..model.assembly import Assembly, assembly_of
 
     if isinstance(case, Assembly) or not case.plain:
+        from ..pipeline.adaptive_assembly import adapt_assembly
         from ..pipeline.load_steps import solve_assembly
 
         assembly = case if isinstance(case, Assembly) else assembly_of(case)
+        if accuracy is not None:
+            return adapt_assembly(assembly, accuracy, comm=comm, monitor=monitor)
         return solve_assembly(assembly, comm=comm, monitor=monitor)
     if accuracy is not None:
         from ..pipeline.adaptive import adapt

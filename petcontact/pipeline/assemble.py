@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -104,8 +105,12 @@ def interfaces_of(assembly: Assembly) -> list[Side]:
     return result
 
 
-def discretise(assembly: Assembly, given: list[CurveMesh] | None = None) -> Discrete:
-    """Meshes, data and laws of an assembly; `given` meshes are taken as they are.
+MeshMaker = Callable[[int, Problem, Outline], CurveMesh]
+"""The mesh of a body by its number, the body as a problem of its own, and its outline; primaries are matched afterwards."""
+
+
+def discretise(assembly: Assembly, make_mesh: MeshMaker | None = None) -> Discrete:
+    """Meshes, data and laws of an assembly; the bodies' own meshes are what their options ask for, or `make_mesh`.
 
     Raises
     ------
@@ -118,14 +123,13 @@ def discretise(assembly: Assembly, given: list[CurveMesh] | None = None) -> Disc
     outlines = [body.geometry.outline() for body in assembly.body]
     _check_parts(assembly, outlines, sides)
     pairs = [_pair_sides(side, outlines) for side in sides]
-    if given is None:
-        own = [_own_mesh(body, outline, [s for s in sides if s.body == b or (s.primary and s.primary[0] == b)], b)
-               for b, (body, outline) in enumerate(zip(assembly.body, outlines, strict=True))]  # fmt: skip
-        joints = [side_meshes(outline, mesh) for outline, mesh in zip(outlines, own, strict=True)]
-        match(outlines, joints, [pair for pair in pairs if pair is not None])
-        meshes = [mesh_of_sides(outline, parts) for outline, parts in zip(outlines, joints, strict=True)]
-    else:
-        meshes = given
+    joints = []
+    for b, (body, outline) in enumerate(zip(assembly.body, outlines, strict=True)):
+        problem = as_problem(body, outline, sides, b)
+        mesh = mesh_of(problem, outline) if make_mesh is None else make_mesh(b, problem, outline)
+        joints.append(side_meshes(outline, mesh))
+    match(outlines, joints, [pair for pair in pairs if pair is not None])
+    meshes = [mesh_of_sides(outline, parts) for outline, parts in zip(outlines, joints, strict=True)]
     notes: list[str] = []
     interfaces, distance = [], []
     for side, pair in zip(sides, pairs, strict=True):
@@ -182,10 +186,6 @@ def as_problem(body: Body, outline: Outline, sides: list[Side], number: int) -> 
     named = {c.part for c in conditions}
     conditions += [Traction(part=part, value=(0.0, 0.0)) for part in outline.parts if part not in named]
     return Problem(material=body.material, geometry=body.geometry, mesh=body.mesh, boundary=tuple(conditions))
-
-
-def _own_mesh(body: Body, outline: Outline, sides: list[Side], number: int) -> CurveMesh:
-    return mesh_of(as_problem(body, outline, sides, number), outline)
 
 
 def _interface(side: Side, pair: PairSides | None, meshes: list[CurveMesh]) -> tuple[Interface, float, list[str]]:

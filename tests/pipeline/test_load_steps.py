@@ -8,7 +8,7 @@ import h5py
 import numpy as np
 import pytest
 
-from petcontact import Assembly, InputError, read_result, solve_assembly, write_solution
+from petcontact import Assembly, InputError, adapt_assembly, read_result, solve_assembly, write_solution
 from petcontact.commands.main import main
 from petcontact.model.base import parse
 
@@ -190,6 +190,18 @@ def test_a_parabola_pressed_and_pushed():
         slides = pair.state == 1
         assert np.allclose(pair.sigma_t[slides, 0], -pair.bound[slides] * np.sign(pair.slip_increment[slides, 0]))
     assert solution.steps[1].obstacles["punch"].force == pytest.approx(push.force, rel=1e-12)
+
+
+def test_edges_of_the_parabola_are_found_through_both_steps():
+    """The digits of the prototype: N, T and the edges of contact and stick."""
+    solution = adapt_assembly(assembly(PUNCH), 2e-3)
+    assert solution.converged, solution.reason
+    press, push = (step.pairs["interface"] for step in solution.steps)
+    assert press.force == pytest.approx([0.0, -0.095474262], abs=2e-7)
+    assert push.force == pytest.approx([0.021672086, -0.094135542], abs=2e-7)
+    wanted = [-0.49663, -0.45920, -0.37396, -0.162307, -0.01631, 0.162307, 0.44419, 0.45920]
+    found = 3.0 - np.array(solution.info["edges"]["interface"])[::-1]
+    assert found == pytest.approx(wanted, abs=1e-4)
 
 
 def test_a_free_block_on_a_rough_floor():

@@ -1,0 +1,115 @@
+"""Edges of contact and of stick along an interface, by extrapolation, and what lies between them.
+
+Next to the edge of a contact p vanishes like the root of the distance, and next to the edge of a stick zone µp - |q| does:
+their squares are linear, and vanish at the edge.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array, Index
+
+SPECK = 4e-3
+"""Zones narrower than this fraction of all that is closed have no edges of their own."""
+
+
+@dataclass(frozen=True)
+class Edge:
+    """Where the state changes along an interface.
+
+    Attributes
+    ----------
+    s : float
+        Arc length along the secondary's part [length].
+    width : float
+        Half the length of the closed stretch that it belongs to [length].
+    """
+
+    s: float
+    width: float
+
+
+def edges(s: Array, pressure: Array, shear: Array, bound: Array, state: Index) -> list[Edge]:
+    """Edges between nodes of different states.
+
+    Parameters
+    ----------
+    s : (m,) array
+        Arc lengths, increasing [length].
+    pressure, shear, bound : (m,) arrays
+        p, q and the bound of |q| [stress].
+    state : (m,) array
+        0 stick, 1 slip, 2 open.
+    """
+    state = _without_specks(s, state)
+    closed = state != 2
+    found = []
+    for k in np.flatnonzero(np.diff(state)):
+        low, high = float(s[k]), float(s[k + 1])
+        if 2 in (state[k], state[k + 1]):
+            values, inward = pressure**2, (-1 if closed[k] else 1)
+        else:
+            values, inward = (bound - np.abs(shear)) ** 2, (-1 if state[k] == 0 else 1)
+        inner = k if inward < 0 else k + 1
+        place = _vanishes(s, values, state, inner, inward)
+        reach = high - low
+        if place is None or not low - reach <= place <= high + reach:
+            place = 0.5 * (low + high)
+        found.append(Edge(place, _half_width(s, closed, inner)))
+    return found
+
+
+def _without_specks(s: Array, state: Index) -> Index:
+    """States in which zones much narrower than the contact have the state before them: next to a singular corner single
+    nodes may have any, and corners are graded anyway."""
+    state = state.copy()
+    ends = [0, *(np.flatnonzero(np.diff(state)) + 1).tolist(), len(state)]
+    total = float(s[state != 2][-1] - s[state != 2][0]) if np.any(state != 2) else 0.0
+    for first, last in itertools.pairwise(ends):
+        low, high = s[max(first - 1, 0)], s[min(last, len(s) - 1)]
+        if high - low < SPECK * total:
+            state[first:last] = state[first - 1] if first > 0 else state[min(last, len(s) - 1)]
+    return state
+
+
+def _vanishes(s: Array, values: Array, state: Index, k: int, inward: int) -> float | None:
+    """Where the line through the last two nodes of a zone vanishes; k is the last one, `inward` the way to the other."""
+    other = k + inward
+    if not 0 <= other < len(s) or state[other] != state[k] or values[other] <= values[k]:
+        return None
+    return float(s[k] - (s[other] - s[k]) * values[k] / (values[other] - values[k]))
+
+
+def _half_width(s: Array, closed: Array, k: int) -> float:
+    first = last = k
+    while first > 0 and closed[first - 1]:
+        first -= 1
+    while last + 1 < len(s) and closed[last + 1]:
+        last += 1
+    return max(0.5 * float(s[last] - s[first]), float(np.diff(s).min()))
+
+
+def merged(found: list[Edge], smallest: float) -> list[Edge]:
+    """Edges without those closer to the one before than three of their smallest elements."""
+    result: list[Edge] = []
+    for edge in sorted(found, key=lambda e: e.s):
+        if not result or edge.s - result[-1].s > 3.0 * smallest * min(edge.width, result[-1].width):
+            result.append(edge)
+    return result
+
+
+def zone_at(old_s: Array, old: Index, found: list[Edge], new_s: Array) -> Index:
+    """The values (n,) of zones at other places: nodes on one side of an edge are asked on that side."""
+    borders = np.array([edge.s for edge in found])
+    if len(borders) == 0:
+        return np.asarray(old[np.abs(old_s[None] - new_s[:, None]).argmin(axis=1)])
+    zone, asked = np.searchsorted(borders, old_s), np.searchsorted(borders, new_s)
+    apart = np.abs(old_s[None] - new_s[:, None])
+    apart = np.where(zone[None] == asked[:, None], apart, np.inf)
+    empty = ~np.isfinite(apart).any(axis=1)
+    apart[empty] = np.abs(old_s[None] - new_s[empty, None])
+    return np.asarray(old[apart.argmin(axis=1)])

@@ -1,0 +1,156 @@
+"""Cattaneo and Mindlin on two finite blocks cut out of half planes: the field is exact, so that orders can be measured.
+
+Muskhelishvili's potentials of p = p_0 sqrt(1 - x²/a²) and q = µp - µ p_0 c/a sqrt(1 - x²/c²); the far sides carry the exact
+displacement and traction. Run as a program it prints errors and orders.
+"""
+
+from __future__ import annotations
+
+import itertools
+import tomllib
+
+import numpy as np
+import pytest
+
+from petcontact import Assembly
+from petcontact.model.base import parse
+from petcontact.pipeline import adaptive_assembly, assemble
+from petcontact.pipeline.load_steps import prepare_assembly, run_steps
+
+E, NU, MU, A, C = 1.0, 0.3, 0.4, 1.0, 0.6
+P_0, G, KAPPA = 1.0 / (4.0 * (1.0 - NU**2)), E / (2.0 * (1.0 + NU)), 3.0 - 4.0 * NU
+TEXT = """
+[[body]]
+name = "lower"
+material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [-3, -3], upper_right = [3, 0] }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0]
+[[body]]
+name = "upper"
+material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [-3, 0], upper_right = [3, 3] }
+[[body.boundary]]
+part = "top"
+condition = "displacement"
+value = [0.0, 0.0]
+[[contact]]
+name = "pair"
+secondary = "lower.top"
+primary = "upper.bottom"
+gap = "x**2/2"
+friction_coefficient = 0.4
+"""
+
+
+def half_plane(x, load, a):
+    """2G(u + iv), σ_xx, σ_yy, σ_xy at points (n, 2) of y <= 0 for tractions load·sqrt(1 - x²/a²), load = p + iq."""
+    z = x[:, 0] + 1j * np.minimum(x[:, 1], -1e-300)
+    near, far = z, np.conj(z)
+
+    def root(w):
+        return np.sqrt(w - a) * np.sqrt(w + a)
+
+    def integral(w):
+        return 1j * load / (4.0 * a) * (w * w - w * root(w) + a * a * np.log((w + root(w)) / a))
+
+    def potential(w):
+        return 1j * load / (2.0 * a) * (w - root(w))
+
+    slope = 1j * load / (2.0 * a) * (1.0 - near / root(near))
+    u = KAPPA * integral(near) + integral(far) - (near - far) * np.conj(potential(near))
+    other = potential(near) - potential(far) + (near - far) * np.conj(slope)
+    yy, xy = other.real, -other.imag
+    return u, 4.0 * potential(near).real - yy, yy, xy
+
+
+def exact(x):
+    """u (n, 2), σ_xx, σ_yy, σ_xy of the lower block; the upper one's are those at -x, with -u."""
+    sums = [0.0, 0.0, 0.0, 0.0]
+    for load, a in ((P_0 * (1.0 + 1j * MU), A), (-1j * MU * P_0 * C / A, C)):
+        values, origin = half_plane(x, load, a), half_plane(np.zeros((1, 2)), load, a)
+        for k in range(4):
+            sums[k] = sums[k] + values[k] - (origin[0] if k == 0 else 0.0)
+    return np.column_stack([sums[0].real, sums[0].imag]) / (2.0 * G), *sums[1:]
+
+
+def discretise(assembly, make_mesh=None):
+    """The assembly with the exact data in its last load state."""
+    discrete = assemble.discretise(assembly, make_mesh)
+    for sign, far, mesh, loading in zip((1.0, -1.0), ("bottom", "top"), discrete.meshes, discrete.loadings, strict=True):
+        u, xx, yy, xy = exact(sign * mesh.x)
+        n, part = mesh.normal, np.array(mesh.part_names)[mesh.node_part]
+        value, held, sides = loading.value[1], part == far, (part == "left") | (part == "right")
+        value[held] = sign * u[held]
+        value[sides] = np.column_stack([xx * n[:, 0] + xy * n[:, 1], xy * n[:, 0] + yy * n[:, 1]])[sides]
+    return discrete
+
+
+def blocks(**mesh):
+    data = tomllib.loads(TEXT)
+    for body in data["body"]:
+        body["mesh"] = mesh
+    return parse(Assembly, data, "exact blocks")
+
+
+def errors(solution):
+    """Relative L2 errors of p and q; τ points to -x on the lower block's top."""
+    pair = solution.last.pairs["pair"]
+    x, weight = pair.x[:, 0], pair.weight
+    p = P_0 * np.sqrt(np.maximum(1.0 - (x / A) ** 2, 0.0))
+    q = MU * (p - P_0 * C / A * np.sqrt(np.maximum(1.0 - (x / C) ** 2, 0.0)))
+    found = pair.pressure, -pair.sigma_t[:, 0]
+    return np.array([np.sqrt(weight @ (a - b) ** 2 / (weight @ b**2)) for a, b in zip(found, (p, q), strict=True)])
+
+
+def solved(**mesh):
+    assembly = blocks(**mesh)
+    solution = run_steps(prepare_assembly(assembly, discrete=discretise(assembly)))
+    assert solution.converged, solution.reason
+    return solution
+
+
+GIVEN = [[-1.0, 0.0], [-0.6, 0.0], [0.6, 0.0], [1.0, 0.0]]
+
+
+@pytest.mark.parametrize(
+    ("order", "sizes", "rate", "last"), [(0, (0.2, 0.1, 0.05), 0.75, (9e-3, 1.8e-2)), (3, (0.4, 0.2), 0.9, (1.4e-3, 2.8e-3))]
+)
+def test_uniform_meshes_are_of_first_order(order, sizes, rate, last):
+    found = [errors(solved(element_size=h, order=order)) for h in sizes]
+    assert np.all(found[-1] <= last), found[-1]
+    for coarse, fine in itertools.pairwise(found):
+        assert np.all(np.log2(coarse / fine) > rate)
+
+
+def test_meshes_graded_to_given_edges():
+    assert np.all(errors(solved(graded_points=GIVEN, levels=4, order=3, grading=0.3)) < (1e-4, 2.7e-4))
+
+
+def test_edges_are_found(monkeypatch):
+    """Joints go to the edges of contact and stick, mesh after mesh; the estimate is honest."""
+    monkeypatch.setattr(adaptive_assembly, "discretise", discretise)
+    solution = adaptive_assembly.adapt_assembly(blocks(), 2e-4)
+    assert solution.converged and np.all(errors(solution) < (6e-5, 2e-4))
+    assert errors(solution).max() < solution.info["estimated_error"] <= 2e-4
+    assert np.allclose(np.array(solution.info["edges"]["pair"]) - 3.0, [-1.0, -0.6, 0.6, 1.0], atol=5e-5)
+    assert max(step.iterations for step in solution.steps) <= 6
+
+
+def print_table():
+    """Errors over h, and in brackets the orders."""
+    print("| order | h | unknowns | p | q |\n| --- | --- | --- | --- | --- |")
+    for order, sizes in ((0, (0.2, 0.1, 0.05, 0.025)), (1, (0.2, 0.1, 0.05)), (3, (0.4, 0.2, 0.1))):
+        before = None
+        for h in sizes:
+            solution = solved(element_size=h, order=order)
+            error, size = errors(solution), sum(2 * mesh.n_nodes for mesh in solution.meshes.values())
+            rates = ["", ""] if before is None else [f" ({rate:.2f})" for rate in np.log2(before / error)]
+            print(f"| {order} | {h:g} | {size} | {error[0]:.2e}{rates[0]} | {error[1]:.2e}{rates[1]} |")
+            before = error
+
+
+if __name__ == "__main__":
+    print_table()
