@@ -8,6 +8,7 @@ elements at the marks, moved or new marks.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,11 +18,18 @@ from ..geometry.outline import Outline
 from .curve_mesh import CurveMesh, build_mesh
 from .grading import largest_turn
 
+NEIGHBOUR = 4.0
+"""Largest ratio of the lengths of two elements that meet."""
 SLOPE = 0.7
 """Orders gained from one element to the next away from a mark: elements next to it are small and need no high order."""
+FALL = 2.0
+"""Orders that elements may lose, at most, from one to the next towards a mark, from the full one of the longest."""
 NEAR = 1.2
-"""Largest ratio of an element's length to its distance from sides that it has no corner with: the field of a side
-that is nearer than that is not smooth on it."""
+"""Largest ratio of an element's length to its distance from sides that it has no corner with, on the coarsest meshes: the
+field of a side that is nearer than that is not smooth on it."""
+
+
+Resolve = Callable[[int, Array, Index], tuple[Array, Index]]
 
 
 @dataclass(frozen=True)
@@ -34,10 +42,13 @@ class Grading:
         Largest order, reached away from the marks.
     ratio : float
         Ratio in (0, 1) of neighbouring elements.
+    largest : float
+        Length of the largest elements, relative to NEAR times their distance from other sides, and to 30 degrees of an arc.
     """
 
     order: int
     ratio: float
+    largest: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -57,9 +68,12 @@ class Marks:
 
 
 def graded_mesh(
-    outline: Outline, marks: list[Marks], grading: Grading, largest: list[float]
-) -> tuple[CurveMesh, Index]:
-    """A mesh graded towards marks, and the number of the side of each element.
+    outline: Outline, marks: list[Marks], grading: Grading, largest: list[float], resolve: Resolve | None = None
+) -> CurveMesh:
+    """A mesh graded towards marks.
+
+    No element is longer than NEIGHBOUR times those next to it.
+
 
     Parameters
     ----------
@@ -67,7 +81,9 @@ def graded_mesh(
     marks : list of Marks, one a side
     grading : Grading
     largest : list of float, one a side
-        Length that no element of the side exceeds [length]; elements of arcs turn by 30 degrees at most, too.
+        Length that no element of the side exceeds [length].
+    resolve : callable, optional
+        Number of a side, its breaks (as fractions) and orders to finer ones that resolve what is known there.
     """
     pieces = [graded_side(points, grading) for points in marks]
     breaks = [p[0] / side.length for p, side in zip(pieces, outline.sides, strict=True)]
@@ -76,11 +92,14 @@ def graded_mesh(
     orders = [p[1] for p in pieces]
     limits = _distance_limits(outline, breaks)
     for k, side in enumerate(outline.sides):
-        limit = np.minimum(NEAR * limits[k], min(largest[k], side.length * largest_turn(side)))
+        limit = grading.largest * np.minimum(NEAR * limits[k], side.length * largest_turn(side))
+        limit = np.minimum(limit, largest[k])
         count = np.ceil(np.diff(breaks[k]) * side.length / limit - 1e-9)
         breaks[k], orders[k] = _split(breaks[k], orders[k], np.maximum(1, count).astype(np.int64))
-    side_of_element = np.repeat(np.arange(len(orders)), [len(order) for order in orders])
-    return build_mesh(outline, breaks, orders), side_of_element
+        if resolve is not None:
+            breaks[k], orders[k] = resolve(k, breaks[k], orders[k])
+    _smooth(outline, breaks, orders)
+    return build_mesh(outline, breaks, orders)
 
 
 def graded_side(marks: Marks, grading: Grading) -> tuple[Array, Index]:
@@ -120,8 +139,10 @@ def _steps(half: float, smallest: float, ratio: float) -> Array:
 
 
 def _orders(count: int, grading: Grading) -> Index:
+    """Orders of elements away from a mark; the longest has the full one, however few there are."""
     away: Index = np.floor(1.0 + SLOPE * np.arange(count)).astype(np.int64)
-    return np.minimum(away, grading.order)
+    least: Index = grading.order - np.ceil(FALL * np.arange(count)[::-1]).astype(np.int64)
+    return np.clip(np.maximum(away, least), 1, grading.order)
 
 
 def _split(breaks: Array, orders: Index, count: Index) -> tuple[Array, Index]:
@@ -130,6 +151,23 @@ def _split(breaks: Array, orders: Index, count: Index) -> tuple[Array, Index]:
         return breaks, orders
     cut = [a + (b - a) * np.arange(n) / n for a, b, n in zip(breaks[:-1], breaks[1:], count, strict=True)]
     return np.append(np.concatenate(cut), breaks[-1]), np.repeat(orders, count)
+
+
+def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:
+    """Halve elements that are too long beside their neighbours, until none is."""
+    first = 0
+    for loop in outline.loops:
+        sides = range(first, first + len(loop))
+        first += len(loop)
+        while True:
+            length = np.concatenate([np.diff(breaks[k]) * outline.sides[k].length for k in sides])
+            shorter = np.minimum(np.roll(length, 1), np.roll(length, -1))
+            count = np.where(length > NEIGHBOUR * (1.0 + 1e-9) * shorter, 2, 1)
+            if not np.any(count > 1):
+                break
+            ends = np.cumsum([0, *(len(orders[k]) for k in sides)])
+            for k, a, b in zip(sides, ends[:-1], ends[1:], strict=True):
+                breaks[k], orders[k] = _split(breaks[k], orders[k], count[a:b])
 
 
 def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:

@@ -47,7 +47,7 @@ def _real(value: Any) -> Array:
     return np.asarray(value, dtype=float)
 
 
-def _parse(text: str) -> ast.expr:
+def parse_expression(text: str) -> ast.expr:
     """The syntax tree of an expression that holds nothing but arithmetic.
 
     Raises
@@ -82,7 +82,7 @@ def _parse(text: str) -> ast.expr:
 Value = float | str | tuple[float, ...] | Callable[..., Any]
 
 
-def evaluate(value: Value, variables: Mapping[str, Array], count: int, key: str) -> Array:
+def evaluate(value: Value, variables: Mapping[str, Array], count: int, key: str, *, finite: bool = True) -> Array:
     """Values (count,) of a number, an expression, a function or an array at nodes.
 
     Parameters
@@ -96,6 +96,8 @@ def evaluate(value: Value, variables: Mapping[str, Array], count: int, key: str)
         Number of nodes.
     key : str
         The key of the config that the value comes from, named in errors.
+    finite : bool
+        Whether values that are not finite are mistakes.
 
     Raises
     ------
@@ -104,20 +106,16 @@ def evaluate(value: Value, variables: Mapping[str, Array], count: int, key: str)
         values as nodes.
     """
     if callable(value):
-        return _called(value, variables, count, key)
+        return _called(value, variables, count, key, finite)
     if isinstance(value, tuple):
         if len(value) != count:
             raise InputError(f"{key}: has {len(value)} values, the part has {count} nodes")
         return np.array(value)
     if not isinstance(value, str):
         return np.full(count, float(value))
-    functions = {name: function for name, (function, _) in _FUNCTIONS.items()}
-    evaluator = simpleeval.SimpleEval(operators=_OPERATORS, functions=functions,
-                                      names={**variables, "pi": np.pi, "e": np.e})  # fmt: skip
     allowed = f"allowed are {', '.join(variables)}, pi, e and {', '.join(sorted(_FUNCTIONS))}"
     try:
-        with np.errstate(all="ignore"):
-            result = np.broadcast_to(_real(evaluator.eval(value, previously_parsed=_parse(value))), (count,)).astype(float)
+        result = plain_value(parse_expression(value), variables, count)
     except (simpleeval.NameNotDefined, simpleeval.FunctionNotDefined) as error:
         name = str(getattr(error, "name", None) or getattr(error, "func_name", "?"))
         if name == "free":
@@ -130,10 +128,12 @@ def evaluate(value: Value, variables: Mapping[str, Array], count: int, key: str)
     except Exception as error:  # whatever a stranger's text does inside the evaluator is a mistake of the input
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(f"{key}: cannot evaluate expression {_shown(value)} ({reason}); {allowed}") from None
-    return _finite(result, variables, f"{key}: expression {_shown(value)}")
+    return _finite(result, variables, f"{key}: expression {_shown(value)}") if finite else result
 
 
-def _called(function: Callable[..., Any], variables: Mapping[str, Array], count: int, key: str) -> Array:
+def _called(
+    function: Callable[..., Any], variables: Mapping[str, Array], count: int, key: str, finite: bool
+) -> Array:
     """Values (count,) of a function of some variables."""
     names = list(inspect.signature(function).parameters)
     name = f"{key}: function {getattr(function, '__name__', type(function).__name__)}"
@@ -143,7 +143,8 @@ def _called(function: Callable[..., Any], variables: Mapping[str, Array], count:
     values = np.asarray(function(**{one: variables[one] for one in names}), dtype=float)
     if values.shape not in ((), (count,)):
         raise InputError(f"{name} returns an array of shape {values.shape}, expected ({count},) or a number")
-    return _finite(np.broadcast_to(values, (count,)).copy(), variables, name)
+    values = np.broadcast_to(values, (count,)).copy()
+    return _finite(values, variables, name) if finite else values
 
 
 def _finite(values: Array, variables: Mapping[str, Array], what: str) -> Array:
@@ -152,6 +153,16 @@ def _finite(values: Array, variables: Mapping[str, Array], what: str) -> Array:
         place = ", ".join(f"{name} = {variables[name][k]:g}" for name in ("x", "y", "z") if name in variables)
         raise InputError(f"{what} is not finite at {place}")
     return values
+
+
+def plain_value(tree: ast.expr, variables: Mapping[str, Array], count: int) -> Array:
+    """Values (count,) of a syntax tree from `parse_expression`, finite or not; mistakes are simpleeval's."""
+    functions = {name: function for name, (function, _) in _FUNCTIONS.items()}
+    evaluator = simpleeval.SimpleEval(operators=_OPERATORS, functions=functions,
+                                      names={**variables, "pi": np.pi, "e": np.e})  # fmt: skip
+    with np.errstate(all="ignore"):
+        value: Array = np.broadcast_to(_real(evaluator.eval("", previously_parsed=tree)), (count,)).astype(float)
+    return value
 
 
 def _shown(text: str) -> str:

@@ -3,8 +3,8 @@
 Meshes come from a ladder of gradings, each with an error about ten times smaller than the one before: more order and
 a milder grading where the solution is smooth, smaller elements of low order at corners and transition points. The
 solution of one rung places the transition points of the next one and is its start. The difference of two rungs is the
-error of the lower one; the error of the upper one, which is returned, is that times the reduction by which the
-ladder converges.
+error of the lower one; it is the estimate for the upper one, which is returned. What the ladder gains in its last step
+is not claimed: the pace of the steps before says little of it.
 """
 
 from __future__ import annotations
@@ -16,25 +16,28 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Index
 from ..bem.boundary_data import evaluate_boundary
 from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
 from ..contact.state import Monitor
-from ..mesh.hp_grading import graded_mesh
+from ..errors import SolverError
 from ..model.case import Case
 from ..model.compatibility import check_compatible
 from ..model.problem import Problem
-from ..refinement.contact_line import ContactLine, relative_difference, transition, without_specks
-from ..refinement.marks import LADDER, Body, Rung, first_rung, marks_for
+from ..refinement.contact_line import ContactLine, difference, transition, without_specks
+from ..refinement.marks import LADDER, Body, Rung
 from ..results.solution import Solution, Zone
 from ..runtime.petsc import petsc
 from .initial_state import carried_over
 from .prepare import prepare_operators
 from .run import probed, run
 
-UNTRIED = 0.8
-"""Pace, of the ladder's own, that is expected of a body on which only two rungs were compared."""
+MOST_GAIN = 40.0
+"""Ratio of the errors of two neighbouring rungs beyond which it is chance."""
+DENSE_NODES = 2500
+"""Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
+LEAST_SLIP = 1e-3
+"""‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""
 FIRST_LOOK = 12
 """Least number of elements on a contact side when nothing is known of its zones."""
 
@@ -82,43 +85,64 @@ def adapt(
     outline = case.geometry.outline()
     check_compatible(case, outline)
     body = Body.of(case, outline)
-    first = first_rung(accuracy)
-    # the second rung is cheap and places the transition points well enough for every other one
-    climbed, differences, estimate = [0], list[float](), math.inf
+    differences, estimate, trouble = list[float](), math.inf, ""
     levels = [solve_level(case, body, LADDER[0], None, comm, monitor)]
-    for k in [*range(1, min(2, first - 1)), *range(max(1, first - 1), len(LADDER))]:
-        if levels[-1].solution.status == "failed" or (estimate <= accuracy and climbed[-1] >= first):
+    for rung in LADDER[1:]:
+        if levels[-1].solution.status == "failed" or levels[-1].missed > 0.0 or estimate <= accuracy:
             break
-        levels.append(solve_level(case, body, LADDER[k], levels[-1], comm, monitor))
-        climbed.append(k)
-        differences.append(relative_difference(levels[-1].lines, levels[-2].lines))
-        estimate = estimated_error(differences, climbed)
-    return _finished(body, levels, accuracy, estimate, differences, time.perf_counter() - began)
+        try:
+            levels.append(solve_level(case, body, rung, levels[-1], comm, monitor))
+        except SolverError as error:
+            trouble = f"{error} (on the mesh after the last)"
+            break
+        differences.append(difference(levels[-2].lines, levels[-1].lines) / displacement_scale(levels[-1].solution))
+        truncation = [body.truncation(rung.resolved) for rung in LADDER[: len(levels)]]
+        estimate = estimated_error(differences, truncation)
+    return _finished(body, levels, accuracy, estimate, differences, time.perf_counter() - began, trouble)
 
 
-def estimated_error(differences: list[float], climbed: list[int]) -> float:
-    """Error of the last rung from the differences of all rungs climbed.
+def estimated_error(differences: list[float], truncation: list[float]) -> float:
+    """Error of the last rung from the differences of neighbouring ones, infinite while there are fewer than two of them.
 
-    The last difference is the error of the last rung but one. What the ladder gains in the last step is known from
-    its typical errors, raised to the power at which the steps before were slower than they should have been. As long as
-    there were none that power is UNTRIED, and nothing better than the rung's typical error is claimed.
+    The last difference is the error of the last rung but one, and an estimate for the last one that does not flatter.
+    Two rungs may be alike by chance, or because elements at a corner are as small as they can be: no step is believed
+    to gain more than MOST_GAIN, and nothing more than the sizes of elements at corners allow: errors C T_k there show as
+    differences d_k = C (T_k - T_(k+1)).
+
+    Parameters
+    ----------
+    differences : list of k floats
+        Of rungs 0 and 1, 1 and 2, ...
+    truncation : list of k + 1 floats
+        T of each rung, see `Body.truncation`.
     """
-    errors = np.log([LADDER[k].error for k in climbed])
-    pace = UNTRIED
-    if len(differences) > 1 and differences[-1] > 0.0:
-        seen = np.log(differences[-1] / differences[-2]) / (errors[-2] - errors[-3])
-        pace = float(np.clip(seen, 0.25, 1.0)) if seen < 0.8 else 1.0
-    estimate = float(differences[-1] * np.exp(pace * (errors[-1] - errors[-2])))
-    return max(estimate, LADDER[climbed[-1]].error) if len(differences) == 1 else estimate
+    if len(differences) < 2:
+        return math.inf
+    steps = zip(differences, truncation[:-1], truncation[1:], strict=True)
+    left = [d * truncation[-1] / (before - after) for d, before, after in steps if before > after]
+    return max(differences[-1], differences[-2] / MOST_GAIN, *left)
+
+
+def displacement_scale(solution: Solution) -> float:
+    """What errors of u_t are relative to: ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if that is larger.
+
+    Where almost all of Γ_C sticks the error relative to the slip alone would be that of nearly nothing.
+    """
+    mesh, contact = solution.mesh, solution.contact
+    mean_square = float(mesh.weight @ np.sum(solution.u**2, axis=1)) / float(mesh.weight.sum())
+    whole = math.sqrt(mean_square * float(contact.weight.sum()))
+    slip = math.sqrt(float(contact.weight @ np.sum(contact.u_t**2, axis=1)))
+    return max(slip, LEAST_SLIP * whole) or 1.0
 
 
 @dataclass(frozen=True)
 class Level:
-    """A rung solved: the solution, and u_t and σ_t along each contact side."""
+    """A rung solved: the solution, u_t and σ_t along each contact side, and the defect of the data beyond the wanted one."""
 
     solution: Solution
     operators: BoundaryOperators
     lines: list[ContactLine]
+    missed: float
 
 
 def solve_level(
@@ -131,25 +155,29 @@ def solve_level(
 ) -> Level:
     """Mesh for a rung and what the previous level showed, and its solution."""
     began = time.perf_counter()
-    marks = marks_for(body, rung.grading, rung.resolved, previous.lines if previous is not None else None)
     largest = [
         side.length / FIRST_LOOK if contact and previous is None else np.inf
         for side, contact in zip(body.outline.sides, body.contact, strict=True)
     ]
-    mesh, side_of_element = graded_mesh(body.outline, marks, rung.grading, largest)
+    made = body.mesh(rung, largest, previous.lines if previous is not None else None)
+    mesh = made.mesh
     operators = BoundaryOperators(mesh, evaluate_boundary(case, mesh), kernel_for(mesh, case.material))
+    if case.bem.mat_type == "auto" and mesh.n_nodes <= DENSE_NODES:
+        case = case.model_copy(update={"bem": case.bem.model_copy(update={"mat_type": "dense"})})
     prepared = prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began})
     try:
         start = None if previous is None else carried_over(previous.solution.contact, mesh, operators.data.contact_nodes)
         solution = run(prepared, case, start=start, monitor=monitor, probe=False)
     finally:
         prepared.close()
-    return Level(solution, operators, contact_lines(body, solution, side_of_element))
+    return Level(solution, operators, contact_lines(body, solution), made.missed)
 
 
-def contact_lines(body: Body, solution: Solution, side_of_element: Index) -> list[ContactLine]:
+def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
     """u_t and σ_t along each contact side of a solution."""
     mesh, contact = solution.mesh, solution.contact
+    ends = np.cumsum([side.length for side in body.outline.sides])
+    side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
     element = mesh.element[contact.nodes]
     sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
     lines = []
@@ -164,7 +192,7 @@ def contact_lines(body: Body, solution: Solution, side_of_element: Index) -> lis
         lines.append(ContactLine(
             contact.arc_length[chosen] - offset, contact.weight[chosen], element[chosen], breaks,
             contact.u_t[chosen, 0], contact.sigma_t[chosen, 0], contact.friction_bound[chosen],
-            without_specks(sign[chosen], element[chosen]),
+            without_specks(sign[chosen], element[chosen]), body.kinks[k],
         ))  # fmt: skip
     return lines
 
@@ -190,7 +218,8 @@ def transition_zones(body: Body, level: Level) -> list[Zone]:
 
 
 def _finished(
-    body: Body, levels: list[Level], accuracy: float, estimate: float, differences: list[float], seconds: float
+    body: Body, levels: list[Level], accuracy: float, estimate: float, differences: list[float], seconds: float,
+    trouble: str,
 ) -> Solution:
     solution = probed(levels[-1].solution, levels[-1].operators)
     info = {
@@ -201,8 +230,10 @@ def _finished(
         "differences": differences,
     }
     status, reason = solution.status, solution.reason
-    if status == "converged" and estimate > accuracy:
-        status, reason = "not converged", f"estimated error {estimate:.1e} > {accuracy:g} on the finest mesh"
+    if status == "converged" and levels[-1].missed > 0.0:
+        status, reason = "not converged", f"no mesh resolves the given data: {levels[-1].missed:.1e} of them is missed"
+    elif status == "converged" and estimate > accuracy:
+        status, reason = "not converged", trouble or f"estimated error {estimate:.1e} > {accuracy:g} on the finest mesh"
     timings: dict[str, float] = {}
     for level in levels:
         for name, value in level.solution.timings.items():

@@ -8,12 +8,14 @@ between the nodes, as long as they do not reach over a point where the solution 
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from ..arrays import Array, Index
 
+PEAK_SAMPLES = 9
+"""Points of an element at which the largest displacement is looked for, its ends included."""
 NEIGHBOURS = 3
 """Nodes borrowed on either side of an element."""
 SMALLEST_ZONE = 1e-8
@@ -40,6 +42,8 @@ class ContactLine:
         g [stress].
     sign : (k,) array
         0 where a node sticks, else the sign of u_t.
+    kinks : (j,) array
+        Ends of elements at which g has a kink or a jump: no polynomial reaches over them [length].
     """
 
     s: Array
@@ -50,6 +54,7 @@ class ContactLine:
     sigma_t: Array
     bound: Array
     sign: Index
+    kinks: Array = field(default_factory=lambda: np.empty(0))
 
     @property
     def cuts(self) -> Index:
@@ -61,34 +66,56 @@ class ContactLine:
         ends = [0, *self.cuts.tolist(), len(self.s)]
         return list(itertools.starmap(slice, itertools.pairwise(ends)))
 
+    def pieces(self) -> list[slice]:
+        """Runs of nodes on which the solution is smooth: zones cut at the kinks."""
+        ends = sorted({0, *self.cuts.tolist(), *np.searchsorted(self.s, self.kinks).tolist(), len(self.s)})
+        return list(itertools.starmap(slice, itertools.pairwise(ends)))
+
 
 def displacement(line: ContactLine, s: Array) -> Array:
-    """u_t between the nodes of a contact side, zero in stick zones.
+    """u_t between the nodes of a contact side, zero in stick zones, (n,) [length].
 
     Parameters
     ----------
     line : ContactLine
     s : (n,) array
         Arc lengths, increasing [length].
+    """
+    return between_nodes(line, line.u_t, s)
+
+
+def between_nodes(line: ContactLine, values: Array, s: Array, everywhere: bool = False) -> Array:
+    """A field on a contact side between its nodes, by polynomials through the nodes of neighbouring elements.
+
+    Parameters
+    ----------
+    line : ContactLine
+    values : (k,) array
+        The field at the nodes.
+    s : (n,) array
+        Arc lengths, increasing [length].
+    everywhere : bool
+        Whether the field is other than zero where the nodes have state 0, too.
 
     Returns
     -------
     (n,) array
-        [length]
     """
-    result = np.zeros(len(s))
-    zones = line.zones()
-    borders = [_border(line, zone.start) for zone in zones] + [line.breaks[-1]]
-    first = np.searchsorted(line.element, np.arange(line.element[0], line.element[-1] + 2))
-    for zone, start, end in zip(zones, borders[:-1], borders[1:], strict=True):
-        if line.sign[zone.start] == 0:
-            continue
-        for e in range(line.element[zone.start] - line.element[0], line.element[zone.stop - 1] - line.element[0] + 1):
-            inside = slice(*np.searchsorted(s, [max(start, line.breaks[e]), min(end, line.breaks[e + 1])]))
-            if inside.start < inside.stop:
-                stencil = slice(max(zone.start, first[e] - NEIGHBOURS), min(zone.stop, first[e + 1] + NEIGHBOURS))
-                result[inside] = _interpolate(line.s[stencil], line.u_t[stencil], s[inside])
-    return result
+    pieces = line.pieces()
+    borders = [_border(line, piece.start) for piece in pieces] + [float(line.breaks[-1])]
+    base, breaks = int(line.element[0]), line.breaks.tolist()
+    element = (line.element - base).tolist()
+    first = np.searchsorted(line.element, np.arange(base, base + len(breaks))).tolist()
+    # cells: what an element has of a piece, from `low`, and the run of nodes whose polynomial holds there
+    low, run = [], []
+    for piece, start in zip(pieces, borders, strict=False):
+        shown = everywhere or line.sign[piece.start] != 0
+        for e in range(element[piece.start], element[piece.stop - 1] + 1):
+            low.append(max(start, breaks[e]))
+            inside = max(piece.start, first[e] - NEIGHBOURS), min(piece.stop, first[e + 1] + NEIGHBOURS)
+            run.append(inside if shown else (inside[0], inside[0]))
+    cell = np.maximum(np.searchsorted(low, s, side="right") - 1, 0)
+    return _interpolate(line.s, values, np.array(run), cell, s)
 
 
 def _border(line: ContactLine, k: int) -> float:
@@ -100,28 +127,57 @@ def _border(line: ContactLine, k: int) -> float:
     return float(line.breaks[line.element[k] - line.element[0]])
 
 
-def _interpolate(nodes: Array, values: Array, points: Array) -> Array:
-    """The polynomial through nodes, in barycentric form."""
+def _interpolate(nodes: Array, values: Array, run: Index, cell: Index, points: Array) -> Array:
+    """Polynomials through runs (c, 2) of nodes, in barycentric form, at points (n,) of cells (n,); 0 for empty runs."""
+    count = run[:, 1] - run[:, 0]
+    place = np.arange(count.max(initial=1))
+    used = place < count[:, None]
+    place = np.minimum(run[:, :1] + place, len(nodes) - 1)
+    x, f = nodes[place], values[place]
+    length = np.where(count > 1, nodes[np.maximum(run[:, 1] - 1, 0)] - nodes[run[:, 0]], 1.0)
     # 4/length is the reciprocal of the capacity of the interval: products of differences neither over- nor underflow
-    gaps = (nodes[:, None] - nodes) * (4.0 / (nodes[-1] - nodes[0] if len(nodes) > 1 else 1.0))
-    np.fill_diagonal(gaps, 1.0)
-    weight = 1.0 / np.prod(gaps, axis=1)
-    away = points[:, None] - nodes
-    hit = away == 0.0
-    terms = weight / np.where(hit, 1.0, away)
-    result: Array = (terms @ values) / terms.sum(axis=1)
+    gaps = (x[:, :, None] - x[:, None, :]) * (4.0 / length)[:, None, None]
+    others = used[:, None, :] & used[:, :, None] & ~np.eye(x.shape[1], dtype=bool)
+    weight = np.where(used, 1.0 / np.prod(np.where(others, gaps, 1.0), axis=2), 0.0)
+    away = points[:, None] - x[cell]
+    hit = (away == 0.0) & used[cell]
+    terms = weight[cell] / np.where((away == 0.0), 1.0, away)
+    total = terms.sum(axis=1)
+    empty = count[cell] == 0
+    result = np.einsum("nk,nk->n", terms, f[cell]) / np.where(empty, 1.0, total)
     row, column = np.nonzero(hit)
-    result[row] = values[column]
-    return result
+    result[row] = f[cell][row, column]
+    return np.asarray(np.where(empty, 0.0, result))
 
 
-def relative_difference(coarse: list[ContactLine], fine: list[ContactLine]) -> float:
-    """‖u_coarse - u_fine‖/‖u_fine‖ in L2(Γ_C) with the fine nodes' weights, side by side."""
-    moved = size = 0.0
+def difference(coarse: list[ContactLine], fine: list[ContactLine]) -> float:
+    """‖u_coarse - u_fine‖ in L2(Γ_C), the larger of what the nodes of either see, side by side [length^3/2].
+
+    Either alone is blind: the coarse nodes to slip zones that only the fine mesh has, the fine ones to those that only
+    the coarse mesh has.
+    """
+    at_fine = at_coarse = 0.0
     for one, other in zip(coarse, fine, strict=True):
-        moved += float(other.weight @ (displacement(one, other.s) - other.u_t) ** 2)
-        size += float(other.weight @ other.u_t**2)
-    return float(np.sqrt(moved / size)) if size > 0.0 else float(np.sqrt(moved))
+        at_fine += float(other.weight @ (displacement(one, other.s) - other.u_t) ** 2)
+        at_coarse += float(one.weight @ (displacement(other, one.s) - one.u_t) ** 2)
+    return float(np.sqrt(max(at_fine, at_coarse)))
+
+
+def largest(lines: list[ContactLine]) -> float:
+    """Largest |u_t| of the function between the nodes, ends of the sides included [length]."""
+    peak = 0.0
+    for line in lines:
+        cuts = line.breaks[:-1, None] + np.diff(line.breaks)[:, None] * np.linspace(0.0, 1.0, PEAK_SAMPLES)[:-1]
+        s = np.append(cuts.ravel(), line.breaks[-1])
+        size = np.abs(displacement(line, s))
+        k = int(np.argmax(size))
+        peak = max(peak, float(size[k]), float(np.abs(line.u_t).max()))
+        if 0 < k < len(s) - 1:
+            # the vertex of the parabola through the largest sample and its neighbours
+            size = size[k - 1 : k + 2]
+            fit = np.polyfit((s[k - 1 : k + 2] - s[k]) / (s[k + 1] - s[k - 1]), size, 2)
+            peak = max(peak, float(fit[2] - 0.25 * fit[1] ** 2 / fit[0])) if fit[0] < 0.0 else peak
+    return peak
 
 
 def transition(line: ContactLine, k: int) -> float:
@@ -137,7 +193,7 @@ def transition(line: ContactLine, k: int) -> float:
     if one != 0 and other != 0:
         a, b = line.u_t[k - 1], line.u_t[k]
         return float(line.s[k - 1] + (line.s[k] - line.s[k - 1]) * a / (a - b))
-    zone = next(z for z in line.zones() if (z.stop == k if one != 0 else z.start == k))
+    zone = next(z for z in line.pieces() if (z.stop == k if one != 0 else z.start == k))
     places = np.arange(zone.start, zone.stop)[:: -1 if one != 0 else 1]
     direction = -1.0 if one != 0 else 1.0
     r = direction * (line.s[places] - border)

@@ -2,21 +2,30 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..geometry.outline import Outline
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import mesh_outline, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
 from .contact_line import ContactLine, slip_at_end, transition
-from .singular_points import RIGHT_ANGLE, corner_powers, kinks
+from .known_data import Field, fields, resolved
+from .singular_points import corner_exponents
 
-CORNER_SIZE = 0.015 ** (1.0 / RIGHT_ANGLE)
+MILDEST, STRONGEST = 0.7, 2.0
+"""Bounds of 1/(2λ), the power of the error with which elements shrink at corners: the lower one is that of a right angle
+clamped on one side and free on the other (λ = 0.71, ν = 0.3)."""
+CORNER_SIZE = 0.015 ** (1.0 / MILDEST)
 """Size of the smallest elements, in thicknesses of the body, that leaves an error of 1e-4 at a corner of power 1."""
+SMALLEST = 1e-10
+"""Smallest elements at corners, relative to the thickness of the body and to coordinates, whose last digits they feel."""
+DATA_SHARE = 0.2
+"""Defect of the known data on one element, of a rung's error."""
 UNSEEN = 24
 """Least number of elements on a contact side whose transition points nobody has told."""
 
@@ -40,14 +49,18 @@ class Rung:
 
 
 LADDER = (
-    Rung(Grading(1, 0.30), 2.5e-3, 3.3e-3),
-    Rung(Grading(2, 0.30), 1.0e-4, 6.7e-5),
-    Rung(Grading(3, 0.28), 1.0e-5, 4.6e-6),
-    Rung(Grading(5, 0.28), 3.0e-7, 4.0e-7),
-    Rung(Grading(5, 0.33), 6.0e-8, 3.3e-8),
-    Rung(Grading(5, 0.40), 1.2e-8, 1.3e-8),
-    Rung(Grading(5, 0.50), 2.5e-9, 3.0e-9),
+    Rung(Grading(2, 0.30), 1.5e-3, 1.7e-3),
+    Rung(Grading(2, 0.30), 8.0e-5, 6.7e-5),
+    Rung(Grading(3, 0.28, 0.8), 1.0e-5, 4.6e-6),
+    Rung(Grading(5, 0.28, 0.7), 1.0e-6, 6.0e-7),
+    Rung(Grading(5, 0.33, 0.6), 8.0e-8, 4.0e-8),
+    Rung(Grading(5, 0.40, 0.5), 1.2e-8, 1.3e-8),
+    Rung(Grading(5, 0.50, 0.4), 2.5e-9, 3.0e-9),
 )
+CLOSEST = 1e-9
+"""Distance of marks, of a side, below which they are one."""
+ON_KINK = 1e-3
+"""Distance of a transition point from a kink of the data, in smallest elements, below which the kink is its mark."""
 MARGIN = 1.3
 """How far below the wanted error a rung's typical error is when it is tried first."""
 
@@ -70,21 +83,21 @@ class Body:
         Which sides are in contact.
     given : list of (k,) arrays
         Arc lengths of the points of each side that the user wants graded [length].
-    kinks : list of (k,) arrays
-        Arc lengths on each side at which the data have a kink or a jump [length].
+    data : list of lists of Field
+        What is known and varies along each side.
     singular : list of pairs of bool
         Whether the start and the end of each side are corners or places where parts meet.
-    powers : list of pairs of float
-        With which power of the error the smallest elements shrink there, see `singular.corner_powers`.
+    exponents : list of pairs of float
+        λ there, see `singular_points.corner_exponents`.
     """
 
     outline: Outline
     scale: float
     contact: list[bool]
     given: list[Array]
-    kinks: list[Array]
+    data: list[list[Field]]
     singular: list[tuple[bool, bool]]
-    powers: list[tuple[float, float]]
+    exponents: list[tuple[float, float]]
 
     @staticmethod
     def of(problem: Problem, outline: Outline) -> Body:
@@ -95,9 +108,72 @@ class Body:
         scale = 2.0 * polygon.area / polygon.length
         contact = [side.part in parts for side in outline.sides]
         return Body(
-            outline, scale, contact, given, kinks(problem, outline), singular_ends(outline),
-            corner_powers(problem, outline),
+            outline, scale, contact, given, fields(problem, outline), singular_ends(outline),
+            corner_exponents(problem, outline),
         )  # fmt: skip
+
+    @functools.cached_property
+    def kinks(self) -> list[Array]:
+        """Arc lengths inside each side at which its data have a kink or a jump, increasing [length]."""
+        result = []
+        for side, row in zip(self.outline.sides, self.data, strict=True):
+            found = np.unique(np.concatenate([np.empty(0), *(field.switches for field in row)])) * side.length
+            closest = CLOSEST * side.length
+            found = found[(found > closest) & (found < side.length - closest)]
+            result.append(found[np.append(True, np.diff(found) > closest)[: len(found)]])
+        return result
+
+    @functools.cached_property
+    def smallest(self) -> float:
+        """Size below which elements at corners do not shrink [length]."""
+        farthest = max(float(np.abs(side.start).max()) for side in self.outline.sides)
+        return SMALLEST * max(self.scale, farthest)
+
+    def corner_size(self, exponent: float, resolved: float) -> float:
+        """Size of the smallest elements at a corner that leave a relative error of u_t [length].
+
+        Far away the error of elements of size a is about a^(2λ), measured on the paper's examples.
+        """
+        power = min(max(0.5 / exponent, MILDEST), STRONGEST)
+        return max(self.smallest, self.scale * float((CORNER_SIZE * resolved / 1e-4) ** power))
+
+    def truncation(self, resolved: float) -> float:
+        """What elements of these sizes leave at the worst corner, a^(2λ) [-]; only ratios mean something."""
+        found = {exponent for pair in self.exponents for exponent in pair}
+        return max(float((self.corner_size(e, resolved) / self.scale) ** (2.0 * e)) for e in found)
+
+    def mesh(self, rung: Rung, largest: list[float], shown: list[ContactLine] | None) -> RungMesh:
+        """The mesh of a rung, with elements that resolve the data.
+
+        Parameters
+        ----------
+        rung : Rung
+        largest : list of float, one a side
+            Length that no element of the side exceeds [length].
+        shown : list of ContactLine, optional
+            As in `marks_for`.
+        """
+        missed = [0.0]
+
+        def resolve(side: int, breaks: Array, orders: Index) -> tuple[Array, Index]:
+            breaks, orders, left = resolved(breaks, orders, self.data[side], DATA_SHARE * rung.error)
+            missed.append(left)
+            return breaks, orders
+
+        marks = marks_for(self, rung.grading, rung.resolved, shown)
+        mesh = graded_mesh(self.outline, marks, rung.grading, largest, resolve if any(self.data) else None)
+        if max(missed) > 0.0:
+            # elements by the thousand that still do not show the data are not worth solving on
+            mesh = graded_mesh(self.outline, marks, rung.grading, largest)
+        return RungMesh(mesh, max(missed))
+
+
+@dataclass(frozen=True)
+class RungMesh:
+    """A mesh, and the largest defect of the data that it leaves beyond what was asked (or 0)."""
+
+    mesh: CurveMesh
+    missed: float
 
 
 def mesh_of(problem: Problem, outline: Outline) -> CurveMesh:
@@ -118,7 +194,7 @@ def default_mesh(problem: Problem, outline: Outline) -> CurveMesh:
         side.length / UNSEEN if contact and not len(given) else np.inf
         for side, contact, given in zip(outline.sides, body.contact, body.given, strict=True)
     ]
-    return graded_mesh(outline, marks_for(body, rung.grading, rung.resolved, None), rung.grading, largest)[0]
+    return body.mesh(rung, largest, None).mesh
 
 
 def marks_for(body: Body, grading: Grading, resolved: float, shown: list[ContactLine] | None) -> list[Marks]:
@@ -133,26 +209,27 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
     shown : list of ContactLine, optional
         A solution so far, one a contact side, which shows the transition points.
     """
-    # truncation errors fall with the power 2λ of the size at corners, with its square at transition points (measured on
-    # the paper's examples, whose corners are clamped at one side, the strongest case at a right angle: 2λ = 1/0.7)
-    level = resolved / 1e-4
-    at_corner, at_transition = body.scale * (CORNER_SIZE * level) ** RIGHT_ANGLE, 0.06 * body.scale * level**0.5
+    # truncation errors fall with the square of the size at transition points (measured on the paper's examples)
+    at_transition = 0.06 * body.scale * (resolved / 1e-4) ** 0.5
     lines = iter(shown or [])
     marks = []
     for k, side in enumerate(body.outline.sides):
         line = next(lines, None) if body.contact[k] else None
-        found = [] if line is None else [transition(line, cut) for cut in line.cuts]
-        closest = 1e-9 * side.length
-        inner = np.array(sorted(s for s in found if closest < s < side.length - closest))
-        given = body.given[k]
+        # points that are given on contact sides stand for transition points, until a solution shows them
+        found = [transition(line, cut) for cut in line.cuts] if line is not None else []
+        given = body.given[k] if line is None else np.empty(0)
+        closest = CLOSEST * side.length
+        kinks = body.kinks[k]
+        apart = max(closest, ON_KINK * at_transition)
+        inner = np.array([s for s in sorted(found) if closest < s < side.length - closest
+                          and not np.any(np.abs(kinks - s) < apart)])  # fmt: skip
         inside = given[(given > closest) & (given < side.length - closest)]
-        kinked = body.kinks[k][(body.kinks[k] > closest) & (body.kinks[k] < side.length - closest)]
         ends = [singular or float(s) in given for singular, s in zip(body.singular[k], (0.0, side.length), strict=True)]
-        points = np.concatenate([[0.0], inside, inner, kinked, [side.length]])
-        sizes = np.full(len(points), at_corner)
-        # points that are given on contact sides are transition points
-        sizes[1 if body.contact[k] else 1 + len(inside) : -1] = at_transition
-        sizes[[0, -1]] = [body.scale * (CORNER_SIZE * level) ** power for power in body.powers[k]]
+        points = np.concatenate([[0.0], inside, inner, kinks, [side.length]])
+        sizes = np.full(len(points), at_transition)
+        if not body.contact[k]:
+            sizes[1 : 1 + len(inside)] = body.corner_size(1.0, resolved)
+        sizes[[0, -1]] = [body.corner_size(exponent, resolved) for exponent in body.exponents[k]]
         order = np.argsort(points, kind="stable")
         points, sizes = points[order], sizes[order]
         distinct = np.append(np.diff(points) > closest, True)

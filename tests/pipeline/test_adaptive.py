@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 from conftest import example
@@ -9,7 +11,7 @@ from contact_lines import line_of
 
 from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, solve
 from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
-from petcontact.pipeline.adaptive import estimated_error
+from petcontact.pipeline.adaptive import MOST_GAIN, estimated_error
 from petcontact.refinement.contact_line import ContactLine, displacement, slip_at_end, transition, without_specks
 from petcontact.refinement.marks import LADDER, Body, marks_for
 
@@ -45,7 +47,7 @@ def test_estimate_is_honest(number, accuracy, best, comm):
     assert solution.converged
     assert error <= accuracy
     assert solution.info["estimated_error"] <= accuracy
-    assert 1.0 / 3.0 < solution.info["estimated_error"] / error < 3.0
+    assert 0.5 < solution.info["estimated_error"] / error < 30.0
     # the transition points too, the one that is 0.00015 from the end among them, without being told
     found = [zone.end for zone in solution.zones[:-1]]
     assert found == pytest.approx(TRANSITIONS[number], abs=1e-5 if accuracy <= 1e-6 else 5e-3)
@@ -87,15 +89,20 @@ def test_variable_friction_on_a_sloping_body(comm):
     exact = displacement(line_of(fine), coarse.contact.arc_length)
     weight = coarse.contact.weight
     error = np.sqrt(weight @ (coarse.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2))
-    assert 1.0 / 3.0 < coarse.info["estimated_error"] / error < 3.0
+    assert 0.5 < coarse.info["estimated_error"] / error < 30.0
     assert len(coarse.zones) == len(fine.zones)
 
 
-def test_estimate_slows_down_with_the_ladder():
-    errors = [rung.error for rung in LADDER]
-    as_expected = estimated_error([errors[0], errors[1]], [0, 1, 2])
-    assert as_expected == pytest.approx(errors[2])
-    assert estimated_error([errors[0], 0.5 * errors[0]], [0, 1, 2]) > 0.1 * errors[0]
+def test_the_estimate_is_the_last_difference_and_claims_no_gain():
+    sharp = [1e-3, 1e-5, 1e-7, 1e-9]
+    assert estimated_error([3e-3], sharp[:2]) == math.inf
+    assert estimated_error([3e-3, 1e-4], sharp[:3]) == pytest.approx(1e-4)
+    # alike by chance
+    assert estimated_error([3e-3, 1e-9], sharp[:3]) == pytest.approx(3e-3 / MOST_GAIN)
+
+
+def test_rungs_that_are_alike_because_corners_got_no_finer_elements_are_no_proof():
+    assert estimated_error([1e-1, 1e-2, 1e-7], [4.0, 2.0, 1.0, 1.0]) == pytest.approx(5e-2)
 
 
 # -- pieces -------------------------------------------------------------------------------------------------------------
@@ -162,10 +169,9 @@ def test_elements_of_thin_bodies_are_no_longer_than_their_thickness():
         "geometry": Polygon(vertices=((0, 0), (40, 0), (40, 1), (0, 1)), parts=("bottom", "right", "top", "left"))
     })  # fmt: skip
     body = Body.of(case, case.geometry.outline())
-    mesh, side = graded_mesh(body.outline, marks_for(body, Grading(3, 0.3), 1e-4, None), Grading(3, 0.3), [np.inf] * 4)
+    mesh = graded_mesh(body.outline, marks_for(body, Grading(3, 0.3), 1e-4, None), Grading(3, 0.3), [np.inf] * 4)
     assert mesh.length.max() <= 1.21
     assert mesh.length.sum() == pytest.approx(82.0)
-    assert np.array_equal(np.unique(side), np.arange(4))
 
 
 @pytest.mark.parametrize("number", [1, 2])

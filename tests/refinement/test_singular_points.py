@@ -1,4 +1,4 @@
-"""Corners and kinks that are known before anything is solved, and adaptive solves that need them."""
+"""Corners that are known before anything is solved, and adaptive solves that need them."""
 
 from __future__ import annotations
 
@@ -7,10 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 from contact_lines import line_of
+from random_bodies import random_case
 
-from petcontact import Contact, Displacement, Material, Polygon, Problem, Traction, adapt, load
-from petcontact.refinement.contact_line import displacement
-from petcontact.refinement.singular_points import RIGHT_ANGLE, corner_powers, kinks
+from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Rectangle, Traction, adapt, load
+from petcontact.pipeline.adaptive import contact_lines, displacement_scale
+from petcontact.refinement.contact_line import difference, displacement
+from petcontact.refinement.marks import Body
+from petcontact.refinement.singular_points import corner_exponents
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 
@@ -27,45 +30,98 @@ def l_shaped(friction_bound: float | str) -> Problem:
     )  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("bound", "expected"),
-    [("60 + 30*abs(x - 3)", [3.0]), ("60 + 5*abs(sin(2*x))", np.pi / 2 * np.arange(1, 6)),
-     ("60 + 30*(x > 2.345678)", [2.345678]), ("60 + 10*x", []),
-     ("60 + 30*sin(3*x)", []), ("60 + sqrt(x)", []), ("exp(-x)", []), (80.0, [])],
-)  # fmt: skip
-def test_kinks_and_jumps_of_the_data_are_located(bound, expected):
-    problem = l_shaped(bound)
-    found = kinks(problem, problem.geometry.outline())
-    assert np.allclose(found[0], expected, rtol=0, atol=1e-7) and len(found[0]) == len(expected)
-    assert all(len(places) == 0 for places in found[1:])
-
-
-def test_kinks_of_tractions_are_found_on_arcs_by_arc_length():
-    case = load(CONFIGS / "gallery_disc.toml")
-    rim = Traction(part="rim", pressure="abs(s - 5)")
-    boundary = tuple(rim if condition.part == "rim" else condition for condition in case.boundary)
-    outline = case.geometry.outline()
-    found = kinks(case.model_copy(update={"boundary": boundary}), outline)
-    first = next(k for k, side in enumerate(outline.sides) if side.part == "rim")
-    assert np.allclose(found[first], [5.0], atol=1e-7)
-    assert sum(map(len, found)) == 1
-
-
-def test_corners_are_as_strong_as_their_angles():
+def test_corners_are_as_strong_as_their_angles_and_sides():
     problem = l_shaped(80.0)
-    powers = corner_powers(problem, problem.geometry.outline())
-    # all right angles but the reentrant one between shelf and inner
-    assert powers[2] == (RIGHT_ANGLE, 1.0) and powers[3] == (1.0, RIGHT_ANGLE)
-    assert all(pair == (RIGHT_ANGLE, RIGHT_ANGLE) for k, pair in enumerate(powers) if k not in (2, 3))
-    # held and free sides in one line: r^(1/2); held and free around a reentrant corner: r^(1/3) or more
+    found = corner_exponents(problem, problem.geometry.outline())
+    # free sides meet at (4, 2); the right angles are clamped and free, or free
+    assert found[2][1] == found[3][0] == pytest.approx(0.5445, abs=1e-3)
+    assert found[0] == pytest.approx((0.711, 0.711), abs=2e-3) and found[1] == (found[0][1], 1.0)
+    # held and free sides in one line: r^(1/2), whether they stick or slip
     flat = Polygon(vertices=((0, 0), (4, 0), (8, 0), (8, 4), (0, 4)), parts=("a", "b", "right", "top", "left"))
     boundary = (Contact(part="a", friction_bound=1.0), *(Traction(part=p, value=(0.0, 0.0)) for p in ("b", "right", "left")),
                 Displacement(part="top", value=(0.0, 0.0)))  # fmt: skip
     problem = problem.model_copy(update={"geometry": flat, "boundary": boundary})
-    assert corner_powers(problem, flat.outline())[0] == pytest.approx((RIGHT_ANGLE, 1.0))
+    assert corner_exponents(problem, flat.outline())[0] == pytest.approx((0.711, 0.5), abs=2e-3)
     held = tuple(Displacement(part="shelf", value=(0.0, 0.0)) if c.part == "shelf" else c for c in l_shaped(80.0).boundary)
     problem = l_shaped(80.0).model_copy(update={"boundary": held})
-    assert corner_powers(problem, problem.geometry.outline())[2][1] == pytest.approx(1.5)
+    assert corner_exponents(problem, problem.geometry.outline())[2][1] == pytest.approx(0.3417, abs=1e-3)
+
+
+def test_a_skew_roller_is_held_in_its_own_direction():
+    """Contact may slide at (40, 0); the side from (55, 12) leans and is held in x: neither sliding nor clamped."""
+    found = corner_exponents(skew(), skew().geometry.outline())
+    assert found[0][1] == pytest.approx(0.528, abs=2e-3)
+    clamped = skew().model_copy(update={"boundary": tuple(
+        Displacement(part="upper", value=(-0.03, 0.0)) if c.part == "upper" else c for c in skew().boundary
+    )})  # fmt: skip
+    assert found[2][0] == found[1][1] != corner_exponents(clamped, clamped.geometry.outline())[2][0]
+
+
+def skew(**mesh) -> Problem:
+    """A body on whose base friction ends next to a skew side; estimates were 20 times too small there."""
+    return Problem(
+        material=Material(young_modulus=2.1e5, poisson_ratio=0.3),
+        geometry=Polygon(vertices=((0, 0), (40, 0), (55, 12), (40, 25), (0, 25)),
+                         parts=("base", "lower", "upper", "top", "left")),
+        mesh=MeshOptions(**mesh),
+        boundary=(Contact(part="base", friction_bound=60.0), Traction(part="lower", value=(0.0, 0.0)),
+                  Displacement(part="upper", value=(-0.03, "free")), Traction(part="top", value=(0.0, 0.0)),
+                  Displacement(part="left", value=("0.004*y/25", "free"))),
+    )  # fmt: skip
+
+
+def true_error(solution, best) -> float:
+    """Relative L2(Γ_C) error of u_t, seen from the nodes of both."""
+    body = Body.of(solution.case, solution.case.geometry.outline())
+    return difference(contact_lines(body, solution), contact_lines(body, best)) / displacement_scale(best)
+
+
+@pytest.mark.parametrize("points", [(), ((39.64002, 0.0),)])
+def test_a_point_that_is_nearly_right_does_no_harm(points, comm):
+    best = adapt(skew(), 1e-5, comm=comm)
+    for accuracy in (1e-2, 1e-3):
+        solution = adapt(skew(graded_points=points), accuracy, comm=comm)
+        true = true_error(solution, best)
+        assert solution.converged and true <= accuracy and true < 2.0 * solution.info["estimated_error"]
+
+
+def slab(traction: str) -> Problem:
+    """A slab pressed down on a spot of its top."""
+    return Problem(
+        material=Material(young_modulus=8000.0, poisson_ratio=0.3),
+        geometry=Rectangle(lower_left=(0, 0), upper_right=(7, 1.2)),
+        boundary=(Contact(part="bottom", friction_bound=6.0), Traction(part="left", value=(15.0, 0.0)),
+                  Displacement(part="right", value=(0.0, 0.0)), Traction(part="top", value=(0.0, traction))),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("width", [1e-1, 1e-3, 1e-6])
+def test_a_narrow_peak_acts_like_its_resultant(width, comm):
+    """Far from it: by Saint-Venant's principle the solution does not depend on a width that is small enough."""
+    force = 30000.0 * np.sqrt(np.pi) * 1e-3
+    solution = adapt(slab(f"{-force / (np.sqrt(np.pi) * width)!r}*exp(-((x - 3.137)/{width!r})**2)"), 1e-3, comm=comm)
+    assert solution.converged
+    mesh = solution.mesh
+    top = mesh.nodes_of("top")
+    assert mesh.weight[top] @ solution.traction[top, 1] == pytest.approx(-force, rel=1e-3)
+    # the peak of width 1e-3 at 1e-6, by this program on finer meshes and on uniform ones of 7000 elements a side
+    if width < 1e-1:
+        assert np.abs(solution.contact.u_t).max() == pytest.approx(0.0015910, rel=2e-3)
+
+
+def test_data_that_no_mesh_resolves_are_refused(comm):
+    solution = adapt(slab("-10*sin(1e5*x)"), 1e-2, comm=comm)
+    assert solution.status == "not converged" and "resolve" in solution.reason
+
+
+@pytest.mark.parametrize("number", range(6))
+def test_random_bodies_get_honest_estimates(number, comm):
+    """The first of those that scripts/verify_random draws; it tries hundreds."""
+    case = random_case(1, number)
+    best = adapt(case, 1e-5, comm=comm)
+    solution = adapt(case, 1e-3, comm=comm)
+    assert solution.converged and true_error(solution, best) <= 2e-3
+    assert true_error(solution, best) <= 2.0 * solution.info["estimated_error"]
 
 
 @pytest.mark.parametrize("bound", [80.0, "60 + 30*abs(x - 3)"])
@@ -78,7 +134,7 @@ def test_estimates_are_honest_with_a_reentrant_corner_and_a_kink(bound, comm):
         contact, exact = solution.contact, displacement(line_of(best), solution.contact.arc_length)
         error = contact.u_t[:, 0] - exact
         true = np.sqrt(contact.weight @ error**2 / (contact.weight @ exact**2))
-        assert true <= accuracy and 1 / 3 < solution.info["estimated_error"] / true < 3
+        assert true <= accuracy and 0.5 < solution.info["estimated_error"] / true < 40
 
 
 @pytest.mark.parametrize("name", ["toe", "disc", "dovetail", "plate", "bracket"])

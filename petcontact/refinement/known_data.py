@@ -1,0 +1,242 @@
+"""What is known along the sides (g, displacements, tractions): where it is rough, and elements that resolve it."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from ..arrays import Array, Index, Mask
+from ..geometry.arcs import on_arcs
+from ..geometry.outline import Outline, Side
+from ..mesh.basis import gauss, lagrange
+from ..model.expression_features import features, uniform
+from ..model.expressions import Value, evaluate
+from ..model.problem import Condition, Displacement, Problem, Traction
+
+ORDER = 5
+"""Largest order of an element."""
+OWN_SAMPLES = 16
+"""Samples of an element besides those of its side that lie in it."""
+ARC_SAMPLES = 64
+"""Samples of a constant pressure on an arc, whose direction varies."""
+MOST_ELEMENTS = 600
+"""Elements of one side beyond which data are given up as unresolved."""
+MIDDLE = np.array([0.5])
+SMALLEST = 1e-13
+"""Smallest element as a fraction of its side."""
+
+
+@dataclass(frozen=True)
+class Field:
+    """Data of one kind that vary along one side.
+
+    Attributes
+    ----------
+    kind : str
+        "displacement", "traction", "friction bound", ...: errors are relative to the integral of all that is of one kind.
+    values : callable
+        Fractions (n,) of the side to values (n, c).
+    switches : (k,) array
+        Places inside the side at which the data may have a kink or a jump, as fractions, increasing.
+    samples, sampled : (n,) and (n, c) arrays
+        Fractions that show all of it, increasing, and the values there.
+    size : float
+        Integral of |values| over the boundary, of all data of this kind [unit of the data · length].
+    length : float
+        Of the side [length].
+    """
+
+    kind: str
+    values: Callable[[Array], Array]
+    switches: Array
+    samples: Array
+    sampled: Array
+    size: float
+    length: float
+
+    def defects(self, start: Array, end: Array, order: int) -> Array:
+        """Integral over each element (k,) of |f - I_p f|, relative to `size`; I_p f passes through the Gauss points.
+
+        Elements are given by their ends as fractions, increasing and apart.
+        """
+        width = end - start
+        xi = gauss(order)[0]
+        at_nodes = self.values((start[:, None] + 0.5 * width[:, None] * (1.0 + xi)).ravel())
+        nodal = at_nodes.reshape(len(start), order + 1, -1)
+        own = (np.arange(OWN_SAMPLES) + 0.5) / OWN_SAMPLES
+        inside = self.values((start[:, None] + width[:, None] * own).ravel()).reshape(len(start), OWN_SAMPLES, -1)
+        gap = inside - np.einsum("bq,ebc->eqc", lagrange(order, 2.0 * own - 1.0), nodal)
+        by_own = np.linalg.norm(gap, axis=2).mean(axis=1) * width
+        # samples of the side see what is narrower than an element
+        element = np.searchsorted(start, self.samples, side="right") - 1
+        mine = (element >= 0) & (self.samples < end[np.maximum(element, 0)])
+        element, s = element[mine], self.samples[mine]
+        basis = lagrange(order, 2.0 * (s - start[element]) / width[element] - 1.0)
+        gap = self.sampled[mine] - np.einsum("bq,qbc->qc", basis, nodal[element])
+        by_side = np.bincount(element, self.weights[mine] * np.linalg.norm(gap, axis=1), len(start))
+        return np.asarray(np.maximum(by_own, by_side) * self.length / self.size)
+
+    @functools.cached_property
+    def weights(self) -> Array:
+        """Of the trapezoidal rule on the samples."""
+        width = np.diff(self.samples)
+        return np.asarray(0.5 * (np.append(width, 0.0) + np.insert(width, 0, 0.0)))
+
+
+def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
+    """Data of each side that vary along it.
+
+    Raises
+    ------
+    InputError
+        As `evaluate`; values that are not finite count as zero (those at nodes are told when they are evaluated there).
+    """
+    found: list[list[Field]] = [[] for _ in outline.sides]
+    sizes: dict[str, float] = {}
+    for k, (side, offset) in enumerate(zip(outline.sides, offsets(outline), strict=True)):
+        at = functools.partial(variables, side, offset)
+        for kind, given, values in _conditions(problem, side, at):
+            size = float(np.linalg.norm(values(MIDDLE)))
+            if any(callable(value) or isinstance(value, str) for value in given) or (side.curvature and kind == "traction"):
+                field = Field(kind, values, *_shown(given, at, values), 1.0, side.length)
+                found[k].append(field)
+                size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
+            sizes[kind] = sizes.get(kind, 0.0) + size * side.length
+    return [[replace(field, size=sizes[field.kind]) for field in row if sizes[field.kind] > 0.0] for row in found]
+
+
+def _shown(
+    given: list[Value], at: Callable[[Array], dict[str, Array]], values: Callable[[Array], Array]
+) -> tuple[Array, Array, Array]:
+    """Switches, samples, and values there, of expressions and functions together; a function shows no syntax tree."""
+    parts = [features(value, at) for value in given if isinstance(value, str)]
+    samples = [part.samples for part in parts] or [uniform() if any(map(callable, given)) else np.empty(0)]
+    every = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
+    switches = np.unique(np.concatenate([np.empty(0), *(part.switches for part in parts)]))
+    return switches[np.append(True, np.diff(switches) > SMALLEST)[: len(switches)]], every, values(every)
+
+
+def offsets(outline: Outline) -> list[float]:
+    """Arc length along its part at the start of each side [length]."""
+    travelled: dict[str, float] = {}
+    result = []
+    for side in outline.sides:
+        result.append(travelled.get(side.part, 0.0))
+        travelled[side.part] = result[-1] + side.length
+    return result
+
+
+def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:
+    """Variables of expressions at fractions (n,) of a side."""
+    (x, y), (nx, ny) = side.point(at).T, _normals(side, at).T
+    return {"x": x, "y": y, "nx": nx, "ny": ny, "s": offset + side.length * at}
+
+
+def _normals(side: Side, at: Array) -> Array:
+    return on_arcs(side.start, side.end, side.half_angle, 2.0 * at - 1.0)[1]
+
+
+def _conditions(
+    problem: Problem, side: Side, at: Callable[[Array], dict[str, Array]]
+) -> Iterator[tuple[str, list[Value], Callable[[Array], Array]]]:
+    """Kind, components and values of what is known on a side; arrays, which belong to the nodes of one mesh, are left out."""
+    for number, condition in enumerate(problem.boundary):
+        if condition.part != side.part:
+            continue
+        key = f"boundary[{number}] ({condition.part})"
+        for kind, given, normal in _given(condition):
+            if not any(isinstance(value, tuple) for value in given):
+                yield kind, given, functools.partial(_values, given, key, at, normal and side)
+
+
+def _given(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:
+    """Kinds of data of a condition, their components, and whether they are along the normal."""
+    if isinstance(condition, Displacement):
+        yield "displacement", [component for component in condition.value if component != "free"], False
+    elif isinstance(condition, Traction):
+        if condition.pressure is not None:
+            yield "traction", [condition.pressure], True
+        else:
+            yield "traction", list(condition.value or ()), False
+    else:
+        given = (("friction bound", condition.friction_bound), ("gap", condition.gap or None),
+                 ("friction coefficient", condition.friction_coefficient))  # fmt: skip
+        yield from ((kind, [value], False) for kind, value in given if value is not None)
+
+
+def _values(
+    given: list[Value], key: str, at: Callable[[Array], dict[str, Array]], along_normal: Side | Literal[False],
+    fractions: Array,
+) -> Array:  # fmt: skip
+    """Values (n, c) of components at fractions (n,) of a side, times its normal if it is given; 0 where not finite."""
+    names = at(fractions)
+    columns = [evaluate(value, names, len(fractions), key, finite=False) for value in given]
+    values = np.nan_to_num(np.column_stack(columns or [np.zeros(len(fractions))]), posinf=0.0, neginf=0.0)
+    return values if along_normal is False else np.asarray(values * _normals(along_normal, fractions))
+
+
+def resolved(
+    breaks: Array, orders: Index, data: list[Field], tolerance: float
+) -> tuple[Array, Index, float]:
+    """Elements of a side with orders and cuts enough for its data.
+
+    Parameters
+    ----------
+    breaks : (n + 1,) array
+        Fractions of the side.
+    orders : (n,) array
+    data : list of Field
+        Of the side.
+    tolerance : float
+        Defect that an element may have [-].
+
+    Returns
+    -------
+    breaks, orders : arrays
+        The same elements with orders raised up to ORDER or, where that is not enough, cut in halves.
+    missed : float
+        Largest defect that is left above the tolerance, 0 where there is none.
+    """
+    missed = 0.0
+    for field in data:
+        breaks, orders, left = _resolved(breaks, orders, field, tolerance)
+        missed = max(missed, left)
+    return breaks, orders, missed
+
+
+def _resolved(breaks: Array, orders: Index, field: Field, tolerance: float) -> tuple[Array, Index, float]:
+    done: list[tuple[Array, Array, Index]] = []
+    start, end, order = breaks[:-1], breaks[1:], orders
+    count, missed = 0, 0.0
+    while len(start):
+        wanted, least = _order_enough(field, start, end, order, tolerance)
+        ready = wanted >= 0
+        hopeless: Mask = ~ready & ((end - start < 2.0 * SMALLEST) | (count + len(start) > MOST_ELEMENTS))
+        if hopeless.any():
+            missed = max(missed, float(least[hopeless].max()))
+        stays = ready | hopeless
+        done.append((start[stays], end[stays], np.where(ready, wanted, ORDER)[stays]))
+        count += int(np.count_nonzero(stays))
+        start, end, order = start[~stays], end[~stays], order[~stays]
+        middle = 0.5 * (start + end)
+        start, end = np.column_stack([start, middle]).ravel(), np.column_stack([middle, end]).ravel()
+        order = np.repeat(order, 2)
+    starts, _, all_orders = (np.concatenate(column) for column in zip(*done, strict=True))
+    place = np.argsort(starts)
+    return np.append(starts[place], breaks[-1]), all_orders[place].astype(np.int64), missed
+
+
+def _order_enough(field: Field, start: Array, end: Array, order: Index, tolerance: float) -> tuple[Index, Array]:
+    """The least order of each element, not below its own, that resolves the data, or -1; and the defect it leaves."""
+    result, defect = np.full(len(order), -1), np.full(len(order), np.inf)
+    for p in range(int(order.min()), ORDER + 1):
+        open_ = np.flatnonzero((result < 0) & (order <= p))
+        if len(open_) == 0:
+            continue
+        defect[open_] = field.defects(start[open_], end[open_], p)
+        result[open_[defect[open_] <= tolerance]] = p
+    return result, defect

@@ -1,0 +1,149 @@
+"""Random bodies in contact, drawn from a seed: outlines with arcs, reentrant corners and holes, loads with rough spots."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from petcontact import Case, Circle, Contact, Displacement, InputError, Material, OutlineSide, SideBySide, Traction
+from petcontact.bem.boundary_data import evaluate_boundary
+from petcontact.mesh.curve_mesh import build_mesh
+
+LEAST_ANGLE, LARGEST_ANGLE = math.radians(25.0), math.radians(335.0)
+
+
+def random_case(seed: int, number: int) -> Case:
+    """Body `number` of a seed; what comes out ill-posed (sides that cross, a body that can move) is drawn again."""
+    rng = np.random.default_rng([seed, number])
+    while True:
+        try:
+            case = _drawn(rng)
+            outline = case.geometry.outline()
+            ends = [np.linspace(0.0, 1.0, 9) for _ in outline.sides]
+            evaluate_boundary(case, build_mesh(outline, ends, [np.zeros(8, dtype=np.int64) for _ in ends]))
+        except InputError:
+            continue
+        return case.model_copy(update={"title": f"random body {number} of seed {seed}"})
+
+
+def _drawn(rng: np.random.Generator) -> Case:
+    size = 10.0 ** rng.uniform(-2.0, 3.0)
+    shift = size * rng.uniform(-2.0, 2.0, 2)
+    outer = size * _star(rng, int(rng.integers(4, 9))) + shift
+    names = [f"side {k}" for k in range(len(outer))]
+    loops: list = [_loop(rng, outer, names, float(rng.choice([0.0, 0.0, 0.25, 0.5])))]
+    holes = int(rng.choice([0, 0, 0, 1, 2]))
+    for hole in range(holes):
+        centre, radius = outer.mean(axis=0) + size * rng.uniform(-0.25, 0.25, 2), size * rng.uniform(0.05, 0.2)
+        if rng.random() < 0.6:
+            loops.append(Circle(part=f"hole {hole}", center=tuple(centre), radius=radius))
+        else:
+            corners = centre + radius * _star(rng, int(rng.integers(3, 6)))
+            loops.append(_loop(rng, corners, [f"hole {hole}"] * len(corners), 0.3))
+    stress = 10.0 ** rng.uniform(-3.0, 6.0)
+    whole = SideBySide(loops=(loops[0],)).outline()
+    lengths = np.array([sum(side.length for side in whole.sides if side.part == name) for name in names])
+    conditions = _conditions(rng, names, lengths, stress, size)
+    for hole in range(holes):
+        pressure = 0.0 if rng.random() < 0.7 else stress * rng.uniform(0.1, 1.0)
+        conditions.append(Traction(part=f"hole {hole}", pressure=pressure))
+    return Case(
+        material=Material(young_modulus=stress * 10.0 ** rng.uniform(1.5, 4.0), poisson_ratio=rng.uniform(0.0, 0.45),
+                          plane=str(rng.choice(["strain", "stress"]))),
+        geometry=SideBySide(loops=tuple(loops)), boundary=tuple(conditions),
+    )  # fmt: skip
+
+
+def _star(rng: np.random.Generator, count: int) -> np.ndarray:
+    """Corners (count, 2) of a polygon around the origin, stretched and turned."""
+    angle = np.cumsum(rng.uniform(0.5, 1.5, count))
+    angle *= 2.0 * math.pi / angle[-1]
+    radius = rng.uniform(0.45, 1.0, count)
+    points = radius[:, None] * np.column_stack([np.cos(angle), np.sin(angle)])
+    points[:, 1] *= rng.choice([1.0, 0.7, 0.35])
+    turn = rng.choice([0.0, rng.uniform(0.0, 2.0 * math.pi)])
+    turned = points @ np.array([[math.cos(turn), math.sin(turn)], [-math.sin(turn), math.cos(turn)]])
+    before, after = turned - np.roll(turned, 1, axis=0), np.roll(turned, -1, axis=0) - turned
+    cross = before[:, 0] * after[:, 1] - before[:, 1] * after[:, 0]
+    interior = math.pi - np.arctan2(cross, np.sum(before * after, axis=1))
+    if interior.min() < LEAST_ANGLE or interior.max() > LARGEST_ANGLE:
+        raise InputError("a corner too sharp")
+    return np.asarray(turned)
+
+
+def _loop(rng: np.random.Generator, corners: np.ndarray, names: list[str], arcs: float) -> tuple[OutlineSide, ...]:
+    """Sides from each corner to the next, some of them arcs."""
+    sides = []
+    for start, end, name in zip(corners, np.roll(corners, -1, axis=0), names, strict=True):
+        radius = None
+        if rng.random() < arcs:
+            radius = float(rng.choice([-1.0, 1.0]) * np.hypot(*(end - start)) * rng.uniform(0.6, 3.0))
+        sides.append(OutlineSide(part=name, to=tuple(end), radius=radius))
+    return tuple(sides)
+
+
+def _conditions(rng: np.random.Generator, names: list[str], lengths: np.ndarray, stress: float, size: float) -> list:
+    count = len(names)
+    contacts = int(rng.choice([1, 1, 1, 2, 2, 3]))
+    kinds = np.array(["traction"] * count, dtype=object)
+    order = rng.permutation(count)
+    kinds[order[:contacts]] = "contact"
+    held = max(1, min(int(rng.choice([1, 1, 2])), count - contacts - 1))
+    kinds[order[contacts : contacts + held]] = "displacement"
+    result: list = []
+    young = 10.0 ** rng.uniform(-4.0, -2.0)  # a displacement, relative to the body
+    for k, (name, kind, length) in enumerate(zip(names, kinds, lengths, strict=True)):
+        alone = all(kinds[(k + step) % count] == "traction" for step in (-1, 1))
+        if kind == "contact":
+            bound = stress * 10.0 ** rng.uniform(-1.0, 0.5)
+            result.append(Contact(part=name, friction_bound=_bound(rng, bound, length)))
+        elif kind == "displacement":
+            result.append(Displacement(part=name, value=_displacement(rng, alone, young * size, length)))
+        elif rng.random() < 0.35:
+            result.append(Traction(part=name, value=(0.0, 0.0)))
+        elif rng.random() < 0.3:
+            result.append(Traction(part=name, pressure=_load(rng, stress * rng.normal(), length)))
+        else:
+            result.append(Traction(part=name, value=(_load(rng, stress * rng.normal(), length),
+                                                     _load(rng, stress * rng.normal(), length))))  # fmt: skip
+    return result
+
+
+def _bound(rng: np.random.Generator, bound: float, length: float) -> float | str:
+    """g >= 0: constant, linear, kinked, jumping, or with a bump."""
+    at, b = rng.uniform(0.1, 0.9) * length, f"{bound!r}"
+    return [
+        bound, bound, bound, f"{b}*(1 + s/{length!r})", f"{b}*(0.3 + abs(s - {at!r})/{length!r})",
+        f"{b}*where(s < {at!r}, 1, {rng.uniform(0.2, 4.0)!r})", f"max({0.2 * bound!r}, {b}*(1 - 2*s/{length!r}))",
+        f"{b}*(0.5 + exp(-((s - {at!r})/{_width(rng, length)!r})**2))",
+        f"{b}*(1 + 0.5*sin({rng.uniform(2.0, 20.0) / length!r}*s))",
+    ][rng.integers(9)]  # fmt: skip
+
+
+def _load(rng: np.random.Generator, load: float, length: float) -> float | str:
+    """A traction: constant, linear, a wave, a step, a hat, or a narrow peak of the same resultant."""
+    at, t = rng.uniform(0.1, 0.9) * length, f"{load!r}"
+    width = _width(rng, length)
+    peak = load * min(length / width, 1e3)
+    return [
+        load, load, load, f"{t}*(1 - s/{length!r})", f"{t}*sin({rng.uniform(2.0, 20.0) / length!r}*s)", f"{t}*(s > {at!r})",
+        f"{t}*max(0, 1 - abs(s - {at!r})/{0.2 * length!r})", f"{peak!r}*exp(-((s - {at!r})/{width!r})**2)",
+        f"{peak!r}/(1 + ((s - {at!r})/{width!r})**2)", f"{t}*sqrt(abs(s - {at!r})/{length!r})",
+    ][rng.integers(10)]  # fmt: skip
+
+
+def _width(rng: np.random.Generator, length: float) -> float:
+    return float(length * 10.0 ** rng.uniform(-4.5, -0.7))
+
+
+def _displacement(rng: np.random.Generator, alone: bool, size: float, length: float) -> tuple:
+    """Clamped or a roller; other than zero in between where a neighbour holds the body, too, so that nothing is torn."""
+    along = "" if alone else f"*s*({length!r} - s)/{0.25 * length**2!r}"
+    value: list = [0.0, 0.0]
+    for c in range(2):
+        if rng.random() < 0.5:
+            value[c] = f"{size * rng.normal()!r}*(1 + {rng.normal()!r}*s/{length!r}){along}"
+    if rng.random() < 0.3:
+        value[int(rng.integers(2))] = "free"
+    return tuple(value)
