@@ -143,7 +143,7 @@ def _normals(side: Side, at: Array) -> Array:
 def _conditions(
     problem: Problem, side: Side, at: Callable[[Array], dict[str, Array]]
 ) -> Iterator[tuple[str, list[Value], Callable[[Array], Array]]]:
-    """Kind, components and values of what is known on a side; arrays, which belong to the nodes of one mesh, are left out."""
+    """Kind, components and values of what is known on a side, but for arrays, which belong to the nodes of one mesh."""
     for number, condition in enumerate(problem.boundary):
         if condition.part != side.part:
             continue
