@@ -44,5 +44,7 @@ from .results.steps import AssemblySolution as AssemblySolution
 from .results.vtu import write_boundary_vtu as write_boundary_vtu
 from .results.vtu import write_vtu as write_vtu
 from .runtime.petsc import initialise as initialise
+from .sweep.store.case_table import load_case as load_case
+from .sweep.store.case_table import load_sweep as load_sweep
 
 __version__: str

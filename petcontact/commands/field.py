@@ -16,17 +16,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--boundary", metavar="FILE.vtu", help="also write the boundary's values")
     parser.add_argument("--figure", metavar="FILE.png",
                         help="also draw the deformed body coloured by von Mises stress (.png, .pdf or .svg)")  # fmt: skip
-    parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's results.h5")
+    parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
     from ..fields.interior import field_on_grid
     from ..fields.peak import largest
-    from ..results.hdf5 import read_solution
+    from ..results.solution import Solution
     from ..results.style import figure_format
     from ..results.vtu import write_boundary_vtu, write_vtu
     from ..runtime.atomic_write import check_target
+    from ..sweep.store.case_table import read_case
 
     resolution = grid(arguments.grid)
     output = Path(arguments.output or Path(arguments.result).with_suffix(".vtu").name)
@@ -37,7 +38,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         figure_format(arguments.figure)
     for name in filter(None, (output, arguments.boundary, arguments.figure)):
         check_target(Path(name), replace=True, inputs=[arguments.result])
-    solution = read_solution(arguments.result, arguments.case)
+    solution = read_case(arguments.result, arguments.case)
+    if not isinstance(solution, Solution):
+        raise InputError(f"{arguments.result}: a field is drawn of one body without load steps")
     field = field_on_grid(solution.mesh, solution.u, solution.traction, solution.case.material, resolution)
     write_vtu(output, field, solution.case.units)
     print(f"{output}: {len(field.points)} points, largest von Mises stress {largest(field, solution.mesh)}")

@@ -1,4 +1,7 @@
-"""Tables of a sweep as Markdown on standard output; beside the published counts where the cases are the paper's."""
+"""Tables of a sweep as Markdown on standard output, beside the published counts where the cases are the paper's; plots.
+
+    petcontact report out/ --cells max_u_t --rows friction_bound --columns rule --plot slip_share:friction_bound:rule
+"""
 
 from __future__ import annotations
 
@@ -11,28 +14,40 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("sweep", metavar="DIR", help="folder of a sweep, finished or not, or its results.h5")
     parser.add_argument("--csv", metavar="FILE", help="write one line a case")
     parser.add_argument("--html", metavar="FILE", help="write one page with tables and figures that needs no other file")
+    parser.add_argument("--parquet", metavar="FILE", help="write the same with types, for pandas and polars")
+    parser.add_argument("--cells", metavar="QUANTITY", default="iterations",
+                        help="what the cells hold, for example max_u_t (default: iterations)")  # fmt: skip
     parser.add_argument("--rows", metavar="NAME,...",
-                        help="coordinates down, for example variant; cells are then means over what is left")  # fmt: skip
-    parser.add_argument("--columns", metavar="NAME,...", help="coordinates across (default: rule,element_size)")
+                        help="coordinates or quantities down (cells are means over what is left), for example variant")
+    parser.add_argument("--columns", metavar="NAME,...",
+                        help="coordinates or quantities across (default: rule,element_size)")  # fmt: skip
+    parser.add_argument("--plot", metavar="QUANTITY:COORDINATE[:LINES]", action="append", default=[],
+                        help="plot one over the other, a line for each value of a third; may be repeated")  # fmt: skip
+    parser.add_argument("--figures", metavar="DIR", help="folder of the plots (default: the sweep's, without a page)")
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Print and write; needs no PETSc."""
     from ..runtime.atomic_write import check_target, write_text
-    from ..sweep.report import csv_text, html, markdown
-    from ..sweep.table import make_tables, read_rows
+    from ..sweep.report.page import html
+    from ..sweep.report.pivot import make_tables, names_in
+    from ..sweep.report.plots import parse_plot, write_plots
+    from ..sweep.report.text import csv_text, markdown, write_parquet
+    from ..sweep.store.case_table import read_case_table
 
-    for name in filter(None, (arguments.csv, arguments.html)):
+    for name in filter(None, (arguments.csv, arguments.html, arguments.parquet)):
         check_target(Path(name), replace=True)
-    title, rows = read_rows(arguments.sweep)
-    tables = make_tables(rows, _names(arguments.rows), _names(arguments.columns))
-    print(markdown(title, rows, tables), end="")
+    table = read_case_table(arguments.sweep)
+    plots = [parse_plot(word) for word in arguments.plot]
+    tables = make_tables(table, names_in(arguments.rows), names_in(arguments.columns), arguments.cells)
+    print(markdown(table, tables, arguments.cells), end="")
     if arguments.csv:
-        write_text(arguments.csv, csv_text(rows))
+        write_text(arguments.csv, csv_text(table))
+    if arguments.parquet:
+        write_parquet(arguments.parquet, table)
     if arguments.html:
-        write_text(arguments.html, html(arguments.sweep, title, rows, tables))
+        write_text(arguments.html, html(table, tables, arguments.cells, plots))
+    if plots and (arguments.figures or not arguments.html):
+        for path in write_plots(table, plots, arguments.figures or table.folder):
+            print(f"figure: {path}")
     return 0
-
-
-def _names(words: str | None) -> list[str] | None:
-    return None if words is None else [word.strip() for word in words.split(",") if word.strip()]

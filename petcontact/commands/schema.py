@@ -39,7 +39,7 @@ def schema_text(kind: str, as_markdown: bool = False) -> str:
     from ..model.assembly import Assembly
     from ..model.case import Case
     from ..model.reference import json_schema, markdown
-    from ..sweep.cases import SweepFile
+    from ..sweep.design.sweep_file import SweepFile
 
     models: Any = {"body": Assembly, "": Case} if kind == "problem" else {"": SweepFile}
     return markdown(models) if as_markdown else json.dumps(json_schema(models), indent=1, ensure_ascii=False) + "\n"

@@ -1,12 +1,14 @@
 """Compute independent cases over MPI ranks: mpiexec -n 2 petcontact sweep configs/tables.toml -o out/
 
-A case file appears, whole, when its case is finished; the same command started again goes on from there. Exit status:
-0 all converged, 3 some not converged, 1 some failed, 2 bad input.
+A case is on the disk within a second after it is finished; the same command started again goes on from there. In the end
+results.h5 is a table, a column a quantity and a row a case. Exit status: 0 all converged, 3 some not converged, 1 some
+failed, 2 bad input.
 """
 
 from __future__ import annotations
 
 import argparse
+import re
 from pathlib import Path
 
 from ..errors import InputError
@@ -22,16 +24,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="compute the cases whose id matches, for example '*-h0.4'; may be repeated")  # fmt: skip
     parser.add_argument("--ranks-per-case", metavar="K", type=int, default=1,
                         help="ranks that solve one case together, for cases too large for one")  # fmt: skip
-    parser.add_argument("--force", action="store_true", help="compute finished cases again")
+    parser.add_argument("--part", metavar="K/N",
+                        help="compute the K-th of N parts, for jobs of an array that share the folder; a last run without "
+                        "it brings their rows into results.h5")  # fmt: skip
+    parser.add_argument("--force", action="store_true",
+                        help="compute finished cases again; replace what another sweep left there")
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """List or compute."""
-    from ..sweep.cases import load_sweep
+    from ..sweep.design.sweep import build_sweep, read_sweep
+    from ..sweep.design.sweep_file import read_files
 
     if arguments.list:
-        for case in load_sweep(arguments.config).only(arguments.only).cases:
-            print(case.id)
+        sweep = read_sweep(arguments.config)
+        for place in sweep.only(arguments.only):
+            print(sweep.ids[place])
         return 0
     if arguments.ranks_per_case < 1:
         raise InputError(f"--ranks-per-case {arguments.ranks_per_case}: must be at least 1")
@@ -40,7 +48,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
     initialise(petsc_words)
     from ..runtime.mpi import shared
-    from ..sweep.cases import build_sweep, read_files
     from ..sweep.run import run_sweep
     from .solve import report_unused
 
@@ -50,7 +57,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     try:
         summary = run_sweep(
             sweep, folder, world,
-            only=arguments.only, ranks_per_case=arguments.ranks_per_case, force=arguments.force, say=say,
+            only=arguments.only, part=_part(arguments.part), ranks_per_case=arguments.ranks_per_case,
+            force=arguments.force, say=say,
         )  # fmt: skip
     except Interrupted as error:
         raise Interrupted(error.number, f"finished cases are saved in {folder}, the same command goes on") from None
@@ -61,3 +69,13 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     # Open MPI may end the job when a rank ends with an error status: not before the summary is out
     world.Barrier()
     return summary.exit_status
+
+
+def _part(word: str | None) -> tuple[int, int] | None:
+    """K/N as numbers."""
+    if word is None:
+        return None
+    found = re.fullmatch(r"(\d{1,7})/(\d{1,7})", word)
+    if found is None or not 1 <= int(found[1]) <= int(found[2]):
+        raise InputError(f"--part {word}: must be K/N with 1 <= K <= N")
+    return int(found[1]), int(found[2])

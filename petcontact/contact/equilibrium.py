@@ -5,7 +5,8 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-import scipy
+import scipy.optimize
+import scipy.sparse
 
 from ..arrays import Array, Index
 from .laws import Frictional

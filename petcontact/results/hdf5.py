@@ -82,18 +82,6 @@ def write_solution(path: str | Path, solution: Solution | AssemblySolution, *, r
         write_atomically(path, lambda file: write_group(file, solution), replace=replace)
 
 
-def write_failure(path: str | Path, case: Case, reason: str) -> None:
-    """Write a file that says why a case has no iterate to keep: attributes only.
-
-    Raises
-    ------
-    OutputError
-        If the file cannot be written.
-    """
-    facts = {"format": FORMAT, "format_version": FORMAT_VERSION, "config": case.toml(), "status": "failed", "reason": reason}
-    write_atomically(path, lambda file: file.attrs.update({**facts, "iterations": 0}))
-
-
 def write_atomically(path: str | Path, fill: Callable[[h5py.File], None], *, replace: bool = True) -> None:
     """Let `fill` write an HDF5 file that appears under its name only when it is whole and on the disk."""
     with temporary_name(path, replace=replace) as temporary:

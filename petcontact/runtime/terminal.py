@@ -35,6 +35,8 @@ def mend_streams() -> None:
 
 def printable(text: str) -> str:
     """A text on one line that moves no cursor: whatever is not printable is escaped."""
+    if text.isprintable():
+        return text
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 

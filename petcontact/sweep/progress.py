@@ -5,26 +5,32 @@ from __future__ import annotations
 import sys
 import threading
 import time
-from collections.abc import Sequence
 from types import TracebackType
 
 from ..runtime.terminal import StatusLine, on_terminal
-from .claims import Board
-from .cost import Group
+from .schedule.counters import Counters
 
 ON_TERMINAL, PLAIN = 0.5, 30.0
-"""Seconds between two looks at the board."""
+"""Seconds between two looks at the counters."""
 
 
 class Progress:
-    """A thread that looks at the board of a sweep; it neither talks to other ranks nor touches HDF5."""
+    """A thread of rank 0 that looks at the counters of a sweep; it neither talks to other ranks nor touches HDF5.
 
-    def __init__(self, board: Board, groups: Sequence[Group], *, enabled: bool) -> None:
-        self._board, self._groups = board, groups
+    Parameters
+    ----------
+    counters : Counters
+    cases : int
+        To compute in this run.
+    enabled : bool
+    """
+
+    def __init__(self, counters: Counters, cases: int, *, enabled: bool) -> None:
+        self._counters, self._cases = counters, cases
         self._began = time.monotonic()
         self._over = threading.Event()
         self._status = StatusLine(enabled and on_terminal())
-        self._thread = threading.Thread(target=self._watch, daemon=True) if enabled and groups else None
+        self._thread = threading.Thread(target=self._watch, daemon=True) if enabled and cases else None
 
     def __enter__(self) -> Progress:
         if self._thread is not None:
@@ -46,13 +52,10 @@ class Progress:
                 print(line, file=sys.stderr, flush=True)
 
     def line(self, elapsed: float) -> str:
-        """Cases done, running, failed, and the time left by the estimated costs."""
-        state = self._board.read()
-        cost = {place: group.case + group.prepare / len(group.cases) for group in self._groups for place in group.cases}
-        done, total = sum(cost[place] for place in state.done), sum(cost.values())
-        left = f", {_duration(elapsed * (total / done - 1.0))} left" if done > 0.0 else ""
-        running = len(state.claimed - state.done)
-        return f"{len(state.done)} of {len(cost)} cases done, {running} running, {len(state.failed)} failed{left}"
+        """Cases on the disk, failed ones among them, and the time left at the pace so far."""
+        _, done, failed = self._counters.look()
+        left = f", {_duration(elapsed * (self._cases / done - 1.0))} left" if done > 0 else ""
+        return f"{done} of {self._cases} cases done, {failed} failed{left}"
 
 
 def _duration(seconds: float) -> str:

@@ -1,76 +1,34 @@
-"""Independent cases over MPI ranks: claimed one by one, written as they finish, collected at the end."""
+"""Independent cases over MPI ranks: claimed in shrinking chunks, journalled as they finish, one table in the end."""
 
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence, Set
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from ..pipeline import run as pipeline
-from ..pipeline.prepare import Prepared, prepare
-from ..results.hdf5 import write_failure, write_solution
-from ..results.solution import Solution
+import numpy as np
+
+from ..arrays import Index
+from ..errors import PetcontactError
 from ..runtime.mpi import all_meet, shared
-from .cases import Sweep
-from .cost import Group, describe, estimate, group_cases
-from .folder import SweepFolder
+from ..runtime.petsc import petsc
+from ..runtime.signals import Interrupted
+from .design.identity import Identity
+from .design.sweep import Sweep
+from .problems import AnySolution, Shared, prepare_group, release, run_case
 from .progress import Progress
-from .rank_team import Team
-from .results_file import Collector
-
-
-@dataclass
-class Summary:
-    """How a sweep ended.
-
-    Attributes
-    ----------
-    computed, reused : int
-        Cases of this run, and cases whose files were there.
-    failed, not_converged : dict of str to str
-        Reasons by case id, of this run and of reused files.
-    seconds : float
-        From the first look at the folder to results.h5 on the disk.
-    ranks : int
-    cpu : list of float
-        Processor seconds of each rank in that time; a rank that waits sleeps.
-    timings : dict of str to float
-        Seconds by stage, summed over teams.
-    results : Path
-    """
-
-    computed: int = 0
-    reused: int = 0
-    failed: dict[str, str] = field(default_factory=dict)
-    not_converged: dict[str, str] = field(default_factory=dict)
-    seconds: float = 0.0
-    ranks: int = 1
-    cpu: list[float] = field(default_factory=list)
-    timings: dict[str, float] = field(default_factory=dict)
-    results: Path = Path()
-
-    @property
-    def exit_status(self) -> int:
-        """0 all converged, 3 some not converged, 1 some failed."""
-        return 1 if self.failed else 3 if self.not_converged else 0
-
-    def lines(self) -> list[str]:
-        """A few lines for the user."""
-        total = self.computed + self.reused
-        converged = total - len(self.failed) - len(self.not_converged)
-        split = ", ".join(f"{name} {seconds:.3f}" for name, seconds in self.timings.items())
-        return [
-            *(f"  failed: {id_}: {reason}" for id_, reason in self.failed.items()),
-            *(f"  not converged: {id_}: {reason}" for id_, reason in self.not_converged.items()),
-            f"  computed {self.computed}, reused {self.reused}, failed {len(self.failed)}"
-            f" ({converged} converged, {len(self.not_converged)} not converged)",
-            f"  {self.seconds:.3f} s on {self.ranks} rank{'s' * (self.ranks != 1)}; processor time a rank: mean "
-            f"{sum(self.cpu) / max(1, len(self.cpu)):.3f} s, largest {max(self.cpu, default=0.0):.3f} s",
-            f"  summed over the ranks [s]: {split}",
-            f"  result: {self.results}",
-        ]
+from .quantities import Quantity, failed_row, row_of, users
+from .schedule.chunks import Chunks, make_chunks
+from .schedule.cost import Cost
+from .schedule.counters import Counters, shared_counters
+from .schedule.groups import Groups, describe, estimated, make_groups
+from .schedule.rank_team import Team, TeamError, describe_error
+from .store.columns import texts
+from .store.finished import Finished, adopt_format1, bad_shards, look, read_all, refuse_another, settle, shards_of
+from .store.folder import SweepFolder, remove
+from .store.recorder import Recorder
+from .summary import Summary
 
 
 def run_sweep(
@@ -79,6 +37,7 @@ def run_sweep(
     world: Any,
     *,
     only: Sequence[str] = (),
+    part: tuple[int, int] | None = None,
     ranks_per_case: int = 1,
     force: bool = False,
     say: Callable[[str], None] = print,
@@ -90,13 +49,16 @@ def run_sweep(
     sweep : Sweep
         The same on every rank.
     folder : str or Path
-        Made if it does not exist; case files are in its folder `cases`.
+        Made if it does not exist.
     world : mpi4py communicator
     only : sequence of str
         Shell patterns of the case ids to compute.
+    part : (k, K), optional
+        The k-th of K parts, k = 1 ... K, which jobs of their own compute into one folder at the same time. Their rows stay
+        in journals until a run without a part brings them into the table.
     ranks_per_case : int
     force : bool
-        Compute finished cases again.
+        Compute finished cases again, and drop the cases of another sweep.
     say : callable
         Gets the lines of the plan, on rank 0.
 
@@ -108,7 +70,7 @@ def run_sweep(
     Raises
     ------
     InputError
-        On every rank, if the folder cannot be used or nothing matches `only`.
+        On every rank, if the folder cannot be used or holds another sweep, or nothing matches `only`.
     TeamError, OutputError, OSError
         On one rank, if a result cannot be written or a team is torn: end the job with MPI_Abort.
     """
@@ -116,127 +78,192 @@ def run_sweep(
     # of its own: a rank that meets an error and looks for the others must not find them waiting in a barrier of the sweep
     world = world.Dup()
     team = Team(world, ranks_per_case)
-    ids = {case.id for case in sweep.only(only).cases}
-    chosen = [k for k, case in enumerate(sweep.cases) if case.id in ids]
-    place = SweepFolder(folder)
-    shared(world, place.open)
+    chosen = sweep.only(only)
+    groups = make_groups(sweep)
+    if part is not None:
+        # whole groups go to one part, where there are enough of them
+        shares = np.asarray(groups.of_case if len(groups.first) >= 4 * part[1] else np.arange(len(sweep)))
+        chosen = [place for place in chosen if shares[place] % part[1] == part[0] - 1]
+    more = users(sweep.file.quantities, Path(sweep.source).parent)
+    identity = Identity(sweep, petsc().Options().getAll(), more)
+    place = SweepFolder(folder, part)
+    token = shared(world, lambda: _opened(sweep, identity, place, force))
     place.enter()
-    run = _Run(sweep, place, world, team)
-    finished = run.finished()
-    to_do = [k for k in chosen if force or k not in finished]
-    groups = run.estimate(group_cases(sweep.cases, to_do))
+    found, remarks = _finished(sweep, identity, place, world)
+    to_do = [k for k in chosen if force or k not in found]
+    run = _Run(sweep, groups, place, world, team, f"{token}-{world.Get_rank():05d}", identity, more)
+    chunks, costs = run.plan(to_do)
     if world.Get_rank() == 0:
         place.write_index(sweep)
-        known = len(chosen) - len(to_do)
-        for line in describe(groups, sweep.title, len(chosen), known, team.count, ranks_per_case):
+        here = np.unique(groups.of_case[to_do]) if to_do else []
+        counts = (len(chosen), len(chosen) - len(to_do), len(to_do), len(here))
+        for line in [*describe(sweep, [costs[g] for g in here], counts, team.count, ranks_per_case), *remarks]:
             say(line)
-    reused = finished - set(to_do)
-    run.work(groups, reused)
-    summary = run.conclude(Summary(len(to_do), len(reused & set(chosen)), ranks=world.Get_size()), chosen, began, began_cpu)
+    run.work(chunks)
+    summary = Summary(len(to_do), len(chosen) - len(to_do), ranks=world.Get_size())
+    summary = run.conclude(summary, chosen, began, began_cpu, whole=part is None)
     place.close()
     team.close()
     world.Free()
     return summary
 
 
+def _opened(sweep: Sweep, identity: Identity, folder: SweepFolder, force: bool) -> str:
+    """Take the folder; a name for this run that no other has had. On rank 0."""
+    refuse_another(sweep, folder, force)
+    folder.open()
+    token = f"{time.time_ns():x}"
+    adopt_format1(sweep, identity, folder, token)
+    return token
+
+
+def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any) -> tuple[set[int], list[str]]:
+    """Places of the cases that can be used again, and remarks; the ranks share the look at the fields."""
+    found: Finished = Finished()
+    if world.Get_rank() == 0:
+        found = look(sweep, identity, folder)
+    shards = world.bcast(shards_of(found))
+    mine = sorted(shards)[world.Get_rank() :: world.Get_size()]
+    bad = [name for some in world.allgather(bad_shards(folder.path, mine)) for name in some]
+    lost = {place for name in bad for place in shards[name]}
+    damaged = [f"{name}: damaged or missing, its {len(shards[name])} cases are computed again" for name in bad]
+    remarks = [*found.remarks, *damaged]
+    return world.bcast(found.reusable) - lost, remarks
+
+
 class _Run:
     """One run of a sweep on this rank."""
 
-    def __init__(self, sweep: Sweep, folder: SweepFolder, world: Any, team: Team) -> None:
-        self.sweep, self.folder, self.world, self.team = sweep, folder, world, team
-        self.collector = Collector(folder, sweep) if world.Get_rank() == 0 else None
+    def __init__(
+        self, sweep: Sweep, groups: Groups, folder: SweepFolder, world: Any, team: Team, name: str, identity: Identity,
+        more: dict[str, Quantity],
+    ) -> None:  # fmt: skip
+        self.sweep, self.groups, self.folder, self.world, self.team = sweep, groups, folder, world, team
+        self.identity, self.more = identity, more
         self.timings: dict[str, float] = {}
+        self.costs: list[Cost] = []
+        self._name = name
+        self._group, self._reason = -1, ""
+        self._prepared: Shared | None = None
 
-    def finished(self) -> set[int]:
-        """Places of the finished cases; every rank looks at its share of the files."""
+    def plan(self, to_do: Sequence[int]) -> tuple[Chunks, list[Cost]]:
+        """The chunks, the same on every rank, and the cost of each group; every rank meshes its share."""
         rank, ranks = self.world.Get_rank(), self.world.Get_size()
-        mine = range(rank, len(self.sweep.cases), ranks)
-        found = [k for k in mine if self.folder.is_finished(self.sweep.cases[k])]
-        return {k for some in self.world.allgather(found) for k in some}
+        asked = self.groups.representatives() if len(to_do) else np.zeros(0, np.int64)
+        mine = [(k, estimated(self.sweep, self.groups, int(asked[k]), self.team.size))
+                for k in range(rank, len(asked), ranks)]  # fmt: skip
+        known = dict(pair for some in self.world.allgather(mine) for pair in some)
+        if not known:
+            return make_chunks(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), 1), []
+        self.costs = costs = self.groups.spread([known[k] for k in range(len(asked))])
+        places: Index = np.array(to_do, np.int64)
+        case, prepare = (np.array([getattr(cost, name) for cost in costs]) for name in ("case", "prepare"))
+        return make_chunks(places, self.groups.of_case[places], case, prepare, self.team.count), costs
 
-    def estimate(self, groups: Sequence[tuple[int, ...]]) -> list[Group]:
-        """Size of each group; every rank meshes its share."""
-        rank, ranks = self.world.Get_rank(), self.world.Get_size()
-        mine = [(k, estimate(groups[k], self.sweep.cases[groups[k][0]].case, self.team.size))
-                for k in range(rank, len(groups), ranks)]  # fmt: skip
-        return [group for _, group in sorted(pair for some in self.world.allgather(mine) for pair in some)]
-
-    def work(self, groups: Sequence[Group], reused: Set[int]) -> None:
-        """Join groups until nothing is left to claim, and wait for the others."""
+    def work(self, chunks: Chunks) -> None:
+        """Claim chunks until none is left, and wait for the others."""
+        counters = shared_counters(self.world, self.folder.running)
+        recorder = Recorder(self.folder, self.sweep.keep, self._name, counters.add) if self.team.leads else None
         all_meet(self.world)
-        with Progress(self.folder.board, groups, enabled=self.collector is not None):
-            while (number := self.team.decide(lambda: self.folder.board.next_group(groups))) is not None:
-                self._work_on(groups[number])
-            all_meet(self.world, meanwhile=lambda: self._collect(limit=1))
-        self._collect(also=reused)
+        with Progress(counters, len(chunks.order), enabled=self.world.Get_rank() == 0):
+            try:
+                self._claim(chunks, counters, recorder)
+            except (Interrupted, TeamError):
+                if recorder is not None:
+                    recorder.flush()
+                raise
+            if recorder is not None:
+                self._timed("write", recorder.close)
+            all_meet(self.world)
+        counters.close()
 
-    def conclude(self, summary: Summary, chosen: Sequence[int], began: float, began_cpu: float) -> Summary:
-        """results.h5 and the summary, by rank 0."""
+    def _claim(self, chunks: Chunks, counters: Counters, recorder: Recorder | None) -> None:
+        # the first chunk of each team is its own: nobody queues for the counter at the start
+        number = self.team.number
+        while number < len(chunks):
+            for place in chunks[number]:
+                self._solve(place, recorder)
+            number = self.team.decide(lambda: self.team.count + counters.next())
+        self._prepare(-1)
+
+    def _prepare(self, group: int) -> None:
+        """Make sure that this team holds the prepared problem of a group, and no other one; -1 is no group."""
+        if group == self._group:
+            return
+        if self._prepared is not None:
+            release(self._prepared)
+        self._group, self._prepared, self._reason = group, None, ""
+        if group < 0:
+            return
+        first, size = int(self.groups.first[group]), int(self.groups.size[group])
+        self._prepared, self._reason = self.team.attempt(
+            lambda: prepare_group(self.sweep[first].case, self.team.comm, size)
+        )
+        if self._prepared is not None:
+            for name, seconds in self._prepared.timings.items():
+                self._add(name, seconds)
+
+    def _solve(self, place: int, recorder: Recorder | None) -> None:
+        """One case from its config to its row."""
+        group = int(self.groups.of_case[place])
+        if recorder is not None:
+            cost = self.costs[group]
+            recorder.begin(cost.case + (cost.prepare if group != self._group else 0.0))
+        self._prepare(group)
+        prepared, reason = self._prepared, self._reason
+        try:
+            chosen = self.sweep[place]
+        except PetcontactError as error:  # of a sweep too large to be validated before
+            chosen, prepared, reason = None, None, str(error)
+        solution: AnySolution | None = None
+        if prepared is not None and chosen is not None:
+            solution, reason = self.team.attempt(lambda: run_case(prepared, chosen.case))
+        if solution is not None:
+            for name in {"iterate", "check", "steps"} & set(solution.timings):
+                self._add(name, solution.timings[name])
+        if recorder is None:
+            return
+        began = time.perf_counter()
+        id_, coordinates = self.sweep.ids[place], self.sweep.coordinates(place)
+        case = None if chosen is None else chosen.case
+        row = failed_row(id_, coordinates, case, reason)
+        if solution is not None:
+            try:
+                row = row_of(id_, coordinates, solution, points=self.sweep.file.von_mises, more=self.more)
+            except Exception as error:  # a quantity of the user's may raise anything
+                row = failed_row(id_, coordinates, case, f"quantities: {describe_error(error)}")
+        recorder.add({**row, "digest": self.identity.digest(place)}, solution)
+        self._add("write", time.perf_counter() - began)
+
+    def conclude(self, summary: Summary, chosen: Sequence[int], began: float, began_cpu: float, *, whole: bool) -> Summary:
+        """The table and the summary, by rank 0."""
         every = self.world.gather(self.timings if self.team.leads else {})
         cpu = self.world.gather(time.process_time() - began_cpu)
 
         def finish() -> Summary:
-            assert self.collector is not None
+            since = time.perf_counter()
             stages = {stage for timings in every for stage in timings}
             summary.timings = {stage: sum(timings.get(stage, 0.0) for timings in every) for stage in sorted(stages)}
-            facts = {"ranks": summary.ranks, "seconds": time.perf_counter() - began, "timings": summary.timings, "cpu": cpu}
-            summary.results = self.collector.finish(facts)
-            for k in chosen:
-                status, reason = self.collector.statuses[k]
-                if status == "failed":
-                    summary.failed[self.sweep.cases[k].id] = reason
-                elif status == "not converged":
-                    summary.not_converged[self.sweep.cases[k].id] = reason
-            self.folder.clear_board()
+            facts = {"ranks": summary.ranks, "seconds": since - began, "timings": summary.timings, "cpu": cpu}
+            summary.results = self.folder.table if whole else self.folder.journals
+            table = settle(self.sweep, self.identity, self.folder, facts).columns if whole else read_all(self.folder)[0]
+            ends = zip(*(texts(table[name]) for name in ("id", "status", "reason")), strict=True) if table else ()
+            last = {id_: (status, reason) for id_, status, reason in ends}
+            for status, reason, id_ in ((*last.get(id_, ("", "")), id_) for id_ in map(self.sweep.ids.__getitem__, chosen)):
+                if status in ("failed", "not converged"):
+                    (summary.failed if status == "failed" else summary.not_converged)[id_] = reason
+            remove(self.folder.running)
+            summary.timings["collect"] = time.perf_counter() - since
             summary.seconds = time.perf_counter() - began
             summary.cpu = [time.process_time() - began_cpu, *cpu[1:]]
             return summary
 
         return shared(self.world, finish)
 
-    def _work_on(self, group: Group) -> None:
-        """Prepare a group once, then claim its cases one by one."""
-        first = self.sweep.cases[group.cases[0]].case
-        prepared, reason = self.team.attempt(lambda: prepare(first, self.team.comm, len(group.cases)))
-        if prepared is not None:
-            for name, seconds in prepared.timings.items():
-                self._add(name, seconds)
-        while (place := self.team.decide(lambda: self._claim(group))) is not None:
-            self._solve(place, prepared, reason)
-            self._collect(limit=2)
-        if prepared is not None:
-            prepared.close()
-
-    def _claim(self, group: Group) -> int | None:
-        return next((place for place in group.cases if self.folder.board.claim(place)), None)
-
-    def _solve(self, place: int, prepared: Prepared | None, reason: str) -> None:
-        """One case from its iteration to its file."""
-        chosen = self.sweep.cases[place]
-        solution: Solution | None = None
-        if prepared is not None:
-            solution, reason = self.team.attempt(lambda: pipeline.run(prepared, chosen.case))
-        if solution is not None:
-            for name in ("iterate", "check"):
-                self._add(name, solution.timings[name])
-        if not self.team.leads:
-            return
+    def _timed(self, stage: str, work: Callable[[], None]) -> None:
         began = time.perf_counter()
-        if solution is not None:
-            write_solution(self.folder.case_file(chosen), solution)
-        else:
-            write_failure(self.folder.case_file(chosen), chosen.case, reason)
-        self.folder.board.finish(place, failed=solution is None or solution.status == "failed")
-        self._add("write", time.perf_counter() - began)
-
-    def _collect(self, also: Set[int] = frozenset(), limit: int | None = None) -> None:
-        """Copy finished cases into results.h5, on rank 0."""
-        if self.collector is not None:
-            began = time.perf_counter()
-            self.collector.add(self.folder.board.read().done | also, limit)
-            self._add("collect", time.perf_counter() - began)
+        work()
+        self._add(stage, time.perf_counter() - began)
 
     def _add(self, stage: str, seconds: float) -> None:
         self.timings[stage] = self.timings.get(stage, 0.0) + seconds
-
-

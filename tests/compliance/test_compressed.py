@@ -17,8 +17,8 @@ from petcontact.model.solver_options import Bem
 from petcontact.pipeline.prepare import discretise, prepare, resolved_bem
 from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import options
-from petcontact.sweep.cases import load_sweep
-from petcontact.sweep.cost import group_cases
+from petcontact.sweep.design.sweep import read_sweep
+from petcontact.sweep.schedule.groups import make_groups
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 MESHES = [MeshOptions(element_size=0.05), MeshOptions(element_size=0.4, order=3),
@@ -125,10 +125,10 @@ def test_ksp_view_names_the_compression(tmp_path):
 
 
 def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
-    sweep = load_sweep(CONFIGS / "tables.toml")
-    counted = 0
-    for places in group_cases(sweep.cases, range(len(sweep.cases))):
-        cases = [sweep.cases[place].case for place in places]
+    sweep = read_sweep(CONFIGS / "tables.toml")
+    counted, groups = 0, make_groups(sweep)
+    for group in range(len(groups.first)):
+        cases = [sweep[place].case for place in np.flatnonzero(groups.of_case == group)]
         found = []
         for bem in (Bem(mat_type="dense"), Bem(mat_type="hodlr", hodlr_leaf=16)):
             prepared = prepare(cases[0].model_copy(update={"bem": bem}), cases=len(cases))

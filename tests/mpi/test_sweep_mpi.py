@@ -12,19 +12,18 @@ import sys
 import time
 from pathlib import Path
 
-import h5py
 import numpy as np
 import pytest
+from sweep_files import CONFIGS
 
 sys.path.insert(0, str(Path(__file__).parent))
 import launch
 
-from petcontact.results.hdf5 import read_solution
+from petcontact import load_case
+from petcontact.sweep.store.case_table import read_case_table
 
 pytestmark = pytest.mark.mpi
-CONFIGS = Path(__file__).parents[2] / "configs"
 TABLES = str(CONFIGS / "tables.toml")
-KILLS = 20
 TOTAL = 280
 WAIT = 60.0
 RHOS = [float(f"{10.0 ** (k / 10):.4g}") for k in range(70)]
@@ -41,14 +40,24 @@ def counts(job) -> tuple[int, int, int]:
     return tuple(map(int, found.groups()))
 
 
-def cases(folder) -> list[Path]:
-    return sorted((folder / "cases").glob("*.h5"))
+def rows(folder) -> dict[str, dict]:
+    """What is on the disk of a sweep, by id."""
+    table = read_case_table(folder)
+    found = zip(*(table.values(name) for name in table.names), strict=True)
+    named = (dict(zip(table.names, row, strict=True)) for row in found)
+    return {row["id"]: row for row in named if row["status"] != "missing"}
 
 
-def write_sweep(folder, text) -> Path:
+def same_numbers(a: dict[str, dict], b: dict[str, dict]) -> bool:
+    """Whether two sweeps found the same, bit for bit, but for the seconds that it took."""
+    one, two = ({id_: {**row, "iterate_seconds": 0} for id_, row in some.items()} for some in (a, b))
+    return one == two
+
+
+def write_sweep(folder, text, keep="all") -> Path:
     (folder / "example1.toml").write_text((CONFIGS / "example1.toml").read_text())
     path = folder / "sweep.toml"
-    path.write_text('problems = ["example1.toml"]\n' + text)
+    path.write_text(f'problems = ["example1.toml"]\nkeep = "{keep}"\n' + text)
     return path
 
 
@@ -59,13 +68,55 @@ def test_two_ranks_share_the_work_and_find_what_one_finds(tmp_path):
         assert done.returncode == 0, done.stderr
         assert counts(done) == (9, 0, 0)
         assert done.stdout.count("9 cases") == 1
-    for one, two in zip(cases(tmp_path / "1"), cases(tmp_path / "2"), strict=True):
-        a, b = read_solution(one), read_solution(two)
-        assert one.name == two.name
-        assert a.iterations == b.iterations
+    one, two = rows(tmp_path / "1"), rows(tmp_path / "2")
+    assert len(one) == 9 and same_numbers(one, two)
+    for id_ in one:
+        a, b = load_case(tmp_path / "1", id_), load_case(tmp_path / "2", id_)
         np.testing.assert_array_equal(a.contact.u_t, b.contact.u_t)
-    with h5py.File(tmp_path / "2" / "results.h5") as results:
-        assert len([name for name in results if not name.startswith(".")]) == 9
+
+
+COUNTERS = """
+import sys, time
+from pathlib import Path
+from mpi4py import MPI
+from petcontact.sweep.schedule.counters import FileCounters, WindowCounters, shared_counters
+world = MPI.COMM_WORLD
+files, others = map(Path, sys.argv[1:])
+chosen = shared_counters(world, others)
+for counters in (FileCounters(files), chosen):
+    # rank 0 is in the middle of an LU: the others must not wait for it
+    if world.Get_rank() == 0:
+        time.sleep(0.3)
+    began = time.perf_counter()
+    mine = [counters.next() for _ in range(300)]
+    seconds = time.perf_counter() - began
+    world.Barrier()
+    every = sorted(number for some in world.allgather(mine) for number in some)
+    assert every == list(range(300 * world.Get_size()))
+    counters.add(2, 1)
+    world.Barrier()
+    if world.Get_rank() == 0:
+        assert tuple(counters.look()) == (300 * world.Get_size(), 2 * world.Get_size(), world.Get_size()), counters.look()
+    world.Barrier()
+chosen.close()
+if world.Get_rank() == 0:
+    print(type(chosen).__name__)
+"""
+
+
+@pytest.mark.parametrize("transport", [None, "tcp,self"])
+def test_numbers_are_given_once_whatever_the_transport(tmp_path, transport, monkeypatch):
+    if transport is not None:
+        # no shared memory: Open MPI and MPICH answer a one-sided operation only when the target enters MPI
+        monkeypatch.setenv("OMPI_MCA_btl", transport)
+        monkeypatch.setenv("OMPI_MCA_osc", "^sm")
+        monkeypatch.setenv("MPIR_CVAR_NOLOCAL", "1")
+    folders = [tmp_path / "files", tmp_path / "others"]
+    for folder in folders:
+        folder.mkdir()
+    done = launch.run(3, "-c", COUNTERS, *map(str, folders))
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split()[-1] in ("WindowCounters", "FileCounters")
 
 
 # -- killed and resumed ---------------------------------------------------------------------------------------------
@@ -120,9 +171,9 @@ def alive(process: int) -> bool:
 
 
 def finished(folder) -> int:
-    """Number of case files, cheaply."""
+    """Number of rows on the disk of a run that has not ended yet, cheaply."""
     try:
-        return sum(name.endswith(".h5") for name in os.listdir(folder / "cases"))
+        return sum((folder / "journal" / name).read_bytes().count(b"\n") for name in os.listdir(folder / "journal"))
     except FileNotFoundError:
         return 0
 
@@ -136,62 +187,78 @@ def until(condition, job) -> None:
         time.sleep(0.005)
 
 
-def test_killed_at_random_moments_nothing_is_lost_or_computed_again(tmp_path, monkeypatch):
+OFTEN = """
+import sys
+from petcontact.commands import main as cli
+from petcontact.sweep.store import recorder
+recorder.LONGEST_WAIT = 0.05                 # many more moments at which something is half written
+sys.exit(cli.main(sys.argv[2:]))
+"""
+
+
+@pytest.mark.parametrize("kills", [6, pytest.param(120, marks=pytest.mark.slow)])
+def test_killed_at_random_moments_nothing_on_the_disk_is_lost_or_computed_again(tmp_path, monkeypatch, kills):
     # Open MPI waits a second or two before it kills what a dead rank leaves behind; here the worst is wanted
     monkeypatch.setenv("OMPI_MCA_odls_base_sigkill_timeout", "0")
     chance = random.Random(2019)
     crossed = f'rule = ["self-adaptive", "modified"]\nrho = {RHOS}\nelement_size = [0.1, 0.05]\n'
-    path = write_sweep(tmp_path, f"[cross]\n{crossed}")
-    folder, kills, rounds = tmp_path / "0", 0, 0
-    seen: dict[str, int] = {}
-    while kills < KILLS:
-        job = launch.start(2, "-m", "petcontact", "sweep", str(path), "-o", str(folder))
-        target = len(seen) + chance.randint(0, 7)
-        until(lambda goal=target, at=folder: finished(at) >= goal and any((at / ".running").glob("claim-*")), job)
-        time.sleep(chance.uniform(0.0, 0.03))
-        reported = {path.name: path.stat().st_mtime_ns for path in cases(folder)}
+    path = write_sweep(tmp_path, f"[cross]\n{crossed}", keep="contact")
+    assert sweep(2, path, "-o", tmp_path / "whole").returncode == 0
+    whole, contact = rows(tmp_path / "whole"), read_case_table(tmp_path / "whole")
+    folder, killed, rounds = tmp_path / "0", 0, 0
+    seen: dict[str, dict] = {}
+    while killed < kills:
+        job = launch.start(2, "-c", OFTEN, "petcontact", "sweep", str(path), "-o", str(folder))
+        target = min(TOTAL - 1, finished(folder) + chance.randint(1, 60))
+        until(lambda goal=target, at=folder: finished(at) >= goal, job)
+        time.sleep(chance.uniform(0.0, 0.05))
+        reported = rows_or_none(folder)
         if job.poll() is None and len(ranks_of(job)) == 2:
             # the ranks outlive their launcher for a second, and the folder is theirs as long
-            kill(job, ("first rank", "last rank", "job", "job", "launcher")[kills % 5])
-            kills += 1
+            kill(job, ("first rank", "last rank", "job", "job", "launcher")[killed % 5])
+            killed += 1
         else:
             job.communicate(timeout=WAIT)
-        after = {path.name: path.stat().st_mtime_ns for path in cases(folder)}
+        after = rows_or_none(folder)
         for earlier in (seen, reported):
-            assert {name: after.get(name) for name in earlier} == earlier
-        for result in cases(folder):
-            with h5py.File(result) as file:
-                assert file.attrs["status"] == "converged"
+            assert {id_: after.get(id_) for id_ in earlier} == earlier
+        assert all(row["status"] == "converged" for row in after.values())
         seen = after
         if len(seen) == TOTAL:
-            finish(path, folder, seen)
+            finish(path, folder, seen, whole, contact)
             rounds += 1
             folder, seen = tmp_path / str(rounds), {}
-    finish(path, folder, seen)
+    finish(path, folder, seen, whole, contact)
 
 
-def finish(config: Path, folder: Path, seen: dict[str, int]) -> None:
-    """Resume a last time: what was there is reused, the rest computed, all of it readable."""
+def rows_or_none(folder) -> dict[str, dict]:
+    return rows(folder) if (folder / "sweep.json").exists() else {}
+
+
+def finish(config: Path, folder: Path, seen, whole, contact) -> None:
+    """Resume a last time: what was there is reused, the rest computed, and all is what an uninterrupted run finds."""
     done = sweep(2, config, "-o", folder)
     assert done.returncode == 0, done.stderr
     assert counts(done) == (TOTAL - len(seen), len(seen), 0)
-    assert {path.name: path.stat().st_mtime_ns for path in cases(folder) if path.name in seen} == seen
-    with h5py.File(folder / "results.h5") as results:
-        for path in cases(folder):
-            assert read_solution(path).converged
-            assert results[path.stem].attrs["status"] == "converged"
-    assert [path.name for path in folder.rglob("*.tmp")] == []
+    found = rows(folder)
+    assert {id_: found[id_] for id_ in seen} == seen
+    assert same_numbers(found, whole)
+    table = read_case_table(folder)
+    for place in range(0, TOTAL, 17):
+        mine, theirs = table.contact(place), contact.contact(place)
+        assert all(np.array_equal(mine[name], theirs[name]) for name in theirs)
+    assert not list(folder.rglob("*.tmp")) and not list((folder / "journal").iterdir())
 
 
 def test_sigterm_ends_the_job_and_keeps_what_is_finished(tmp_path):
     crossed = f'rho = {RHOS}\nelement_size = [0.1, 0.05]\n"method.tau" = [1.0, 1.5, 2.0, 2.5]\n'
-    path = write_sweep(tmp_path, f"[cross]\n{crossed}")
+    path = write_sweep(tmp_path, f"[cross]\n{crossed}", keep="scalars")
     job = launch.start(2, "-m", "petcontact", "sweep", str(path), "-o", str(tmp_path / "out"))
     until(lambda: finished(tmp_path / "out") >= 10, job)
     job.terminate()
     job.communicate(timeout=WAIT)
     assert job.returncode != 0
-    kept = len(cases(tmp_path / "out"))
+    kept = len(rows(tmp_path / "out"))
     assert 10 <= kept < 560
     done = sweep(2, path, "-o", tmp_path / "out", "--only", "*")
     assert counts(done) == (560 - kept, kept, 0)
@@ -223,16 +290,15 @@ def test_cases_that_fail_are_recorded_and_the_rest_goes_on(tmp_path, team):
         assert done.returncode == 1, done.stderr
         assert counts(done) == (computed, reused, 4)
         assert len(DIVERGED.findall(done.stdout)) == 4
-    for file in cases(tmp_path / "out"):
-        with h5py.File(file) as result:
-            assert result.attrs["status"] == ("failed" if "-bad-" in file.name else "converged")
-            assert (DIVERGED.search(result.attrs["reason"]) is not None) == ("-bad-" in file.name)
+    for id_, row in rows(tmp_path / "out").items():
+        assert row["status"] == ("failed" if "-bad-" in id_ else "converged")
+        assert (DIVERGED.search(row["reason"]) is not None) == ("-bad-" in id_)
 
 
 RAISING = """
 import sys
 from petcontact.commands import main as cli
-from petcontact.sweep import run as sweep
+from petcontact.sweep.store import journal, recorder
 from petcontact.pipeline import run as pipeline
 from petcontact.errors import OutputError
 where, *arguments = sys.argv[1:]
@@ -248,7 +314,8 @@ def on_the_last_rank(function, error):
     return replaced
 
 if where == "write":
-    sweep.write_solution = on_the_last_rank(sweep.write_solution, OutputError("case.h5: cannot be written (disk full)"))
+    recorder.LONGEST_WAIT = 0.02
+    journal.Journal.append = on_the_last_rank(journal.Journal.append, OutputError("journal: cannot be written (disk full)"))
 else:
     pipeline.run = on_the_last_rank(pipeline.run, ZeroDivisionError("a defect"))
 sys.exit(cli.main(["sweep", *arguments]))
@@ -264,9 +331,9 @@ def raising(where, *words):
 def test_a_rank_that_cannot_write_ends_the_job(tmp_path):
     done, _ = raising("write", TABLES, "-o", tmp_path)
     assert done.returncode != 0
-    assert "rank 1: case.h5: cannot be written (disk full)" in done.stderr
-    assert 0 < len(cases(tmp_path)) < 128
-    assert all(read_solution(path).converged for path in cases(tmp_path))
+    assert "rank 1: journal: cannot be written (disk full)" in done.stderr
+    kept = rows(tmp_path)
+    assert 0 < len(kept) < 128 and all(load_case(tmp_path, id_).converged for id_ in kept)
 
 
 def test_a_rank_that_raises_in_a_case_records_it_and_goes_on(tmp_path):
@@ -285,7 +352,7 @@ def test_a_rank_that_leaves_its_team_in_the_middle_of_a_solve_ends_the_job(tmp_p
     assert done.returncode != 0
     assert "failed alone: ZeroDivisionError: a defect" in done.stderr
     assert seconds < 40.0
-    assert len(cases(tmp_path / "out")) == 1
+    assert len(rows(tmp_path / "out")) <= 1
 
 
 def test_bad_input_is_said_once(tmp_path):
@@ -311,8 +378,8 @@ def test_two_ranks_solve_a_case_together(tmp_path, options):
     assert (alone.returncode, done.returncode) == (0, 0), done.stderr
     assert counts(done) == (4, 0, 0)
     assert "2 teams of 2 ranks each" in done.stdout
-    for one, two in zip(cases(tmp_path / "alone"), cases(tmp_path / "teams"), strict=True):
-        a, b = read_solution(one), read_solution(two)
+    for id_ in rows(tmp_path / "alone"):
+        a, b = load_case(tmp_path / "alone", id_), load_case(tmp_path / "teams", id_)
         assert b.info["ranks"] == 2
         np.testing.assert_allclose(b.contact.u_t, a.contact.u_t, atol=1e-7 * np.abs(a.contact.u_t).max())
 
@@ -329,7 +396,7 @@ def test_progress_is_shown_on_a_terminal_and_only_there(tmp_path):
     job.communicate(timeout=WAIT)
     os.close(controller)
     assert job.returncode == 0
-    assert re.search(rb"\r\d+ of 128 cases done, \d running, 0 failed", shown)
+    assert re.search(rb"\d+ of 128 cases done, 0 failed", shown)
     piped = sweep(2, TABLES, "-o", tmp_path / "piped")
     assert "\r" not in piped.stdout + piped.stderr
     assert "cases done" not in piped.stdout + piped.stderr

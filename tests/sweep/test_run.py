@@ -1,182 +1,62 @@
-"""Sweep files, groups, the board, and whole sweeps on one rank."""
+"""Whole sweeps on one rank: computed, resumed, damaged, refused; the command."""
 
 from __future__ import annotations
 
 import fcntl
+import json
 import os
 import subprocess
 import sys
-import threading
 from pathlib import Path
 
 import h5py
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
-from mpi4py import MPI
+from sweep_files import CONFIGS, quietly, sweep_file
 
+from petcontact import load_case, load_sweep
 from petcontact.errors import InputError, ResultError, SolverError
+from petcontact.pipeline import prepare as preparation
 from petcontact.pipeline import run as pipeline
 from petcontact.pipeline.prepare import prepare
 from petcontact.pipeline.run import solve
-from petcontact.results.hdf5 import read_solution
-from petcontact.sweep import cost as sweep_plan
-from petcontact.sweep import folder as sweep_folder
-from petcontact.sweep.cases import build_sweep, load_sweep, read_files, short_number
-from petcontact.sweep.claims import Board, State, most_useful
-from petcontact.sweep.cost import Group, describe, estimate, group_cases
-from petcontact.sweep.folder import SweepFolder
-from petcontact.sweep.progress import Progress
-from petcontact.sweep.run import run_sweep
+from petcontact.sweep.design.sweep import build_sweep, read_sweep
+from petcontact.sweep.design.sweep_file import read_files
+from petcontact.sweep.schedule import cost as costs
+from petcontact.sweep.schedule.cost import estimate
+from petcontact.sweep.schedule.groups import describe
+from petcontact.sweep.store import folder as sweep_folder
+from petcontact.sweep.store.case_table import read_case_table
+from petcontact.sweep.store.folder import SweepFolder
 
-CONFIGS = Path(__file__).parents[2] / "configs"
-SMALL = """
-title = "small"
-problems = ["example1.toml"]
-[set]
-max_iterations = {limit}
-[cross]
-rule = ["self-adaptive", "modified"]
-rho = [1.0, 1e3]
-element_size = [0.8, 0.4]
-"""
-
-
-def sweep_file(folder: Path, text: str, name: str = "small.toml") -> Path:
-    for example in ("example1.toml", "example2.toml"):
-        (folder / example).write_text((CONFIGS / example).read_text())
-    path = folder / name
-    path.write_text(text)
-    return path
+SECONDS = "iterate_seconds"
 
 
 @pytest.fixture
 def small(tmp_path):
-    return load_sweep(sweep_file(tmp_path, SMALL.format(limit=1000)))
+    return read_sweep(sweep_file(tmp_path))
 
 
-def quietly(sweep, folder, **options):
-    return run_sweep(sweep, folder, MPI.COMM_SELF, say=lambda line: None, **options)
-
-
-# -- sweep files ----------------------------------------------------------------------------------------------------
-
-
-def test_the_papers_tables_have_128_cases_with_readable_ids():
-    sweep = load_sweep(CONFIGS / "tables.toml")
-    ids = [case.id for case in sweep.cases]
-    assert len(set(ids)) == 128
-    assert ids[0] == "example1-self-adaptive-rho1-h0.4"
-    assert "example1-modified-rho1e3-h0.05" in ids
-    assert ids == [case.id for case in load_sweep(CONFIGS / "tables.toml").cases]
-    case = next(c for c in sweep.cases if c.id == "example2-modified-rho1e7-h0.2")
-    assert case.coordinates == {"problem": "example2", "rule": "modified", "rho": 1e7, "element_size": 0.2}
-    assert (case.case.method.rho, case.case.method.rule, case.case.mesh.element_size) == (1e7, "modified", 0.2)
-
-
-@given(st.floats(allow_nan=False, allow_infinity=False) | st.integers(-(10**15), 10**15))
-def test_a_number_in_an_id_reads_back(value):
-    assert float(short_number(value)) == value
-
-
-@pytest.mark.parametrize(("value", "text"), [(1.0, "1"), (100, "100"), (1000.0, "1e3"), (0.05, "0.05"), (1e-6, "1e-6")])
-def test_numbers_in_ids_are_short(value, text):
-    assert short_number(value) == text
-
-
-def test_dotted_keys_and_variants(tmp_path):
-    path = sweep_file(tmp_path, """
-problems = ["example1.toml", "example2.toml"]
-[set]
-omega = 1.5
-[cross]
-"material.poisson_ratio" = [0.2, 0.3]
-tau = [1.0]
-[[variant]]
-name = "as is"
-[[variant]]
-name = "other start"
-start = "frictionless"
-omega = 0.9
-""")  # fmt: skip
-    cases = load_sweep(path).cases
-    assert [case.id for case in cases[:4]] == [
-        "example1-as-is-poissonratio0.2-tau1", "example1-as-is-poissonratio0.3-tau1",
-        "example1-other-start-poissonratio0.2-tau1", "example1-other-start-poissonratio0.3-tau1",
-    ]  # fmt: skip
-    assert [(c.case.method.omega, c.case.method.start) for c in cases[::2]] == [(1.5, "zero"), (0.9, "frictionless")] * 2
-    assert cases[3].coordinates == {"problem": "example1", "variant": "other start", "poisson_ratio": 0.3, "tau": 1.0}
-
-
-@pytest.mark.parametrize(
-    ("text", "message"),
-    [
-        ("problems = []", "problems"),
-        ('problems = ["example1.toml"]\n[cross]\nrhoo = [1.0]', "rhoo"),
-        ('problems = ["example1.toml"]\n[cross]\nrho = []', "rho"),
-        ('problems = ["example1.toml"]\n[cross]\nrho = [1.0, 1]', "twice"),
-        ('problems = ["example1.toml"]\n[cross]\nrho = [-1.0]', "method.rho"),
-        ('problems = ["example1.toml"]\n[cross]\n"method.omegaa" = [1.0]', "omega"),
-        ('problems = ["example1.toml"]\n[set]\nrho = 2.0\n[cross]\nrho = [1.0]', "elsewhere"),
-        ('problems = ["example1.toml"]\n[[variant]]\nomega = 1.0', "name"),
-        ('problems = ["example1.toml", "./example1.toml"]', "twice"),
-        ('problems = ["example1.toml", "other/example1.toml"]', "differ in more than their folders"),
-        ('problems = ["missing.toml"]', "missing.toml"),
-        ('problem = ["example1.toml"]', "problems"),
-    ],
-)
-def test_mistakes_are_one_line_that_names_the_key(tmp_path, text, message):
-    (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "example1.toml").write_text((CONFIGS / "example1.toml").read_text())
-    with pytest.raises(InputError) as caught:
-        load_sweep(sweep_file(tmp_path, text))
-    assert message in str(caught.value)
-    assert "\n" not in str(caught.value)
-
-
-def test_only(small):
-    assert [case.id for case in small.only(["*-rho1-h0.4", "*modified-rho1e3-h0.8"]).cases] == [
-        "example1-self-adaptive-rho1-h0.4", "example1-modified-rho1-h0.4", "example1-modified-rho1e3-h0.8",
-    ]  # fmt: skip
-    with pytest.raises(InputError, match="no case"):
-        small.only(["*-h0.3"])
+def table_of(folder) -> dict:
+    """Every row of a sweep by id, without what differs from run to run."""
+    table = read_case_table(folder)
+    rows = zip(*(table.values(name) for name in table.names), strict=True)
+    return {row[0]: {n: v for n, v in zip(table.names, row, strict=True) if n != SECONDS} for row in rows}
 
 
 # -- plan -----------------------------------------------------------------------------------------------------------
 
 
-def test_cases_that_differ_in_the_method_alone_share_a_group():
-    sweep = load_sweep(CONFIGS / "tables.toml")
-    groups = group_cases(sweep.cases, range(128))
-    assert sorted(len(group) for group in groups) == [16] * 8
-    for group in groups:
-        coordinates = [sweep.cases[place].coordinates for place in group]
-        assert len({(c["problem"], c["element_size"]) for c in coordinates}) == 1
-
-
-def test_formulation_and_petsc_options_make_groups(tmp_path):
-    path = sweep_file(tmp_path, """
-problems = ["example1.toml"]
-[cross]
-formulation = ["condensed", "full"]
-"petsc.ksp_type" = ["preonly", "gmres"]
-tolerance = [1e-5, 1e-6]
-""")  # fmt: skip
-    sweep = load_sweep(path)
-    assert sorted(map(len, group_cases(sweep.cases, range(8)))) == [2, 2, 2, 2]
-
-
 def test_the_plan_knows_the_size_and_memory_of_what_is_assembled(small, comm):
-    case = next(c.case for c in small.cases if c.case.mesh.element_size == 0.4)
-    group = estimate((0,), case, 1)
+    case = next(c.case for c in small if c.case.mesh.element_size == 0.4)
+    cost = estimate(case, 1, 1)
     prepared = prepare(case, comm)
     mesh, data = prepared.operators.mesh, prepared.operators.data
-    assert (group.nodes, group.contact_nodes) == (mesh.n_nodes, len(data.contact_nodes))
+    assert (cost.nodes, cost.contact_nodes) == (mesh.n_nodes, len(data.contact_nodes))
     n, m = 2 * mesh.n_nodes, len(data.contact_nodes)
-    assert 8 * n * n <= group.memory <= 8 * (n + 2 * m) ** 2
+    assert 8 * n * n <= cost.memory <= 8 * (n + 2 * m) ** 2
     prepared.close()
-    lines = describe([group], "small", 3, 2, 2, 4)
+    lines = describe(small, [cost], (3, 2, 1, 1), 2, 4)
     assert "3 cases, 2 finished already, 1 to compute in 1 group" in lines[0]
     assert f"{n} unknowns, {m} contact nodes" in lines[2]
 
@@ -185,150 +65,231 @@ def test_a_body_that_cannot_be_meshed_costs_nothing(small, monkeypatch):
     def refuse(*arguments):
         raise InputError("no mesh")
 
-    monkeypatch.setattr(sweep_plan, "mesh_of", refuse)
-    group = estimate((0,), small.cases[0].case, 1)
-    assert (group.nodes, group.memory) == (0, 0.0)
-
-
-def make_group(cases, prepare=0.0, case=1.0):
-    return Group(tuple(cases), 10, 5, prepare, case, 0.0)
-
-
-def test_the_group_that_would_end_last_comes_first():
-    groups = [make_group(range(3)), make_group(range(3, 10)), make_group(range(10, 14))]
-    state = State()
-    assert most_useful(groups, state) == 1
-    state.workers[1] += 1
-    assert most_useful(groups, state) == 2
-    state.workers[2] += 1
-    # 7 cases with one worker end after those 3 of nobody: joining it would end it after 3.5
-    assert most_useful(groups, state) == 1
-
-
-def test_nobody_joins_a_group_that_ends_before_it_is_prepared():
-    group = make_group(range(4), prepare=2.5)
-    state = State(claimed={0})
-    state.workers[0] = 1
-    assert most_useful([group], state) == 0
-    state.claimed |= {1}
-    assert most_useful([group], state) is None
-    assert most_useful([make_group([])], State()) is None
-
-
-def test_every_case_is_claimed_exactly_once(tmp_path):
-    board = Board(tmp_path)
-    won: list[int] = []
-
-    def work():
-        won.extend(place for place in range(200) if board.claim(place))
-
-    threads = [threading.Thread(target=work) for _ in range(6)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert sorted(won) == list(range(200))
-    assert board.read().claimed == set(range(200))
-
-
-def test_the_progress_line_counts_what_is_on_the_board(tmp_path):
-    board = Board(tmp_path)
-    progress = Progress(board, [make_group(range(8))], enabled=False)
-    assert progress.line(1.0) == "0 of 8 cases done, 0 running, 0 failed"
-    for place in range(3):
-        board.claim(place)
-    board.finish(0, failed=False)
-    board.finish(1, failed=True)
-    assert progress.line(10.0) == "2 of 8 cases done, 1 running, 1 failed, 30 s left"
-    assert progress.line(3600.0).endswith("3 h 00 min left")
+    monkeypatch.setattr(costs, "mesh_of", refuse)
+    cost = estimate(small[0].case, 1, 1)
+    assert (cost.nodes, cost.memory) == (0, 0.0)
 
 
 # -- whole sweeps ---------------------------------------------------------------------------------------------------
 
 
-def stamps(folder: Path) -> dict[str, int]:
-    return {path.name: path.stat().st_mtime_ns for path in (folder / "cases").iterdir()}
-
-
 def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(small, tmp_path, monkeypatch, comm):
     calls = []
-    monkeypatch.setattr(
-        "petcontact.sweep.run.prepare", lambda case, comm, cases: calls.append(cases) or prepare(case, comm, cases)
-    )
+    monkeypatch.setattr(preparation, "prepare", lambda case, comm, cases: calls.append(cases) or prepare(case, comm, cases))
     folder = tmp_path / "new" / "out"
     summary = quietly(small, folder)
     assert (summary.computed, summary.reused, summary.failed, summary.exit_status) == (8, 0, {}, 0)
     assert calls == [4, 4]
     monkeypatch.undo()
-    for chosen in small.cases:
-        alone = solve(chosen.case, comm=comm)
-        kept = read_solution(folder / "cases" / f"{chosen.id}.h5")
+    for chosen in small:
+        alone, kept = solve(chosen.case, comm=comm), load_case(folder, chosen.id)
         assert kept.iterations == alone.iterations
         np.testing.assert_allclose(kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9)
 
-    before = stamps(folder)
+    before = table_of(folder)
     again = quietly(small, folder)
     assert (again.computed, again.reused, again.exit_status) == (0, 8, 0)
-    assert stamps(folder) == before
+    assert table_of(folder) == before
     assert quietly(small, folder, force=True, only=["*-h0.4"]).computed == 4
-    assert sum(stamps(folder)[name] != before[name] for name in before) == 4
+    assert table_of(folder) == before
 
 
-def tree(group) -> dict:
-    found = {("@", name): np.asarray(value).tolist() for name, value in group.attrs.items()}
-    group.visititems(lambda name, item: found.update({name: item[()].tolist()} if isinstance(item, h5py.Dataset) else {}))
-    return found
+def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_path):
+    quietly(small, tmp_path / "whole")
+    for pattern in ("*modified-rho1e3-h0.4", "*-rho1-*", "*"):
+        quietly(small, tmp_path / "bits", only=[pattern])
+    assert table_of(tmp_path / "bits") == table_of(tmp_path / "whole")
+    for id_ in small.ids:
+        a, b = load_case(tmp_path / "bits", id_), load_case(tmp_path / "whole", id_)
+        assert np.array_equal(a.contact.u_t, b.contact.u_t) and np.array_equal(a.traction, b.traction)
 
 
-def test_results_hold_every_case_whole(small, tmp_path):
+def test_the_table_is_read_in_one_line_of_h5py_pandas_and_polars(small, tmp_path):
     quietly(small, tmp_path / "out")
-    with h5py.File(tmp_path / "out" / "results.h5") as results:
-        assert [name for name in results if not name.startswith(".")] == sorted(case.id for case in small.cases)
-        for case in small.cases:
-            with h5py.File(tmp_path / "out" / "cases" / f"{case.id}.h5") as single:
-                assert tree(results[case.id]) == tree(single)
-    solution = read_solution(tmp_path / "out" / "results.h5", small.cases[3].id)
-    assert solution.converged
+    with h5py.File(tmp_path / "out" / "results.h5") as file:
+        columns = {name: column[()] for name, column in file["cases"].items()}
+    assert [id_.decode() for id_ in columns["id"]] == small.ids
+    pandas, polars = pytest.importorskip("pandas"), pytest.importorskip("polars")
+    assert pandas.DataFrame(columns).shape == polars.DataFrame(columns).shape == (8, len(columns))
+    frame = load_sweep(tmp_path / "out")
+    assert list(frame["id"]) == small.ids and frame["iterations"].dtype == np.int64
+    assert set(frame["rule"]) == {"self-adaptive", "modified"}
 
 
-def test_only_leaves_the_rest_and_the_results_grow(small, tmp_path):
+def test_without_pandas_a_sweep_is_a_dict_of_arrays(small, tmp_path, monkeypatch):
+    quietly(small, tmp_path / "out", only=["*-rho1-*"])
+    monkeypatch.setitem(sys.modules, "pandas", None)
+    columns = load_sweep(tmp_path / "out" / "results.h5")
+    assert columns["max_u_t"].shape == (4,) and set(columns["status"]) == {"converged"}
+
+
+@pytest.mark.parametrize("keep", ["scalars", "contact", "all"])
+def test_fields_are_kept_where_they_are_asked_for(tmp_path, keep, comm):
+    sweep = read_sweep(sweep_file(tmp_path, keep=keep))
+    quietly(sweep, tmp_path / "out")
+    shards = list((tmp_path / "out" / "fields").iterdir())
+    assert not list((tmp_path / "out" / "journal").iterdir())
+    if keep == "scalars":
+        assert not shards
+        with pytest.raises(ResultError, match="no fields"):
+            load_case(tmp_path / "out", sweep.ids[3])
+        return
+    # several cases a file
+    assert 0 < len(shards) < 8
+    alone = solve(sweep[3].case, comm=comm)
+    kept = load_case(tmp_path / "out", sweep.ids[3])
+    found = kept if keep == "contact" else vars(kept.contact)
+    np.testing.assert_allclose(found["u_t"], alone.contact.u_t, rtol=1e-9, atol=1e-12)
+    assert list(found["part"]) == list(alone.contact.part)
+    if keep == "contact":
+        assert len(found["history_rho"]) == alone.iterations
+    with pytest.raises(ResultError, match="no case"):
+        load_case(tmp_path / "out", "nothing")
+
+
+def test_only_leaves_the_rest_and_the_table_grows(small, tmp_path):
     first = quietly(small, tmp_path / "out", only=["*-rho1-*"])
     assert (first.computed, first.reused) == (4, 0)
     second = quietly(small, tmp_path / "out", only=["*modified*"])
     assert (second.computed, second.reused) == (2, 2)
     with h5py.File(tmp_path / "out" / "results.h5") as results:
-        assert len([name for name in results if not name.startswith(".")]) == 6
+        assert len(results["cases/id"]) == 6
+    assert read_case_table(tmp_path / "out").status.count("missing") == 2
 
 
-@pytest.mark.parametrize("damage", ["truncated", "no HDF5", "empty", "other version", "other config", "failed"])
-def test_a_file_that_does_not_count_is_computed_again(small, tmp_path, damage):
-    quietly(small, tmp_path)
-    path = tmp_path / "cases" / f"{small.cases[5].id}.h5"
+def test_parts_share_a_folder_and_a_last_run_collects_them(small, tmp_path):
+    parts = [quietly(small, tmp_path / "out", part=(k, 3)) for k in (1, 2, 3)]
+    assert sum(part.computed for part in parts) == 8
+    assert not (tmp_path / "out" / "results.h5").exists()
+    assert read_case_table(tmp_path / "out").status == 8 * ["converged"]
+    last = quietly(small, tmp_path / "out")
+    assert (last.computed, last.reused) == (0, 8)
+    quietly(small, tmp_path / "whole")
+    assert table_of(tmp_path / "out") == table_of(tmp_path / "whole")
+
+
+# -- what does not count is computed again ---------------------------------------------------------------------------
+
+
+def shard_of(folder, id_) -> Path:
+    table = read_case_table(folder)
+    return folder / "fields" / table.columns["fields"][table.values("id").index(id_)].decode()
+
+
+@pytest.mark.parametrize("damage", ["truncated", "inverted", "NaN", "deleted group", "external link", "gone", "a folder"])
+def test_damaged_fields_are_computed_again(small, tmp_path, damage):
+    quietly(small, tmp_path / "out")
+    before = table_of(tmp_path / "out")
+    path = shard_of(tmp_path / "out", small.ids[5])
+    mine = sum(shard_of(tmp_path / "out", id_) == path for id_ in small.ids)
+    content = bytearray(path.read_bytes())
     if damage == "truncated":
-        path.write_bytes(path.read_bytes()[:5000])
-    elif damage == "no HDF5":
-        path.write_text("something else")
-    elif damage == "empty":
-        with h5py.File(path, "w"):
-            pass
+        path.write_bytes(content[:5000])
+    elif damage == "inverted":
+        content[6000:6400] = bytes(255 - byte for byte in content[6000:6400])
+        path.write_bytes(content)
+    elif damage in ("gone", "a folder"):
+        path.unlink()
+        if damage == "a folder":
+            path.mkdir()
     else:
-        key, value = {
-            "other version": ("format_version", 99),
-            "other config": ("config", "title = 'x'"),
-            "failed": ("status", "failed"),
-        }[damage]
         with h5py.File(path, "a") as file:
-            file.attrs[key] = value
-    summary = quietly(small, tmp_path)
-    assert (summary.computed, summary.reused, summary.exit_status) == (1, 7, 0)
-    assert read_solution(path).converged
+            if damage == "NaN":
+                file[small.ids[5]]["contact/u_t"][0] = np.nan
+            else:
+                del file[small.ids[5]]["contact"]
+                if damage == "external link":
+                    file[small.ids[5]]["contact"] = h5py.ExternalLink("elsewhere.h5", "/contact")
+    said = []
+    summary = quietly(small, tmp_path / "out", say=said.append)
+    assert (summary.computed, summary.reused, summary.exit_status) == (mine, 8 - mine, 0)
+    assert any("damaged or missing" in line for line in said)
+    assert table_of(tmp_path / "out") == before
+    assert all(load_case(tmp_path / "out", id_).converged for id_ in small.ids)
+
+
+@pytest.mark.parametrize("damage", ["truncated", "inverted", "value", "shape", "no HDF5"])
+def test_a_damaged_table_is_computed_again(small, tmp_path, damage):
+    quietly(small, tmp_path / "out")
+    before = table_of(tmp_path / "out")
+    path = tmp_path / "out" / "results.h5"
+    content = bytearray(path.read_bytes())
+    if damage in ("truncated", "no HDF5"):
+        path.write_bytes(content[:3000] if damage == "truncated" else b"something else")
+    elif damage == "inverted":
+        with h5py.File(path) as file:
+            at = file["cases/max_u_t"].id.get_chunk_info(0).byte_offset
+        content[at : at + 20] = bytes(255 - byte for byte in content[at : at + 20])
+        path.write_bytes(content)
+    else:
+        with h5py.File(path, "a") as file:
+            if damage == "value":
+                file["cases/max_u_t"][2] = np.nan
+            else:
+                del file["cases/max_u_t"]
+                file["cases/max_u_t"] = np.zeros(10_000)
+    said = []
+    summary = quietly(small, tmp_path / "out", say=said.append)
+    assert (summary.computed, summary.exit_status) == (8, 0)
+    assert any("results.h5" in line and "again" in line for line in said)
+    assert table_of(tmp_path / "out") == before
+
+
+def test_lines_of_a_journal_that_are_torn_or_altered_are_not_there(small, tmp_path):
+    for k in (1, 2):
+        quietly(small, tmp_path / "out", part=(k, 2))
+    journals = sorted((tmp_path / "out" / "journal").iterdir())
+    lines = [(path, line) for path in journals for line in path.read_bytes().splitlines(True)]
+    assert len(lines) == 8
+    path, line = lines[0]
+    assert json.loads(line)["status"] == "converged"
+    altered = line.replace(b'"iterations": ', b'"iterations": 1')
+    rest = b"".join(other for where, other in lines[1:] if where == path)
+    path.write_bytes(altered + rest + line[: len(line) // 2])
+    last = quietly(small, tmp_path / "out")
+    assert (last.computed, last.reused) == (1, 7)
 
 
 def test_another_tolerance_is_another_case(small, tmp_path):
     quietly(small, tmp_path / "out")
     file, data, problems = read_files(tmp_path / "small.toml")
     data["set"] = {"tolerance": 1e-5}
-    assert quietly(build_sweep(file, data, problems), tmp_path / "out").computed == 8
+    said = []
+    assert quietly(build_sweep(file, data, problems), tmp_path / "out", say=said.append).computed == 8
+    assert any("8 cases are there with another config" in line for line in said)
+
+
+def test_more_fields_or_quantities_than_are_there_are_computed(tmp_path):
+    (tmp_path / "own_quantities.py").write_text(
+        "import numpy as np\n\ndef slip_work(solution):\n"
+        "    c = solution.contact\n    return float((c.weight * c.friction_bound) @ np.linalg.norm(c.u_t, axis=1))\n"
+    )
+    text = 'problems = ["example1.toml"]\nkeep = "{keep}"\n{more}\n[cross]\nrho = [1.0, 1e3]\n[set]\nelement_size = 0.4\n'
+    counts = []
+    more = 'quantities = ["own_quantities:slip_work"]\nvon_mises = [[4.0, 2.0], [1.0, 3.0]]'
+    wanted = [("scalars", ""), ("scalars", ""), ("contact", ""), ("scalars", ""), ("contact", more), ("all", more)]
+    for keep, extra in wanted:
+        sweep = read_sweep(sweep_file(tmp_path, text.format(keep=keep, more=extra)))
+        counts.append(quietly(sweep, tmp_path / "out").computed)
+    assert counts == [2, 0, 2, 0, 2, 2]
+    table = read_case_table(tmp_path / "out")
+    assert table.numbers("von_mises_1").min() > 0.0
+    # all that slips slips at the bound
+    np.testing.assert_allclose(table.numbers("slip_work"), table.numbers("dissipated_energy"), rtol=1e-6)
+
+
+def test_a_gmsh_mesh_that_changed_is_another_body(tmp_path):
+    for name in ("gallery_bracket.toml", "gallery_bracket.msh"):
+        (tmp_path / name).write_bytes((CONFIGS / name).read_bytes())
+    path = sweep_file(tmp_path, 'problems = ["gallery_bracket.toml"]\n[cross]\ntolerance = [1e-6, 1e-7]\n')
+    assert quietly(read_sweep(path), tmp_path / "out").computed == 2
+    assert quietly(read_sweep(path), tmp_path / "out").reused == 2
+    mesh = tmp_path / "gallery_bracket.msh"
+    mesh.write_text(mesh.read_text() + "\n")
+    assert quietly(read_sweep(path), tmp_path / "out").computed == 2
+
+
+# -- failures -------------------------------------------------------------------------------------------------------
 
 
 def test_a_failing_case_is_recorded_and_redone(small, tmp_path, monkeypatch):
@@ -347,11 +308,8 @@ def test_a_failing_case_is_recorded_and_redone(small, tmp_path, monkeypatch):
         "example1-modified-rho1e3-h0.4": "iterate: made to fail; nothing",
         "example1-self-adaptive-rho1e3-h0.4": "ZeroDivisionError: oh",
     }
-    path = tmp_path / "out" / "cases" / "example1-modified-rho1e3-h0.4.h5"
-    with h5py.File(path) as file:
-        assert (file.attrs["status"], file.attrs["reason"]) == ("failed", "iterate: made to fail; nothing")
-    with pytest.raises(ResultError, match="made to fail"):
-        read_solution(path)
+    row = table_of(tmp_path / "out")["example1-modified-rho1e3-h0.4"]
+    assert (row["status"], row["reason"]) == ("failed", "iterate: made to fail; nothing")
     assert any("failed: example1-modified-rho1e3-h0.4: iterate: made to fail" in line for line in summary.lines())
     monkeypatch.setattr(pipeline, "run", run)
     again = quietly(small, tmp_path / "out")
@@ -364,14 +322,23 @@ def test_a_group_that_cannot_be_prepared_fails_case_by_case(small, tmp_path, mon
             raise SolverError("factor", "zero pivot", "fix the body")
         return prepare(case, comm, cases)
 
-    monkeypatch.setattr("petcontact.sweep.run.prepare", failing)
+    monkeypatch.setattr(preparation, "prepare", failing)
     summary = quietly(small, tmp_path)
     assert len(summary.failed) == 4
     assert all(id_.endswith("h0.8") and "zero pivot" in reason for id_, reason in summary.failed.items())
 
 
+def test_a_quantity_that_raises_fails_its_case_and_no_other(tmp_path):
+    (tmp_path / "raising_quantity.py").write_text("def bad(solution):\n    return 1.0 / (solution.case.method.rho - 1.0)\n")
+    text = 'problems = ["example1.toml"]\nquantities = ["raising_quantity:bad"]\n[cross]\nrho = [1.0, 3.0]\n'
+    summary = quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
+    assert list(summary.failed) == ["example1-rho1"] and "ZeroDivisionError" in summary.failed["example1-rho1"]
+    with pytest.raises(InputError, match="cannot be imported"):
+        quietly(read_sweep(sweep_file(tmp_path, text.replace("raising_quantity", "no_such_module"))), tmp_path / "other")
+
+
 def test_a_case_that_does_not_converge_ends_with_status_3_and_is_kept(tmp_path):
-    sweep = load_sweep(sweep_file(tmp_path, SMALL.format(limit=30)))
+    sweep = read_sweep(sweep_file(tmp_path, limit=30))
     summary = quietly(sweep, tmp_path / "out")
     assert summary.exit_status == 3
     assert 0 < len(summary.not_converged) < 8
@@ -380,27 +347,72 @@ def test_a_case_that_does_not_converge_ends_with_status_3_and_is_kept(tmp_path):
     assert (again.computed, again.reused, again.exit_status) == (0, 8, 3)
 
 
+def test_a_case_of_a_large_sweep_that_is_invalid_fails_in_its_turn(tmp_path, monkeypatch):
+    from petcontact.sweep.design import sweep as module
+
+    monkeypatch.setattr(module, "VALIDATED", 2)
+    text = 'problems = ["example1.toml"]\n[cross]\nrho = [1.0, -1.0, 2.0]\n[set]\nelement_size = 0.4\n'
+    summary = quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
+    assert list(summary.failed) == ["example1-rho-1"] and "method.rho" in summary.failed["example1-rho-1"]
+
+
+# -- the folder -----------------------------------------------------------------------------------------------------
+
+
 def test_leftovers_of_a_killed_run_are_removed(small, tmp_path):
-    (tmp_path / "cases").mkdir()
-    leftovers = [tmp_path / "cases" / ".a.h5.x7.tmp", tmp_path / ".results.h5.collected.tmp", tmp_path / ".running"]
-    leftovers[0].write_text("")
-    leftovers[1].write_text("")
-    leftovers[2].mkdir()
-    (leftovers[2] / "claim-0").write_text("")
-    assert quietly(small, tmp_path).computed == 8
+    folder = tmp_path / "out"
+    (folder / "fields").mkdir(parents=True)
+    leftovers = [folder / "fields" / ".petcontact-x7.tmp", folder / ".petcontact-y.tmp", folder / ".running"]
+    for path in leftovers:
+        path.write_text("")                                 # .running, too: a file in the place of a folder
+    assert quietly(small, folder).computed == 8
     assert not any(path.exists() for path in leftovers)
+
+
+def test_another_sweep_is_refused_without_force(small, tmp_path):
+    quietly(small, tmp_path / "out")
+    before = {path: path.read_bytes() for path in (tmp_path / "out").glob("*.*")}
+    other = read_sweep(sweep_file(tmp_path, 'problems = ["example2.toml"]\n[cross]\nelement_size = [0.4]', "other.toml"))
+    with pytest.raises(InputError, match=r"holds another sweep \(8 of its 8 cases") as caught:
+        quietly(other, tmp_path / "out")
+    assert "\n" not in str(caught.value)
+    assert {path: path.read_bytes() for path in before} == before
+    assert quietly(other, tmp_path / "out", force=True).computed == 1
+    assert list(table_of(tmp_path / "out")) == other.ids
+
+
+def test_a_sweep_that_grows_keeps_what_is_there(small, tmp_path):
+    quietly(small, tmp_path / "out")
+    file, data, problems = read_files(tmp_path / "small.toml")
+    data["cross"]["rho"] = [1.0, 1e3, 1e5]
+    summary = quietly(build_sweep(file, data, problems), tmp_path / "out")
+    assert (summary.computed, summary.reused) == (4, 8)
 
 
 def test_two_sweeps_do_not_share_a_folder(small, tmp_path, monkeypatch):
     monkeypatch.setattr(sweep_folder, "LOCK_PATIENCE", 0.2)
     folder = SweepFolder(tmp_path)
     folder.open()
+    for part in (None, (1, 2)):
+        with pytest.raises(InputError, match="another sweep"):
+            quietly(small, tmp_path, part=part)
+    folder.close()
+    part = SweepFolder(tmp_path, (1, 2))
+    part.open()
     with pytest.raises(InputError, match="another sweep"):
         quietly(small, tmp_path)
-    folder.close()
-    assert quietly(small, tmp_path).computed == 8
+    quietly(small, tmp_path, part=(2, 2))
+    part.close()
+    assert quietly(small, tmp_path).exit_status == 0
     with open(tmp_path / ".lock") as file:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
+
+@pytest.mark.parametrize("name", ["results.h5", "sweep.json"])
+def test_a_folder_in_the_place_of_a_file_is_refused(small, tmp_path, name):
+    (tmp_path / "out" / name).mkdir(parents=True)
+    with pytest.raises(InputError, match=r"no folders|not the index"):
+        quietly(small, tmp_path / "out")
 
 
 def test_a_folder_that_cannot_be_made(small, tmp_path):
@@ -419,7 +431,7 @@ def command(*words: str, cwd: Path) -> subprocess.CompletedProcess:
 
 
 def test_the_command_lists_computes_and_says_what_it_did(tmp_path):
-    sweep_file(tmp_path, SMALL.format(limit=1000))
+    sweep_file(tmp_path)
     listed = command("small.toml", "--list", "--only", "*-h0.8", cwd=tmp_path)
     assert listed.returncode == 0
     assert len(listed.stdout.splitlines()) == 4
@@ -430,17 +442,21 @@ def test_the_command_lists_computes_and_says_what_it_did(tmp_path):
     assert "computed 8, reused 0, failed 0" in done.stdout
     assert "\r" not in done.stdout + done.stderr
     assert (tmp_path / "small" / "results.h5").exists()
-    bad = command("small.toml", "--only", "nothing", cwd=tmp_path)
-    assert (bad.returncode, bad.stderr.count("\n")) == (2, 1)
-    assert command("small.toml", "--ranks-per-case", "2", cwd=tmp_path).returncode == 2
+    for words in (("--only", "nothing"), ("--ranks-per-case", "2"), ("--part", "3/2")):
+        bad = command("small.toml", *words, cwd=tmp_path)
+        assert (bad.returncode, bad.stderr.count("\n")) == (2, 1)
+    # options that change digits are another case
+    redone = command("small.toml", "-ksp_type", "gmres", "-ksp_rtol", "1e-10", cwd=tmp_path)
+    assert "computed 8, reused 0" in redone.stdout
 
 
 def test_results_that_do_not_fit_the_disk_end_in_one_line_and_lose_no_case(small, tmp_path):
-    """A limit on the size of a file stands for a full disk: the cases fit it, what collects them does not."""
+    """A limit on the size of a file stands for a full disk: journals and shards fit it, the table does not."""
+    sweep = read_sweep(sweep_file(tmp_path, keep="scalars"))
     program = (
         "import resource, sys\nfrom petcontact.commands import main as cli\n"
         "from petcontact.runtime.petsc import initialise\n"
-        "initialise()\nresource.setrlimit(resource.RLIMIT_FSIZE, (100_000, 100_000))\n"
+        "initialise()\nresource.setrlimit(resource.RLIMIT_FSIZE, (15_000, 15_000))\n"
         "sys.argv[0] = 'petcontact'\ncli.entry()\n"
     )
     words = [sys.executable, "-c", program, "sweep", str(tmp_path / "small.toml"), "-o", str(tmp_path / "out")]
@@ -448,8 +464,7 @@ def test_results_that_do_not_fit_the_disk_end_in_one_line_and_lose_no_case(small
     assert done.returncode == 1, done.stderr
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
     assert "results.h5: cannot be written (File too large); the finished cases are whole" in line
-    kept = stamps(tmp_path / "out")
-    assert kept and all(read_solution(tmp_path / "out" / "cases" / name).converged for name in kept)
     assert not (tmp_path / "out" / "results.h5").exists() and not list((tmp_path / "out").glob("*.tmp"))
-    again = quietly(small, tmp_path / "out")
-    assert (again.computed, again.reused, again.exit_status) == (8 - len(kept), len(kept), 0)
+    assert read_case_table(tmp_path / "out").status == 8 * ["converged"]
+    again = quietly(sweep, tmp_path / "out")
+    assert (again.computed, again.reused, again.exit_status) == (0, 8, 0)

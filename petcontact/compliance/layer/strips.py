@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-import scipy
+import scipy.fft
+import scipy.linalg
 
 from ...arrays import Array, Complex, Index, Mask
 from ...linalg.matrix_free import Krylov
@@ -66,19 +67,19 @@ class DenseStrip:
 
 
 class _Reflected(NamedTuple):
-    """The names of a transform and of its inverse, their type, and which of the reflected loop's frequencies are theirs."""
+    """A transform and its inverse, their type, and which of the reflected loop's frequencies are theirs."""
 
-    to: str
-    back: str
+    to: Callable[[Array, int], Array]
+    back: Callable[[Array, int], Array]
     kind: int
     frequencies: slice
 
 
 REFLECTED = {
-    (1.0, 1.0): _Reflected("dct", "idct", 2, slice(None, -1)),
-    (-1.0, -1.0): _Reflected("dst", "idst", 2, slice(1, None)),
-    (1.0, -1.0): _Reflected("dct", "idct", 4, slice(1, None, 2)),
-    (-1.0, 1.0): _Reflected("dst", "idst", 4, slice(1, None, 2)),
+    (1.0, 1.0): _Reflected(scipy.fft.dct, scipy.fft.idct, 2, slice(None, -1)),
+    (-1.0, -1.0): _Reflected(scipy.fft.dst, scipy.fft.idst, 2, slice(1, None)),
+    (1.0, -1.0): _Reflected(scipy.fft.dct, scipy.fft.idct, 4, slice(1, None, 2)),
+    (-1.0, 1.0): _Reflected(scipy.fft.dst, scipy.fft.idst, 4, slice(1, None, 2)),
 }
 """By how a strip goes on at its start and end: even or odd."""
 
@@ -131,8 +132,7 @@ class FourierStrip:
     def _convolve(self, symbol: Array | Complex, x: Array) -> Array:
         if self._reflected is not None:
             to, back, kind, _ = self._reflected
-            spectrum = symbol[0, 0] * getattr(scipy.fft, to)(x, kind)
-            return np.asarray(getattr(scipy.fft, back)(spectrum, kind))
+            return np.asarray(back(symbol[0, 0] * to(x, kind), kind))
         # the transformed axis last and contiguous: scipy's transforms spend less on it than numpy's
         pieces = x.reshape(self._elements, self._nodes).T
         if self._open:

@@ -13,7 +13,7 @@ from ...arrays import Array, Index
 _multiply = native.function("petcontact_multiply", "ipppdp")
 _multiply_transposed = native.function("petcontact_multiply_transposed", "ipppdp")
 
-GROWTH = 1.05  # blocks of one stack differ by less than this factor in rows and in columns
+GROWTH = 1.12  # blocks of one stack differ by less than this factor in rows and in columns
 
 
 @dataclass(frozen=True)

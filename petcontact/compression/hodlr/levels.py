@@ -52,9 +52,9 @@ class Level:
         return [(len(c.row_basis.kept), len(c.column_basis.kept)) for c in self.clusters if c.row_basis and c.column_basis]
 
 
-def pack(operator: Operator, clusters: list[Cluster], like: Level | None = None) -> Level:
-    """One level from its clusters. Near blocks are computed here, and the clusters' arrays replaced by views, some clusters
-    at a time, so that what was there before makes room; bases of rows are those of `like`."""
+def pack(clusters: list[Cluster], like: Level | None = None) -> Level:
+    """One level from its clusters. The clusters' arrays are replaced by views, some clusters at a time, so that what was
+    there before makes room; bases of rows are those of `like`."""
     compressed = [c for c in clusters if c.row_basis and c.column_basis]
     above = [sum(len(c.row_basis.kept) for c in compressed if c.row_basis),
              sum(len(c.column_basis.kept) for c in compressed if c.column_basis)]  # fmt: skip
@@ -66,7 +66,6 @@ def pack(operator: Operator, clusters: list[Cluster], like: Level | None = None)
     for group in grouped(clusters):
         blocks, row_blocks, column_blocks = [], [], []
         for c in group:
-            c.near = operator.near(c)
             blocks += [Block(rows + b.rows, columns + b.columns, b.values) for b in c.near]
             if c.row_basis and c.column_basis:
                 r, s = c.row_basis, c.column_basis
@@ -177,7 +176,7 @@ def _climb(operator: Operator, clusters: list[Cluster], whole: bool, like: Stack
             else:
                 for cluster, other in zip(clusters, level.clusters, strict=True):
                     operator.compress_columns(cluster, other)
-        levels.append(pack(operator, clusters, level))
+        levels.append(pack(clusters, level))
         if len(clusters) == 1:
             return Stack(levels)
         clusters = _merged(operator, clusters)

@@ -41,15 +41,14 @@ class Basis:
 class Cluster:
     """Nodes start..stop, their active rows and columns (global numbers), and the dense blocks between those.
 
-    The rows and columns of a near block are places among the active ones; its entries are computed when it is packed.
-    Bases are None until compressed. What its columns were fitted on is kept for an operator with the same rows.
+    The rows and columns of a near block are places among the active ones. Bases are None until compressed. What its
+    columns were fitted on is kept for operators with the same rows.
     """
 
     start: int
     stop: int
     rows: Index
     columns: Index
-    places: list[tuple[Index, Index]] = field(default_factory=list)
     near: list[Block] = field(default_factory=list)
     row_basis: Basis | None = None
     column_basis: Basis | None = None
@@ -57,7 +56,7 @@ class Cluster:
 
     def border(self) -> Cluster:
         """What the tree above needs of it: all but the near blocks."""
-        return replace(self, places=[], near=[])
+        return replace(self, near=[])
 
 
 class Axis:
@@ -156,7 +155,8 @@ class Operator:
     def leaf(self, start: int, stop: int) -> Cluster:
         """A cluster with all its rows and columns active, and its dense diagonal block."""
         rows, columns = self.row_axis.span(start, stop), self.column_axis.span(start, stop)
-        return Cluster(start, stop, rows, columns, [(np.arange(len(rows)), np.arange(len(columns)))])
+        near = Block(np.arange(len(rows)), np.arange(len(columns)), self.block(rows, columns))
+        return Cluster(start, stop, rows, columns, [near])
 
     def merge(self, children: list[Cluster]) -> Cluster:
         """The union of one or two compressed neighbours: what they kept, and the blocks between the two."""
@@ -165,12 +165,8 @@ class Operator:
         i = np.split(np.arange(sum(map(len, rows))), [len(rows[0])])
         j = np.split(np.arange(sum(map(len, columns))), [len(columns[0])])
         pairs = [(0, 1), (1, 0)] if len(children) == 2 else []
-        places = [(i[a], j[b]) for a, b in pairs]
-        return Cluster(children[0].start, children[-1].stop, np.concatenate(rows), np.concatenate(columns), places)
-
-    def near(self, cluster: Cluster) -> list[Block]:
-        """The dense blocks of a cluster."""
-        return [Block(i, j, self.block(cluster.rows[i], cluster.columns[j])) for i, j in cluster.places]
+        near = [Block(i[a], j[b], self.block(rows[a], columns[b])) for a, b in pairs]
+        return Cluster(children[0].start, children[-1].stop, np.concatenate(rows), np.concatenate(columns), near)
 
     def compress(self, clusters: list[Cluster], usual: int = 0) -> int:
         """Find the bases of adjacent clusters of one level.
@@ -207,9 +203,8 @@ class Operator:
 
         Its columns are no harder to fit than those of the other operator were, and are judged by the same probes.
         """
-        assert like.row_basis is not None
-        sample, guess = like.felt_by or self._samples([cluster], 0)[0][0], len(like.row_basis.kept)
-        like.felt_by = None
+        assert like.row_basis is not None and like.felt_by is not None
+        sample, guess = like.felt_by, len(like.row_basis.kept)
         attempt, fit = 0, self._fit_columns(cluster, sample, guess)
         while attempt < ATTEMPTS and not fit.holds:
             attempt += 1

@@ -7,9 +7,9 @@ import traceback
 from collections.abc import Callable
 from typing import Any, TypeVar
 
-from ..errors import InputError, PetcontactError
-from ..runtime.mpi import all_meet
-from ..runtime.petsc import petsc
+from ...errors import InputError, PetcontactError
+from ...runtime.mpi import all_meet
+from ...runtime.petsc import petsc
 
 T = TypeVar("T")
 PATIENCE = 5.0

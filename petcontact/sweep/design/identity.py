@@ -1,0 +1,121 @@
+"""What a case is, as a digest: config, content of the files that it names, PETSc options, quantities that were asked for.
+
+A result is used again only for a case of the same digest.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+import inspect
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+from .sweep import Sweep
+
+HARMLESS = ("monitor", "view", "log_", "info", "help", "options_", "malloc", "citations", "nox", "objects_dump",
+            "no_signal_handler", "version", "skip_petscrc")  # fmt: skip
+"""Parts of the names of PETSc options that change what is shown and never a digit."""
+
+
+class Identity:
+    """Digests of the cases of a sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    options : mapping of str to str
+        PETSc options of the command line and of options files.
+    functions : mapping of str to callable
+        The user's own quantities.
+    """
+
+    def __init__(self, sweep: Sweep, options: Mapping[str, str] = {}, functions: Mapping[str, Any] = {}) -> None:
+        digits = {name: text for name, text in options.items() if not any(part in name for part in HARMLESS)}
+        common = [sorted(digits.items()), sweep.file.von_mises, {name: _source(f) for name, f in functions.items()}]
+        keys = [key for axis in sweep.axes for key in axis.keys]
+        block = len(sweep) // len(sweep.bases)
+        self._shape = sweep.shape
+        self._bases = []
+        for number, base in enumerate(sweep.bases):
+            # the resolved config without what varies: it tells of defaults, too
+            config = sweep[number * block].case.model_dump(mode="json", exclude_none=True)
+            for key in keys:
+                _remove(config, key.split("."))
+            files = [file_digest(path) for path in named_files({**base.data, "set": base.fixed}, base.folder)]
+            self._bases.append(_text([common, base.problem, base.variant, config, files]))
+        folder = sweep.bases[0].folder
+        self._entries = [
+            [_text([_entry(*pair, folder) for pair in zip(axis.keys, some, strict=True)]) for some in axis.values]
+            for axis in sweep.axes
+        ]
+
+    def digest(self, place: int) -> str:
+        """32 hexadecimal digits for one case."""
+        words = []
+        for size, entries in zip(reversed(self._shape[1:]), reversed(self._entries), strict=True):
+            place, digit = divmod(place, size)
+            words.append(entries[digit])
+        return hashlib.blake2b("\n".join([self._bases[place], *words]).encode(), digest_size=16).hexdigest()
+
+
+def named_files(data: Any, folder: Path) -> Iterator[Path]:
+    """Files that plain data name: `file` relative to the problem's folder, `start` of a method as it is given."""
+    if isinstance(data, Mapping):
+        for key, value in data.items():
+            last = key.rsplit(".", 1)[-1]
+            if last == "file" and isinstance(value, str):
+                yield folder / value
+            elif last == "start" and isinstance(value, str) and Path(value).is_file():
+                yield Path(value)
+            else:
+                yield from named_files(value, folder)
+    elif isinstance(data, (list, tuple)):
+        for value in data:
+            yield from named_files(value, folder)
+
+
+@functools.lru_cache(maxsize=1024)
+def _file_digest(path: str, size: int, changed: int) -> str:
+    with open(path, "rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def file_digest(path: Path) -> str:
+    """Of a file's content; empty where it cannot be read, which the case will meet in its turn."""
+    try:
+        facts = path.stat()
+        return _file_digest(str(path), facts.st_size, facts.st_mtime_ns)
+    except OSError:
+        return ""
+
+
+def _source(function: Any) -> str:
+    try:
+        return inspect.getsource(function)
+    except (OSError, TypeError):
+        return repr(getattr(function, "__qualname__", function))
+
+
+def _entry(key: str, value: Any, folder: Path) -> list[Any]:
+    """A key, its value, and the content of a file that it names."""
+    return [key, value, *(file_digest(path) for path in named_files({key: value}, folder))]
+
+
+def _remove(data: Any, steps: list[str]) -> None:
+    """Take a dotted key out of plain data, if it is there."""
+    for step in steps[:-1]:
+        if isinstance(data, list) and step.isdecimal():
+            data = data[int(step)]
+        else:
+            data = data.get(step) if isinstance(data, dict) else None
+    if isinstance(data, dict):
+        data.pop(steps[-1], None)
+    elif isinstance(data, list) and steps[-1].isdecimal():
+        data[int(steps[-1])] = None
+
+
+def _text(data: Any) -> str:
+    return json.dumps(data, sort_keys=True, default=str)

@@ -1,0 +1,234 @@
+"""A sweep: problems, variants and axes crossed. Cases are made when they are asked for: a million of them take no memory."""
+
+from __future__ import annotations
+
+import copy
+import fnmatch
+import functools
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, overload
+
+import numpy as np
+
+from ...errors import InputError
+from ...model.assembly import Assembly
+from ...model.base import parse
+from ...model.case import Case, parse_any
+from .axes import FIRST_WORDS, full_key, make_axes, short_names, value_word
+from .sweep_file import LARGEST_SWEEP, SweepFile, read_files
+
+VALIDATED = 1000
+"""Cases of a sweep that are validated before it starts; of a larger one so many, evenly spaced, the rest in their turn."""
+CONTACT_KEPT = 1000
+"""Cases up to which the fields on Γ_C are kept unless something else is asked for."""
+
+
+@dataclass(frozen=True)
+class SweepCase:
+    """One case of a sweep.
+
+    Attributes
+    ----------
+    id : str
+        Readable and the same in every run, for example ``example1-modified-rho1e3-h0.05``; a valid file name.
+    case : Case or Assembly
+    coordinates : dict
+        What distinguishes the case: problem, variant, and the value of each key that varies.
+    """
+
+    id: str
+    case: Case | Assembly
+    coordinates: dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Base:
+    """A problem in a variant: what the axes are crossed with.
+
+    Attributes
+    ----------
+    problem, variant : str
+        Names; the variant's may be empty.
+    data : dict
+        Plain content of the problem's file.
+    fixed : dict
+        Dotted keys that the sweep sets for all of its cases.
+    folder : Path
+        Where the problem's file is.
+    """
+
+    problem: str
+    variant: str
+    data: dict[str, Any]
+    fixed: dict[str, Any]
+    folder: Path
+
+
+class Sweep(Sequence[SweepCase]):
+    """The cases of a sweep file: problems slowest, the last axis fastest.
+
+    Attributes
+    ----------
+    title : str
+    file : SweepFile
+    bases : list of Base
+    axes : list of Axis
+    shape : tuple of int
+        Entries of the bases and of each axis; `numpy.unravel_index` of a case's place gives its entries.
+    content : tuple
+        What `read_files` read.
+    """
+
+    def __init__(self, source: str, data: dict[str, Any], problems: dict[str, dict[str, Any]]) -> None:
+        self.content = (source, data, problems)
+        self.source = source
+        self.file: SweepFile = parse(SweepFile, data, source)
+        self.title = self.file.title
+        self.axes = make_axes(self.file, source)
+        self.bases = _bases(self.file, problems, source)
+        self._refuse_twice()
+        self.shape = (len(self.bases), *(len(axis.values) for axis in self.axes))
+        if len(self) > LARGEST_SWEEP:
+            raise InputError(f"{source}: {len(self)} cases; the largest sweep has {LARGEST_SWEEP}")
+        # in an id rule, rho and h come first; stable for the rest
+        rank = {key: number for number, key in enumerate(FIRST_WORDS)}
+        self._words = sorted(self.axes, key=lambda axis: min(rank.get(key, len(rank)) for key in axis.keys))
+        self._names = short_names([key for axis in self.axes for key in axis.keys])
+
+    def __len__(self) -> int:
+        return math.prod(self.shape)
+
+    @overload
+    def __getitem__(self, place: int) -> SweepCase: ...
+    @overload
+    def __getitem__(self, place: slice) -> list[SweepCase]: ...
+    def __getitem__(self, place: int | slice) -> SweepCase | list[SweepCase]:
+        if isinstance(place, slice):
+            return [self[k] for k in range(*place.indices(len(self)))]
+        if not -len(self) <= place < len(self):
+            raise IndexError(place)
+        place %= len(self)
+        base, varied = self._entries(place)
+        id_ = self.ids[place]
+        case = parse_any(copy.deepcopy(base.data), f"{self.source}: {id_}", {**base.fixed, **varied}, base.folder)
+        return SweepCase(id_, case, self.coordinates(place))
+
+    @functools.cached_property
+    def ids(self) -> list[str]:
+        """Of all cases, by place."""
+        bases = ["-".join(filter(None, (base.problem, base.variant and value_word(base.variant)))) for base in self.bases]
+        inner = ["-".join(words) for words in itertools.product(*(axis.words for axis in self._words))]
+        if self._words != self.axes:
+            shape = [len(axis.values) for axis in self._words]
+            order = [self._words.index(axis) for axis in self.axes]
+            shape, order = [len(axis.words) for axis in self._words], [self._words.index(axis) for axis in self.axes]
+            inner = [inner[k] for k in np.arange(len(inner)).reshape(shape).transpose(order).ravel()]
+        return [f"{base}-{word}" if word else base for base in bases for word in inner]
+
+    def coordinates(self, place: int) -> dict[str, Any]:
+        """Problem, variant, and the values of the axes, of one case."""
+        base, varied = self._entries(place)
+        names = {"variant": base.variant} if base.variant else {}
+        return {"problem": base.problem, **names, **dict(zip(self._names, varied.values(), strict=True))}
+
+    @property
+    def coordinate_names(self) -> list[str]:
+        """As in `coordinates`."""
+        return ["problem", *(["variant"] if self.file.variant else []), *self._names]
+
+    @property
+    def keep(self) -> str:
+        """Which fields are kept: scalars, contact or all."""
+        return self.file.keep or ("contact" if len(self) <= CONTACT_KEPT else "scalars")
+
+    def only(self, patterns: Sequence[str]) -> list[int]:
+        """Places of the cases whose id matches one of the shell patterns; all of them if there is no pattern.
+
+        Raises
+        ------
+        InputError
+            If a pattern matches nothing.
+        """
+        found: set[int] = set() if patterns else set(range(len(self)))
+        for pattern in patterns:
+            names = set(fnmatch.filter(self.ids, pattern))
+            if not names:
+                raise InputError(f"--only {pattern}: no case has such an id (--list shows them)")
+            found |= {place for place, id_ in enumerate(self.ids) if id_ in names}
+        return sorted(found)
+
+    def validate(self) -> None:
+        """Make the cases, or of many an evenly spaced part of them.
+
+        Raises
+        ------
+        InputError
+            One line: file, case, key, what was given, what is allowed.
+        """
+        if len(set(self.ids)) < len(self):
+            seen: set[str] = set()
+            twice = next(id_ for id_ in self.ids if id_ in seen or seen.add(id_))  # type: ignore[func-returns-value]
+            raise InputError(f"{self.source}: two cases have the id {twice}: is a value listed twice?")
+        for place in np.unique(np.linspace(0, len(self) - 1, min(VALIDATED, len(self))).round().astype(int)).tolist():
+            self[place]
+
+    def _entries(self, place: int) -> tuple[Base, dict[str, Any]]:
+        """The base of a case and the values of its axes by dotted key."""
+        digits = []
+        for size in reversed(self.shape):
+            place, digit = divmod(place, size)
+            digits.append(digit)
+        base, *entries = reversed(digits)
+        varied: dict[str, Any] = {}
+        for axis, entry in zip(self.axes, entries, strict=True):
+            varied.update(zip(axis.keys, axis.values[entry], strict=True))
+        return self.bases[base], varied
+
+    def _refuse_twice(self) -> None:
+        """A key has one home."""
+        keys = [key for axis in self.axes for key in axis.keys]
+        for key in keys:
+            if keys.count(key) > 1 or any(key in base.fixed for base in self.bases):
+                raise InputError(f"{self.source}: {key}: the key is set elsewhere in this file too")
+
+
+def _bases(file: SweepFile, problems: dict[str, dict[str, Any]], source: str) -> list[Base]:
+    stems = {path: value_word(Path(path).stem) for path in problems}
+    if len(set(stems.values())) < len(stems):
+        raise InputError(
+            f"{source}: problems: the files need names that differ in more than their folders, got {list(problems)}"
+        )
+    fixed = {full_key(key, source): value for key, value in file.set.items()}
+    bases = []
+    for path, variant in itertools.product(problems, file.variant or ({},)):
+        own = {full_key(key, source): value for key, value in variant.items() if key != "name"}
+        bases.append(Base(stems[path], variant.get("name", ""), problems[path], {**fixed, **own}, Path(path).parent))
+    return bases
+
+
+def read_sweep(path: str | Path) -> Sweep:
+    """The cases of a sweep file.
+
+    Raises
+    ------
+    InputError
+        One line: file, key or case, what was given, what is allowed.
+    """
+    return build_sweep(*read_files(path))
+
+
+def build_sweep(source: str, data: dict[str, Any], problems: dict[str, dict[str, Any]]) -> Sweep:
+    """Cross what `read_files` read; the same on every rank.
+
+    Raises
+    ------
+    InputError
+        If a case is invalid, or two cases would have the same id.
+    """
+    sweep = Sweep(source, data, problems)
+    sweep.validate()
+    return sweep

@@ -1,0 +1,160 @@
+"""Sweep files: what they may hold, and the points of a CSV file that they name."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import pydantic
+
+from ...errors import InputError
+from ...model.base import Coordinate, Finite, Model, parse
+from ...model.case import read_toml
+
+LARGEST_SWEEP = 1_000_000
+Count = Annotated[int, pydantic.Field(ge=1, le=LARGEST_SWEEP)]
+Keep = Literal["scalars", "contact", "all"]
+
+
+class Sample(Model):
+    """Points that fill a box of values evenly.
+
+    Attributes
+    ----------
+    method : {"latin-hypercube", "sobol"}
+        Sobol points fill evenly for powers of two.
+    points, seed : int
+        The same seed gives the same points.
+    range : dict of str to (low, high)
+        By key, as in `cross`.
+    log : list of str
+        Keys whose logarithm is sampled.
+    """
+
+    method: Literal["latin-hypercube", "sobol"]
+    points: Count
+    seed: Annotated[int, pydantic.Field(ge=0)] = 0
+    range: Annotated[Mapping[str, tuple[Finite, Finite]], pydantic.Field(min_length=1)]
+    log: tuple[str, ...] = ()
+
+    @pydantic.model_validator(mode="after")
+    def _ordered(self) -> Sample:
+        for key, (low, high) in self.range.items():
+            if not low < high:
+                raise ValueError(f"range.{key} must be [low, high] with low < high, got [{low:g}, {high:g}]")
+            if key in self.log and low <= 0.0:
+                raise ValueError(f"range.{key} must be positive, its logarithm is sampled, got {low:g}")
+        if unknown := set(self.log) - set(self.range):
+            raise ValueError(f"log names {sorted(unknown)[0]!r}, which has no range")
+        return self
+
+
+class SweepFile(Model):
+    """A sweep file.
+
+    Attributes
+    ----------
+    title : str
+    problems : list of str
+        Problem files, relative to the sweep file.
+    cross : dict of str to list
+        Values to cross: rho, element_size, rule, any other key of [method], [mesh] or [bem], or any dotted key.
+    zip : dict of str to list
+        Lists of one length that are walked together, and crossed with the rest.
+    sample : Sample, optional
+        A design that fills a box; crossed with the rest.
+    points : str, optional
+        A CSV file, relative to the sweep file, whose first line names keys: a line is a point; crossed with the rest.
+    variant : list of dict, optional
+        Named sets of keys that change together: each has a `name` and keys over those of `set`; crossed with the rest.
+    set : dict
+        Keys with one value for all cases, over those of the problem files.
+    keep : {"scalars", "contact", "all"}, optional
+        Which fields are kept beside the table; contact up to 1000 cases by default, scalars beyond.
+    quantities : list of str
+        Functions of your own, "module:function": of a Solution, a number.
+    von_mises : list of points, optional
+        Where the von Mises stress is evaluated.
+    """
+
+    title: str = ""
+    problems: Annotated[tuple[str, ...], pydantic.Field(min_length=1)]
+    cross: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(default={})
+    zip: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(default={})
+    sample: Sample | None = None
+    points: str | Mapping[str, list[Any]] | None = None
+    variant: tuple[dict[str, Any], ...] = ()
+    set: Mapping[str, Any] = pydantic.Field(default={})
+    keep: Keep | None = None
+    quantities: tuple[str, ...] = ()
+    von_mises: tuple[tuple[Coordinate, ...], ...] = ()
+
+    @pydantic.field_validator("variant")
+    @classmethod
+    def _named(cls, variants: tuple[dict[str, Any], ...]) -> tuple[dict[str, Any], ...]:
+        names = [variant.get("name") for variant in variants]
+        if not all(isinstance(name, str) and name for name in names) or len(set(map(str, names))) < len(names):
+            raise ValueError('every [[variant]] needs a name of its own, name = "..."')
+        return variants
+
+    @pydantic.field_validator("zip")
+    @classmethod
+    def _one_length(cls, lists: Mapping[str, list[Any]]) -> Mapping[str, list[Any]]:
+        lengths = {key: len(values) for key, values in lists.items()}
+        if len(set(lengths.values())) > 1:
+            raise ValueError(f"lists that are walked together need one length, got {lengths}")
+        return lists
+
+    @pydantic.field_validator("quantities")
+    @classmethod
+    def _importable(cls, names: tuple[str, ...]) -> tuple[str, ...]:
+        for name in names:
+            if not all(part.isidentifier() for word in name.split(":") for part in word.split(".")) or name.count(":") != 1:
+                raise ValueError(f"must be 'module:function', got {name!r}")
+        return names
+
+
+def read_files(path: str | Path) -> tuple[str, dict[str, Any], dict[str, dict[str, Any]]]:
+    """Name and plain content of a sweep file, and the plain content of its problem files by path; all that it needs."""
+    data = read_toml(path)
+    file: SweepFile = parse(SweepFile, data, str(path))
+    folder = Path(path).parent
+    paths = [str(folder / name) for name in file.problems]
+    if len(set(paths)) < len(paths):
+        raise InputError(f"{path}: problems: a file is named twice, got {list(file.problems)}")
+    if isinstance(file.points, str):
+        data["points"] = read_points(folder / file.points)
+    return str(path), data, {name: read_toml(name) for name in paths}
+
+
+def read_points(path: Path) -> dict[str, list[Any]]:
+    """Columns of a CSV file by the keys in its first line; numbers where they are numbers.
+
+    Raises
+    ------
+    InputError
+        One line: file, line, what is wrong.
+    """
+    try:
+        with open(path, encoding="utf-8-sig", newline="") as file:
+            head, *lines = [line for line in csv.reader(file) if line]
+    except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:
+        raise InputError(f"{path}: no CSV file with a line of keys ({error})") from None
+    keys = [key.strip() for key in head]
+    if not lines or len(set(keys)) < len(keys) or not all(keys):
+        raise InputError(f"{path}: needs a line of different keys and a line a point")
+    for number, line in enumerate(lines, 2):
+        if len(line) != len(keys):
+            raise InputError(f"{path}: line {number} has {len(line)} values, there are {len(keys)} keys")
+    return {key: [_value(line[k].strip()) for line in lines] for k, key in enumerate(keys)}
+
+
+def _value(word: str) -> Any:
+    for kind in (int, float):
+        try:
+            return kind(word)
+        except ValueError:
+            pass
+    return {"true": True, "false": False}.get(word, word)

@@ -1,0 +1,118 @@
+"""Plots of any quantity of a sweep over any coordinate, lines by another one."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from ...results.style import save
+from ..store.case_table import CaseTable
+from .pivot import grouped
+from .text import label
+
+SCATTERED = 60
+"""Different abscissae above which points are drawn, not lines."""
+MOST_LINES = 12
+
+
+@dataclass(frozen=True)
+class Plot:
+    """What a plot shows.
+
+    Attributes
+    ----------
+    quantity, over : str
+        Columns with numbers.
+    lines : str or None
+        A line for each value of this column.
+    """
+
+    quantity: str
+    over: str
+    lines: str | None = None
+
+    @property
+    def caption(self) -> str:
+        """In words."""
+        return f"{self.quantity} over {self.over}" + (f", a line for each {self.lines}" if self.lines else "")
+
+    @property
+    def stem(self) -> str:
+        """Of its file."""
+        return "-".join(filter(None, (self.quantity, "over", self.over, self.lines)))
+
+
+def parse_plot(word: str) -> Plot:
+    """QUANTITY:COORDINATE[:LINES] of a command line.
+
+    Raises
+    ------
+    InputError
+        If it is none.
+    """
+    names = [name.strip() for name in word.split(":")]
+    if not (2 <= len(names) <= 3 and all(names)):
+        raise InputError(f"--plot {word}: must be QUANTITY:COORDINATE or QUANTITY:COORDINATE:LINES")
+    return Plot(*names)
+
+
+def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
+    """Means of the cases that converged, on logarithmic axes where the values span decades.
+
+    Raises
+    ------
+    InputError
+        If the sweep has no such columns or they hold no numbers.
+    """
+    x, y = table.numbers(plot.over), table.numbers(plot.quantity)
+    keys, line = grouped(table, [plot.lines] if plot.lines else [])
+    if len(keys) > MOST_LINES:
+        raise InputError(f"--plot: {plot.lines} has {len(keys)} values, a plot has {MOST_LINES} lines at most")
+    good = (np.array(table.status) == "converged") & np.isfinite(x) & np.isfinite(y)
+    figure.set_size_inches(6.4, 4.2)
+    axes = figure.subplots()
+    for number, key in enumerate(keys):
+        mine = good & (line == number)
+        at, inverse, counts = np.unique(x[mine], return_inverse=True, return_counts=True)
+        name = label(plot.lines, key[0]) if plot.lines else None
+        if len(at) > SCATTERED:
+            axes.plot(x[mine], y[mine], ".", markersize=3, alpha=0.6, label=name)
+            continue
+        mean = np.bincount(inverse.ravel(), y[mine], len(at)) / np.maximum(counts, 1)
+        (drawn,) = axes.plot(at, mean, "o-", markersize=3.5, linewidth=1.2, label=name)
+        if (counts > 1).any():
+            low, high = np.full(len(at), np.inf), np.full(len(at), -np.inf)
+            np.minimum.at(low, inverse.ravel(), y[mine])
+            np.maximum.at(high, inverse.ravel(), y[mine])
+            axes.fill_between(at, low, high, alpha=0.12, color=drawn.get_color(), linewidth=0.0)
+    if not good.any():
+        axes.text(0.5, 0.5, "no case has both", ha="center", transform=axes.transAxes)
+    if _spans_decades(x[good]):
+        axes.set_xscale("log")
+    if _spans_decades(y[good]):
+        axes.set_yscale("log")
+    axes.set_xlabel(plot.over)
+    axes.set_ylabel(plot.quantity)
+    axes.grid(alpha=0.3)
+    if plot.lines:
+        axes.legend(fontsize=8)
+
+
+def _spans_decades(values: Any) -> bool:
+    return bool(len(values)) and bool((values > 0.0).all()) and bool(values.max() > 50.0 * values.min())
+
+
+def write_plots(table: CaseTable, plots: Sequence[Plot], folder: str | Path) -> list[Path]:
+    """A PNG file a plot; their paths."""
+    Path(folder).mkdir(parents=True, exist_ok=True)
+    paths = []
+    for plot in plots:
+        path = Path(folder) / f"{plot.stem}.png"
+        save(path, draw, table, plot)
+        paths.append(path)
+    return paths

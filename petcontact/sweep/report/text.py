@@ -1,0 +1,117 @@
+"""A sweep as text: Markdown tables, CSV; and Parquet, for programs."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+from ...errors import InputError
+from ...runtime.atomic_write import temporary_name
+from ...runtime.terminal import printable
+from ...runtime.text_table import aligned, as_csv
+from ..published import SOURCE
+from ..store.case_table import CaseTable, plain
+from ..store.columns import texts
+from .pivot import ITERATIONS, Facts, Table, text
+
+LISTED = 100
+"""Cases that did not converge that a report names."""
+ORDER = ("status", "published", "iterations", "final_rho", "residual", "elastic_residual", "iterate_seconds", "reason")
+"""What follows the coordinates in CSV and Parquet; then come the quantities."""
+
+
+def counts_line(table: CaseTable) -> str:
+    """How many cases there are, of each status."""
+    counts = Counter(table.status)
+    order = ("converged", "not converged", "failed", "missing")
+    return f"{len(table)} cases: " + ", ".join(f"{counts[name]} {name}" for name in order if counts[name])
+
+
+def legend(table: CaseTable, quantity: str) -> str:
+    """What the cells are."""
+    whole = Facts(table, quantity).cell()
+    if quantity != ITERATIONS:
+        return f"Cells: {quantity}, the mean of the cases that converged."
+    if whole.published is None or whole.ours is None:
+        return "Cells: iterations."
+    return (
+        f"Cells: iterations / published ({SOURCE}). "
+        f"Mean of all: {whole.ours:.1f} / {whole.published:.1f}."
+    )
+
+
+def bad_cases(table: CaseTable) -> list[str]:
+    """`id: status: reason` of the cases that did not converge, the first hundred of them."""
+    bad = [k for k, status in enumerate(table.status) if status not in ("converged", "missing")]
+    ids, reasons = (texts(table.columns[name][bad[:LISTED]]) for name in ("id", "reason"))
+    lines = [f"{id_}: {table.status[k]}: {reason}" for k, id_, reason in zip(bad, ids, reasons, strict=False)]
+    return [*lines, *([f"... and {len(bad) - LISTED} more"] if len(bad) > LISTED else [])]
+
+
+def markdown(table: CaseTable, tables: Sequence[Table], quantity: str = ITERATIONS) -> str:
+    """Title, counts, and the tables, aligned so that they read well as plain text too."""
+    parts = [f"# {printable(table.title) or 'Sweep'}", counts_line(table), legend(table, quantity)]
+    for one in tables:
+        if one.title:
+            parts.append(f"## {one.title}")
+        parts.append("\n".join(aligned(_grid(one, quantity))))
+    if bad := bad_cases(table):
+        parts.append("## Not converged")
+        parts.append("\n".join(f"- {printable(line)}" for line in bad))
+    return "\n\n".join(parts) + "\n"
+
+
+def _grid(table: Table, quantity: str) -> list[list[str]]:
+    head = [*table.row_names, *column_heads(table, 0, quantity)]
+    body = [[*map(text, row), *(table.text(row, column) for column in table.columns)] for row in table.rows]
+    mean = ["mean", *[""] * (len(table.row_names) - 1), *(cell.text() for cell in table.means)]
+    return [head, *body, *([mean] if table.means else [])]
+
+
+def column_heads(table: Table, skip: int, quantity: str) -> list[str]:
+    """What stands above each column: its coordinates but the first `skip`."""
+    names = table.column_names[skip:]
+    labels = (", ".join(label(n, v) for n, v in zip(names, key[skip:], strict=True)) for key in table.columns)
+    return [found or quantity for found in labels]
+
+
+def label(name: str, value: Any) -> str:
+    """A coordinate and its value: `h = 0.1`, `modified`, `tau 2`."""
+    short = {"element_size": "h = ", "rho": "rho = "}
+    return short.get(name, "" if isinstance(value, str) else f"{name} ") + text(value)
+
+
+def user_columns(table: CaseTable) -> dict[str, list[Any]]:
+    """Id, coordinates, how the solve ended, quantities; in this order, values as Python's."""
+    first = ["id", *table.coordinates, *ORDER]
+    names = [*first, *(name for name in table.names if name not in first)]
+    there = {name: plain(table.columns[name]) if name in table.columns else [None] * len(table) for name in names}
+    for name in ("iterations", "published"):
+        there[name] = [None if value is None else int(value) for value in there[name]]
+    return there
+
+
+def csv_text(table: CaseTable) -> str:
+    """One line a case."""
+    columns = user_columns(table)
+    return as_csv(list(columns), zip(*columns.values(), strict=True))
+
+
+def write_parquet(path: str | Path, table: CaseTable) -> None:
+    """The columns of the CSV with their types.
+
+    Raises
+    ------
+    InputError
+        If polars is not installed.
+    OutputError
+        If the file cannot be written.
+    """
+    try:
+        import polars
+    except ImportError:
+        raise InputError("--parquet: needs polars; pip install 'petcontact[tables]'") from None
+    with temporary_name(path) as temporary:
+        polars.DataFrame(user_columns(table)).write_parquet(temporary)

@@ -1,0 +1,1 @@
+"""Who computes which cases when: groups, shrinking chunks, one counter for all ranks."""

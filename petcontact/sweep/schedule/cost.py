@@ -1,0 +1,93 @@
+"""What a group of cases that share assembly and elimination will cost: time and memory, by the size of its mesh."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import astuple, dataclass
+from typing import Any
+
+import numpy as np
+
+from ...compliance.spectral import shares
+from ...errors import PetcontactError
+from ...model.assembly import Assembly
+from ...model.case import Case
+from ...pipeline.prepare import CROSSOVER, resolved_bem
+from ...refinement.marks import mesh_of
+
+# Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios matter, they decide the
+# order of the groups and who joins whom.
+ENTRY = 8e-8
+FLOP = 4e-11
+FIXED = 2e-3
+CASE = 3e-3
+ITERATIONS = 40
+COMPRESSED = 3e-5
+EIGEN = 25.0
+PROCESS_MEMORY = 1.35e8
+"""Bytes of a rank before it has read a case: Python, numpy, PETSc and HDF5."""
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Size of a prepared problem, and what it takes.
+
+    Attributes
+    ----------
+    nodes, contact_nodes : int
+        n and m; 0 where the body cannot be meshed.
+    prepare, case : float
+        Estimated seconds of assembly and elimination, and of each case after them.
+    memory : float
+        Estimated bytes of its matrices, all ranks of a team together.
+    """
+
+    nodes: int
+    contact_nodes: int
+    prepare: float
+    case: float
+    memory: float
+
+
+def estimate(case: Case | Assembly, cases: int, ranks: int) -> Cost:
+    """Size, time and memory from the mesh alone, for so many cases; `ranks` solve each case together."""
+    try:
+        sizes = [_size(body, _contact_parts(case, body)) for body in (case.body if isinstance(case, Assembly) else [case])]
+    except PetcontactError:
+        # the sweep meets the same error in its turn and records it case by case
+        return Cost(0, 0, FIXED, FIXED, 0.0)
+    costs = [_of_body(case, n, m, cases, ranks) for n, m in sizes]
+    n, m, prepare, solve, memory = (sum(column) for column in zip(*map(astuple, costs), strict=True))
+    return Cost(n, m, FIXED + prepare / ranks, CASE + ITERATIONS * solve / ranks, memory)
+
+
+def _contact_parts(case: Case | Assembly, body: Any) -> set[str]:
+    parts = {condition.part for condition in body.boundary if condition.condition == "contact"}
+    pairs = case.contact if isinstance(case, Assembly) else ()
+    return parts | {side.split(".")[-1] for pair in pairs for side in (pair.secondary, pair.primary)}
+
+
+def _size(body: Any, contact: set[str]) -> tuple[int, int]:
+    """Nodes of a body, and those on its contact parts."""
+    mesh = mesh_of(body, body.geometry.outline())
+    on_contact = np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact))
+    return mesh.n_nodes, int(on_contact.sum())
+
+
+def _of_body(case: Case | Assembly, n: int, m: int, cases: int, ranks: int) -> Cost:
+    """Seconds of elimination and of one iteration, and memory, for one body."""
+    bem = resolved_bem(case.bem)
+    full = case.method.formulation == "full"
+    if not full and (bem.mat_type == "hodlr" or (bem.mat_type == "auto" and n > CROSSOVER)):
+        levels = math.log2(max(2.0, n / bem.hodlr_leaf))
+        prepare, solve = COMPRESSED * n * levels, COMPRESSED * n * levels / 15.0
+        memory = 8.0 * 2 * n * (2 * bem.hodlr_leaf + 40.0 * levels) * 2.5
+    else:
+        factor = 2.0 / 3.0 * (2 * n) ** 3
+        prepare = ENTRY * n * n + FLOP * (factor + 2.0 * (2 * n) ** 2 * m)
+        solve = FLOP * (factor if full else 2.0 / 3.0 * m**3 + 6.0 * m * m)
+        memory = 8.0 * ((2 * n) ** 2 * (2 if full or ranks > 1 else 1) + 2 * (2 * n) * m + 3 * m * m)
+    if not full and ranks == 1 and shares(cases, m):
+        prepare, solve = prepare + FLOP * EIGEN * m**3, FLOP * 6.0 * m * m
+        memory += 8.0 * 5 * m * m
+    return Cost(n, m, prepare, solve, memory)

@@ -1,0 +1,134 @@
+"""Groups: cases of one body, mesh, material and formulation, which one assembly and one elimination serve.
+
+What a group is follows from the keys that vary and never from what is left to compute, so that a sweep that is resumed
+computes what an uninterrupted one does, bit for bit.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Index
+from ..design.axes import Axis
+from ..design.sweep import Sweep
+from .cost import PROCESS_MEMORY, Cost, estimate
+
+ESTIMATED = 64
+"""Meshes that are made to know what they cost; of more, as many are, and the others cost what the nearest one does."""
+
+
+@dataclass(frozen=True)
+class Groups:
+    """All groups of a sweep.
+
+    Attributes
+    ----------
+    of_case : (n,) array
+        The group of each case.
+    first, size : (G,) arrays
+        Place of each group's first case, and how many it has.
+    mesh : (G,) array
+        The same number for groups on the same mesh.
+    """
+
+    of_case: Index
+    first: Index
+    size: Index
+    mesh: Index
+
+    def representatives(self) -> Index:
+        """Groups whose cost is to be estimated."""
+        groups = np.unique(self.mesh, return_index=True)[1]
+        chosen = np.linspace(0, len(groups) - 1, min(ESTIMATED, len(groups))).round().astype(np.int64)
+        return groups[np.unique(chosen)]
+
+    def spread(self, costs: Sequence[Cost]) -> list[Cost]:
+        """The cost of every group from those of the representatives."""
+        known = self.mesh[self.representatives()]
+        nearest = np.searchsorted(0.5 * (known[1:] + known[:-1]), self.mesh)
+        return [costs[k] for k in nearest]
+
+
+def make_groups(sweep: Sweep) -> Groups:
+    """Cases that differ in the method's parameters alone belong together."""
+    of_case, first, size = _numbers(_codes(sweep, _shapes_system))
+    meshes, _, _ = _numbers(_codes(sweep, _shapes_mesh))
+    return Groups(of_case, first, size, meshes[first])
+
+
+def _shapes_system(key: str) -> bool:
+    return key == "method.formulation" or not (key.startswith("method.") or key == "title")
+
+
+def _shapes_mesh(key: str) -> bool:
+    return key == "method.formulation" or key.split(".")[0] in ("geometry", "mesh", "bem", "body")
+
+
+def _codes(sweep: Sweep, matters: Callable[[str], bool]) -> list[Index]:
+    """For the bases and each axis: entries that differ in nothing that matters have the same number."""
+    bases = [[base.problem, {k: v for k, v in base.fixed.items() if matters(k)}] for base in sweep.bases]
+    return [_same(bases), *(_same(_values(axis, matters)) for axis in sweep.axes)]
+
+
+def _values(axis: Axis, matters: Callable[[str], bool]) -> list[object]:
+    chosen = [k for k, key in enumerate(axis.keys) if matters(key)]
+    return [[some[k] for k in chosen] for some in axis.values]
+
+
+def _same(entries: Sequence[object]) -> Index:
+    numbers: dict[str, int] = {}
+    words = (json.dumps(entry, sort_keys=True, default=str) for entry in entries)
+    return np.array([numbers.setdefault(word, len(numbers)) for word in words], np.int64)
+
+
+def _numbers(codes: list[Index]) -> tuple[Index, Index, Index]:
+    """A number for each case from those of its entries, without gaps and by first appearance; first places and sizes."""
+    combined = np.zeros(1, np.int64)
+    for code in codes:
+        combined = (combined[:, None] * (int(code.max()) + 1) + code[None, :]).ravel()
+    _, first, inverse, size = np.unique(combined, return_index=True, return_inverse=True, return_counts=True)
+    order = np.argsort(first, kind="stable")
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order))
+    return rank[inverse.ravel()], first[order], size[order]
+
+
+def estimated(sweep: Sweep, groups: Groups, number: int, ranks: int) -> Cost:
+    """The cost of one group."""
+    return estimate(sweep[int(groups.first[number])].case, int(groups.size[number]), ranks)
+
+
+def describe(sweep: Sweep, costs: Sequence[Cost], counts: tuple[int, int, int, int], teams: int, ranks: int) -> list[str]:
+    """The plan in a few lines, printed before a sweep starts.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    costs : sequence of Cost
+        Of the groups with work to do.
+    counts : (cases, finished, to compute, groups)
+    teams, ranks : int
+        Teams, and ranks of each.
+    """
+    cases, finished, to_do, groups = counts
+    plan = [
+        f"{sweep.title or 'sweep'}: {_count(cases, 'case')}, {finished} finished already, {to_do} to compute in "
+        f"{_count(groups, 'group')} that share assembly and elimination",
+        f"  {_count(teams, 'team')} of {_count(ranks, 'rank')} each; kept beside the table: {sweep.keep}",
+    ]
+    if costs:
+        largest = max(costs, key=lambda cost: cost.memory)
+        per_rank = PROCESS_MEMORY + largest.memory / ranks
+        plan.append(
+            f"  largest system: {2 * largest.nodes} unknowns, {largest.contact_nodes} contact nodes; "
+            f"memory: about {per_rank / 1e6:.0f} MB a rank"
+        )
+    return plan
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}{'s' * (number != 1)}"

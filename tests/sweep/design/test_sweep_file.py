@@ -1,0 +1,180 @@
+"""Sweep files: crossed, zipped, sampled and listed points; ids; mistakes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from sweep_files import CONFIGS, sweep_file
+
+from petcontact.errors import InputError
+from petcontact.sweep.design.axes import short_number
+from petcontact.sweep.design.sweep import Sweep, read_sweep
+from petcontact.sweep.design.sweep_file import read_files
+
+
+def test_the_papers_tables_have_128_cases_with_readable_ids():
+    sweep = read_sweep(CONFIGS / "tables.toml")
+    assert len(sweep) == len(set(sweep.ids)) == 128
+    assert sweep.ids[0] == "example1-self-adaptive-rho1-h0.4"
+    assert "example1-modified-rho1e3-h0.05" in sweep.ids
+    case = sweep[sweep.ids.index("example2-modified-rho1e7-h0.2")]
+    assert case.coordinates == {"problem": "example2", "rule": "modified", "rho": 1e7, "element_size": 0.2}
+    assert (case.case.method.rho, case.case.method.rule, case.case.mesh.element_size) == (1e7, "modified", 0.2)
+    assert [c.id for c in sweep] == sweep.ids
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False) | st.integers(-(10**15), 10**15))
+def test_a_number_in_an_id_reads_back(value):
+    assert float(short_number(value)) == value
+
+
+@pytest.mark.parametrize(("value", "text"), [(1.0, "1"), (100, "100"), (1000.0, "1e3"), (0.05, "0.05"), (1e-6, "1e-6")])
+def test_numbers_in_ids_are_short(value, text):
+    assert short_number(value) == text
+
+
+def test_dotted_keys_and_variants(tmp_path):
+    sweep = read_sweep(sweep_file(tmp_path, """
+problems = ["example1.toml", "example2.toml"]
+[set]
+omega = 1.5
+[cross]
+"material.poisson_ratio" = [0.2, 0.3]
+tau = [1.0]
+[[variant]]
+name = "as is"
+[[variant]]
+name = "other start"
+start = "frictionless"
+omega = 0.9
+"""))  # fmt: skip
+    assert sweep.ids[:4] == [
+        "example1-as-is-poissonratio0.2-tau1", "example1-as-is-poissonratio0.3-tau1",
+        "example1-other-start-poissonratio0.2-tau1", "example1-other-start-poissonratio0.3-tau1",
+    ]  # fmt: skip
+    assert [(c.case.method.omega, c.case.method.start) for c in sweep[::2]] == [(1.5, "zero"), (0.9, "frictionless")] * 2
+    assert sweep[3].coordinates == {"problem": "example1", "variant": "other start", "poisson_ratio": 0.3, "tau": 1.0}
+
+
+def test_words_of_an_id_keep_their_order_whatever_the_order_of_the_axes(tmp_path):
+    sweep = read_sweep(sweep_file(tmp_path, """
+problems = ["example1.toml"]
+[cross]
+element_size = [0.8, 0.4]
+tau = [1.0, 2.0, 3.0]
+rho = [1.0, 10.0]
+"""))  # fmt: skip
+    for case in sweep:
+        c = case.coordinates
+        assert case.id == f"example1-rho{c['rho']:g}-h{c['element_size']:g}-tau{c['tau']:g}"
+        assert (case.case.method.rho, case.case.method.tau, case.case.mesh.element_size) == (
+            c["rho"], c["tau"], c["element_size"])  # fmt: skip
+
+
+def test_zipped_lists_are_walked_together_and_crossed_with_the_rest(tmp_path):
+    sweep = read_sweep(sweep_file(tmp_path, """
+problems = ["example1.toml"]
+[cross]
+tau = [1.0, 2.0]
+[zip]
+rho = [1.0, 10.0, 100.0]
+omega = [1.8, 1.6, 1.4]
+"""))  # fmt: skip
+    assert len(sweep) == 6
+    assert {(c.case.method.rho, c.case.method.omega) for c in sweep} == {(1.0, 1.8), (10.0, 1.6), (100.0, 1.4)}
+    assert sweep.ids[4] == "example1-rho10-omega1.6-tau2"
+
+
+@pytest.mark.parametrize("method", ["latin-hypercube", "sobol"])
+def test_samples_fill_their_box_evenly_and_are_the_same_for_the_same_seed(tmp_path, method):
+    text = f"""
+problems = ["example1.toml"]
+[sample]
+method = "{method}"
+points = 64
+seed = 3
+log = ["rho"]
+range = {{ rho = [1.0, 1e4], "material.poisson_ratio" = [0.1, 0.4] }}
+"""
+    sweep = read_sweep(sweep_file(tmp_path, text))
+    points = np.array([[c.coordinates["rho"], c.coordinates["poisson_ratio"]] for c in sweep])
+    unit = np.transpose([np.log10(points[:, 0]) / 4.0, (points[:, 1] - 0.1) / 0.3])
+    # one point in each of 64 slices of each coordinate: both designs are Latin for a power of two
+    assert all(sorted((64 * column).astype(int)) == list(range(64)) for column in unit.T)
+    again = read_sweep(sweep_file(tmp_path, text))
+    assert [c.coordinates for c in again] == [c.coordinates for c in sweep]
+    other = read_sweep(sweep_file(tmp_path, text.replace("seed = 3", "seed = 4")))
+    assert other[0].coordinates != sweep[0].coordinates
+    assert sweep.ids[9] == "example1-sample10"
+
+
+def test_points_of_a_csv_file(tmp_path):
+    lines = ("rho, boundary.0.friction_bound, rule", "1.0, 100, modified", "2e3,150.5,self-adaptive")
+    (tmp_path / "points.csv").write_text("\n".join(lines))
+    sweep = read_sweep(sweep_file(tmp_path, 'problems = ["example1.toml"]\npoints = "points.csv"'))
+    assert sweep.ids == ["example1-point1", "example1-point2"]
+    second = sweep[1].case
+    assert (second.method.rho, second.method.rule, second.boundary[0].friction_bound) == (2e3, "self-adaptive", 150.5)
+    # everything that the cases follow from is in what is read
+    (tmp_path / "points.csv").unlink()
+    assert Sweep(*sweep.content).ids == sweep.ids
+
+
+def test_a_million_cases_take_no_memory_until_they_are_asked_for(tmp_path):
+    rho, tau = ([k / step for k in range(1, 1001)] for step in (1, 100))
+    text = f'problems = ["example1.toml"]\n[cross]\nrho = {rho}\ntau = {tau}\n'
+    source, data, problems = read_files(sweep_file(tmp_path, text))
+    sweep = Sweep(source, data, problems)
+    assert len(sweep) == 1_000_000
+    assert sweep.coordinates(999_999) == {"problem": "example1", "rho": 1000.0, "tau": 10.0}
+
+
+SOBOL = 'problems = ["example1.toml"]\n[sample]\nmethod = "sobol"\npoints = 900000\n{}'
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("problems = []", "problems"),
+        ('problems = ["example1.toml"]\n[cross]\nrhoo = [1.0]', "rhoo"),
+        ('problems = ["example1.toml"]\n[cross]\nrho = []', "rho"),
+        ('problems = ["example1.toml"]\n[cross]\nrho = [1.0, 1]', "twice"),
+        ('problems = ["example1.toml"]\n[cross]\nrho = [-1.0]', "method.rho"),
+        ('problems = ["example1.toml"]\n[cross]\n"method.omegaa" = [1.0]', "omega"),
+        ('problems = ["example1.toml"]\n[set]\nrho = 2.0\n[cross]\nrho = [1.0]', "elsewhere"),
+        ('problems = ["example1.toml"]\n[cross]\nrho = [1.0]\n[zip]\n"method.rho" = [2.0]', "elsewhere"),
+        ('problems = ["example1.toml"]\n[[variant]]\nomega = 1.0', "name"),
+        ('problems = ["example1.toml", "./example1.toml"]', "twice"),
+        ('problems = ["example1.toml", "other/example1.toml"]', "differ in more than their folders"),
+        ('problems = ["missing.toml"]', "missing.toml"),
+        ('problem = ["example1.toml"]', "problems"),
+        ('problems = ["example1.toml"]\n[zip]\nrho = [1.0, 2.0]\ntau = [1.0]', "one length"),
+        ('problems = ["example1.toml"]\nkeep = "everything"', "keep"),
+        ('problems = ["example1.toml"]\nquantities = ["slip work"]', "module:function"),
+        ('problems = ["example1.toml"]\npoints = "points.csv"', "line 3 has 1 values"),
+        ('problems = ["example1.toml"]\npoints = "nothing.csv"', "nothing.csv"),
+        (SOBOL.format("range = {rho = [2.0, 1.0]}"), "low < high"),
+        (SOBOL.format('log = ["rho"]\nrange = {rho = [0.0, 1.0]}'), "positive"),
+        (SOBOL.format('log = ["tau"]\nrange = {rho = [1.0, 2.0]}'), "no range"),
+        (SOBOL.format("range = {tau = [1.0, 2.0]}\n[cross]\nrho = [1.0, 2.0]"), "largest sweep"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_one_line_that_names_the_key(tmp_path, text, message):
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "example1.toml").write_text((CONFIGS / "example1.toml").read_text())
+    (tmp_path / "points.csv").write_text("rho,tau\n1.0,2.0\n3.0\n")
+    with pytest.raises(InputError) as caught:
+        read_sweep(sweep_file(tmp_path, text))
+    assert message in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_only(tmp_path):
+    sweep = read_sweep(sweep_file(tmp_path))
+    assert [sweep.ids[k] for k in sweep.only(["*-rho1-h0.4", "*modified-rho1e3-h0.8"])] == [
+        "example1-self-adaptive-rho1-h0.4", "example1-modified-rho1-h0.4", "example1-modified-rho1e3-h0.8",
+    ]  # fmt: skip
+    with pytest.raises(InputError, match="no case"):
+        sweep.only(["*-h0.3"])

@@ -1,0 +1,318 @@
+"""Tables, plots, CSV, Parquet and the page of a sweep."""
+
+from __future__ import annotations
+
+import base64
+import csv
+import io
+import re
+import shutil
+import subprocess
+import sys
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from sweep_files import CONFIGS, quietly, sweep_file
+
+from petcontact.commands.main import main
+from petcontact.errors import InputError, ResultError, SolverError
+from petcontact.pipeline import run as pipeline
+from petcontact.sweep.design.sweep import read_sweep
+from petcontact.sweep.report.page import DRAWN, html, representatives
+from petcontact.sweep.report.pivot import Facts, make_tables, text
+from petcontact.sweep.report.plots import Plot, parse_plot, write_plots
+from petcontact.sweep.report.text import csv_text, markdown
+from petcontact.sweep.store.case_table import CaseTable, read_case_table
+from petcontact.sweep.store.columns import columns_of
+
+SWEEP = """
+title = "A <b>small</b> & quick sweep | two bodies"
+problems = ["example1.toml", "example2.toml"]
+keep = "all"
+[cross]
+rule = ["self-adaptive", "modified"]
+rho = [1.0, 1e3]
+element_size = [0.4, 0.2]
+"""
+FAILED, MISSING = "example1-modified-rho1e3-h0.4", "example2-modified-rho1e3-h0.4"
+
+
+@pytest.fixture(scope="module")
+def swept(tmp_path_factory):
+    """A folder with a sweep of 16 cases of the paper, one of them failed and one missing."""
+    folder = tmp_path_factory.mktemp("swept")
+    sweep = read_sweep(sweep_file(folder, SWEEP))
+    run = pipeline.run
+
+    def failing(prepared, case):
+        if case == sweep[sweep.ids.index(FAILED)].case:
+            raise SolverError("iterate", "made to fail", "nothing")
+        return run(prepared, case)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pipeline, "run", failing)
+        quietly(sweep, folder / "out", only=[id_ for id_ in sweep.ids if id_ != MISSING])
+    return folder / "out"
+
+
+@pytest.fixture(scope="module")
+def table(swept):
+    return read_case_table(swept)
+
+
+def made(*rows, **coordinates) -> CaseTable:
+    """A table of (published, iterations, status)."""
+    named = [
+        {"id": f"c{k}", **coordinates, "status": status, "published": published, "iterations": iterations, "reason": ""}
+        for k, (published, iterations, status) in enumerate(rows)
+    ]
+    return CaseTable("t", list(coordinates), columns_of(named), Path())
+
+
+def cell(*rows) -> str:
+    return Facts(made(*rows), "iterations").cell().text()
+
+
+# -- tables ---------------------------------------------------------------------------------------------------------
+
+
+def test_rule_and_h_go_across_and_rho_down(table):
+    assert table.title.startswith("A <b>small</b>")
+    tables = make_tables(table)
+    assert [one.title for one in tables] == ["example1", "example2"]
+    assert tables[0].rows == [(1.0,), (1e3,)]
+    assert tables[0].columns == [("self-adaptive", 0.4), ("self-adaptive", 0.2), ("modified", 0.4), ("modified", 0.2)]
+    assert tables[0].text((1.0,), ("self-adaptive", 0.2)).endswith(" / 81")
+    assert tables[0].text((1e3,), ("modified", 0.4)) == "failed / 43"
+    assert tables[1].text((1e3,), ("modified", 0.4)) == "missing"
+
+
+def test_any_coordinates_down_and_across_average_the_rest(table):
+    (means,) = make_tables(table, ["problem"], ["rule"])
+    some = [n for n, p, r in zip(*map(table.values, ("iterations", "problem", "rule")), strict=True)
+            if (p, r) == ("example1", "self-adaptive")]  # fmt: skip
+    assert means.cells[("example1",), ("self-adaptive",)].ours == sum(some) / 4
+    assert means.cells[("example1",), ("self-adaptive",)].published == (59 + 81 + 58 + 62) / 4
+    assert means.cells[("example1",), ("modified",)].note == "1 missed"
+    (plain,) = make_tables(table, ["rho", "problem"], [])
+    assert plain.columns == [()]
+    assert len(plain.rows) == 4
+    with pytest.raises(InputError, match=r"colour.*problem, rule"):
+        make_tables(table, ["colour"])
+
+
+def test_any_quantity_in_the_cells_and_as_a_coordinate(table):
+    (means,) = make_tables(table, ["problem"], ["element_size"], "max_u_t")
+    values, problem, h = table.numbers("max_u_t"), np.array(table.values("problem")), table.numbers("element_size")
+    expected = np.nanmean(values[(problem == "example1") & (h == 0.2)])
+    assert means.cells[("example1",), (0.2,)].ours == pytest.approx(expected, rel=1e-14)
+    assert means.text(("example1",), (0.2,)) == f"{expected:.5g}"
+    (by_status,) = make_tables(table, ["status"], ["problem"])
+    assert [row[0] for row in by_status.rows] == ["converged", "failed", "missing"]
+    with pytest.raises(InputError, match="rule: holds texts"):
+        make_tables(table, ["problem"], [], "rule")
+    with pytest.raises(InputError, match="neither a coordinate nor a quantity"):
+        make_tables(table, ["problem"], [], "digest")
+
+
+def test_cells():
+    good, bad = "converged", "not converged"
+    assert cell((None, 10, good), (None, 11, good)) == "10.5"
+    assert cell((20, 10, good), (30, 10, good)) == "10 / 25"
+    assert cell((20, 10, good), (30, 10, "failed")) == "10 / 20 (1 missed)"
+    assert cell((20, 10, good), (None, 10, good)) == "10"
+    assert cell((20, 10, bad)) == "not converged / 20"
+    assert cell((20, 10, "failed"), (30, 10, "failed")) == "2 missed / 25"
+
+
+@pytest.mark.parametrize(("value", "shown"), [(1000.0, "1e3"), (0.05, "0.05"), (True, "True"), (None, "–"), ("a b", "a b")])
+def test_coordinates_for_people(value, shown):
+    assert text(value) == shown
+
+
+def test_lists_are_coordinates_too():
+    rows = [{"id": str(k), "value": [0.0, float(k)], "rho": 1.0, "status": "missing", "reason": ""} for k in (1, 2)]
+    some = CaseTable("", ["value", "rho"], columns_of(rows), Path())
+    assert len(make_tables(some, ["value"], ["rho"])[0].rows) == 2
+
+
+@pytest.mark.parametrize("name", ["nothing", "empty", "results.h5", "case.h5"])
+def test_what_is_no_sweep_is_refused(tmp_path, name, swept):
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "results.h5").write_text("x")
+    shutil.copy(next((swept / "fields").iterdir()), tmp_path / "case.h5")
+    with pytest.raises(ResultError) as caught:
+        read_case_table(tmp_path / name)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_hundred_thousand_rows_are_one_pass(tmp_path):
+    rows = ({"id": f"c{k}", "rho": float(k), "tau": k % 7, "status": "converged", "published": None, "iterations": k % 50,
+             "reason": ""} for k in range(100_000))  # fmt: skip
+    large = CaseTable("", ["rho", "tau"], columns_of(rows), Path())
+    (one,) = make_tables(large, ["rho"], [])
+    assert len(one.rows) == 100_000 and one.cells[(12345.0,), ()].ours == 12345 % 50
+    (seven,) = make_tables(large, ["tau"], [])
+    assert [seven.cells[key, ()].ours for key in seven.rows] == [
+        pytest.approx(np.mean([n % 50 for n in range(k, 100_000, 7)])) for k in range(7)
+    ]
+
+
+# -- output ---------------------------------------------------------------------------------------------------------
+
+
+def test_markdown_tables_are_rectangular(table):
+    page = markdown(table, make_tables(table))
+    assert "16 cases: 14 converged, 1 failed, 1 missing" in page
+    assert f"- {FAILED}: failed: iterate: made to fail" in page
+    tables = re.findall(r"(?:^\|.*\n)+", page, re.MULTILINE)
+    assert len(tables) == 2
+    for found in tables:
+        lines = found.splitlines()
+        assert {len(line) for line in lines} == {len(lines[0])}
+        assert {line.count("|") for line in lines} == {6}
+        assert len(lines) == 2 + 2 + 1
+    odd = made((None, 1, "converged"), a="x|y")
+    assert markdown(odd, make_tables(odd, ["a"], [])).count("x\\|y") == 1
+
+
+def test_csv_has_one_line_a_case(table):
+    lines = list(csv.DictReader(io.StringIO(csv_text(table))))
+    assert len(lines) == 16
+    first = lines[0]
+    assert (first["id"], first["rule"], first["rho"], first["published"]) == (
+        "example1-self-adaptive-rho1-h0.4", "self-adaptive", "1.0", "59",
+    )  # fmt: skip
+    assert first["iterations"] == str(table.values("iterations")[0]).removesuffix(".0")
+    failed = next(line for line in lines if line["status"] == "failed")
+    assert failed["reason"].startswith("iterate: made to fail")
+    assert "'=1+1" in csv_text(made((None, 1, "converged"), a="=1+1"))
+
+
+def test_parquet_holds_the_columns_of_the_csv_with_their_types(swept, tmp_path, monkeypatch, capsys):
+    polars = pytest.importorskip("polars")
+    assert main(["report", str(swept), "--parquet", str(tmp_path / "t.parquet")]) == 0
+    frame = polars.read_parquet(tmp_path / "t.parquet")
+    lines = list(csv.DictReader(io.StringIO(csv_text(read_case_table(swept)))))
+    assert frame.columns == list(lines[0]) and frame.height == 16
+    assert frame["max_u_t"].dtype == polars.Float64 and frame["iterations"].dtype == polars.Int64
+    assert frame["id"].to_list() == [line["id"] for line in lines]
+    monkeypatch.setitem(sys.modules, "polars", None)
+    assert main(["report", str(swept), "--parquet", str(tmp_path / "t.parquet")]) == 2
+    assert "pip install 'petcontact[tables]'" in capsys.readouterr().err
+
+
+class Page(HTMLParser):
+    """Tags, links to elsewhere, and text of a page."""
+
+    VOID = ("meta", "img", "br", "link")
+
+    def __init__(self, source: str) -> None:
+        super().__init__()
+        self.open, self.links, self.images, self.words, self.counts = [], [], [], [], {}
+        self.feed(source)
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.counts[tag] = self.counts.get(tag, 0) + 1
+        if tag not in self.VOID:
+            self.open.append(tag)
+        for name, value in attrs:
+            if tag == "img" and name == "src":
+                self.images.append(value)
+            elif name in ("src", "href", "srcset", "action"):
+                self.links.append(value)
+
+    def handle_endtag(self, tag):
+        assert self.open.pop() == tag
+
+    def handle_data(self, data):
+        self.words.append(data)
+
+
+def test_the_page_stands_alone(table):
+    source = html(table, make_tables(table), plots=[Plot("max_u_t", "rho", "rule")])
+    page = Page(source)
+    assert page.links == []
+    assert "url(" not in source
+    assert "@import" not in source
+    assert len(page.images) == 2 * len(DRAWN) + 1
+    for image in page.images:
+        assert base64.b64decode(image.removeprefix("data:image/png;base64,"))[:8] == b"\x89PNG\r\n\x1a\n"
+    assert page.counts.get("b", 0) == 0
+    assert "A <b>small</b> & quick sweep | two bodies" in page.words
+    assert page.counts["table"] == 2
+    shown = " ".join("".join(page.words).split())
+    assert "Figure 2 of the paper" in shown
+    assert "Figure 6 of the paper" in shown
+    assert "made to fail" in shown
+    assert "max_u_t over rho, a line for each rule" in shown
+    facts = zip(*map(table.values, ("status", "problem", "iterations", "published")), strict=True)
+    for status, problem, iterations, published in facts:
+        if status == "converged" and problem == "example1":
+            assert f"{iterations:.0f} / {published:.0f}" in shown
+
+
+def test_a_browser_draws_the_page(table, tmp_path):
+    browser = shutil.which("chromium")
+    if browser is None:
+        pytest.skip("chromium is not installed")
+    (tmp_path / "page.html").write_text(html(table, make_tables(table)))
+    words = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=1200,3000",
+             f"--screenshot={tmp_path / 'page.png'}", str(tmp_path / "page.html")]  # fmt: skip
+    subprocess.run(words, capture_output=True, timeout=60, check=True)
+    import matplotlib.image
+
+    picture = matplotlib.image.imread(tmp_path / "page.png")
+    # a page in black on white, with figures down to its end
+    assert picture.shape[:2] == (3000, 1200) and 0.005 < (picture[1500:, :, :3] < 0.5).mean() < 0.5
+
+
+def test_pictures_are_of_the_last_rule_smallest_h_smallest_rho(table):
+    ids = table.values("id")
+    assert [ids[k] for k in representatives(table)] == ["example1-modified-rho1-h0.2", "example2-modified-rho1-h0.2"]
+
+
+def test_a_plot_shows_means_of_what_converged(table, tmp_path):
+    from matplotlib.figure import Figure
+
+    from petcontact.sweep.report.plots import draw
+
+    figure = Figure()
+    draw(figure, table, Plot("iterations", "rho", "problem"))
+    (axes,) = figure.axes
+    for line, problem in zip(axes.lines, ("example1", "example2"), strict=True):
+        x, y = line.get_data()
+        assert x.tolist() == [1.0, 1e3]
+        mine = [n for n, p, r, s in zip(*map(table.values, ("iterations", "problem", "rho", "status")), strict=True)
+                if (p, r, s) == (problem, 1e3, "converged")]  # fmt: skip
+        assert y[1] == pytest.approx(np.mean(mine))
+    assert axes.get_xscale() == "log"
+    (path,) = write_plots(table, [parse_plot("slip_share:rho")], tmp_path)
+    assert path.name == "slip_share-over-rho.png" and path.read_bytes()[:4] == b"\x89PNG"
+    for bad in ("rho", "a:b:c:d", "rho:"):
+        with pytest.raises(InputError, match="QUANTITY:COORDINATE"):
+            parse_plot(bad)
+    with pytest.raises(InputError, match="holds texts"):
+        write_plots(table, [Plot("rule", "rho")], tmp_path)
+
+
+def test_the_command(swept, tmp_path, capsys):
+    target = [str(tmp_path / "t.csv"), str(tmp_path / "t.html")]
+    layout = ["--rows", "rho", "--columns", "problem,rule", "--cells", "slip_share", "--plot", "slip_share:rho:rule"]
+    assert main(["report", str(swept), "--csv", target[0], "--html", target[1], *layout]) == 0
+    shown = capsys.readouterr().out
+    assert "example1, self-adaptive" in shown and "Cells: slip_share" in shown
+    assert Path(target[0]).read_text().count("\n") == 17
+    assert Path(target[1]).read_text().startswith("<!DOCTYPE html>")
+    assert main(["report", str(swept), "--figures", str(tmp_path / "f"), *layout]) == 0
+    assert (tmp_path / "f" / "slip_share-over-rho-rule.png").exists()
+    for words in (["--csv", str(tmp_path / "no" / "t.csv")], ["--cells", "colour"], ["--plot", "rho"]):
+        assert main(["report", str(swept), *words]) == 2
+        assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_the_papers_config_keeps_what_the_page_draws():
+    assert read_sweep(CONFIGS / "tables.toml").keep == "all"

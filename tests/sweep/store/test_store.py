@@ -1,0 +1,101 @@
+"""Columns, journals and the recorder."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from petcontact.errors import OutputError
+from petcontact.sweep.store import recorder as module
+from petcontact.sweep.store.columns import checksum, columns_of, stacked, taken
+from petcontact.sweep.store.folder import SweepFolder
+from petcontact.sweep.store.journal import Journal, read_journal
+from petcontact.sweep.store.recorder import Recorder
+
+VALUES = st.one_of(st.none(), st.integers(-(2**53), 2**53), st.floats(allow_nan=False, allow_infinity=False),
+                   st.text(st.characters(codec="utf-8", exclude_characters="\0"), max_size=5))  # fmt: skip
+
+
+def rows_of(columns):
+    lists = {name: [v.decode() if isinstance(v, bytes) else v for v in values.tolist()] for name, values in columns.items()}
+    return [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
+
+
+@given(st.lists(st.fixed_dictionaries({"a": VALUES, "b": st.integers(-5, 5), "c": st.text("xyµ", max_size=3)}), min_size=1))
+def test_rows_become_columns_and_come_back(rows):
+    columns = columns_of(rows)
+    for row, back in zip(rows, rows_of(columns), strict=True):
+        assert (back["b"], back["c"]) == (row["b"], row["c"])
+        if columns["a"].dtype.kind == "S":
+            assert back["a"] in (row["a"], "" if row["a"] is None else json.dumps(row["a"]))
+        else:
+            assert back["a"] == row["a"] or (row["a"] is None and np.isnan(back["a"]))
+
+
+def test_columns_below_one_another_fill_what_is_missing():
+    both = stacked([columns_of([row]) for row in ({"a": 1, "s": "x"}, {"a": 2.5, "t": 3}, {"a": None, "s": "yy"})])
+    assert both["s"].tolist() == [b"x", b"", b"yy"]
+    np.testing.assert_array_equal(both["a"], [1.0, 2.5, np.nan])
+    np.testing.assert_array_equal(both["t"], [np.nan, 3.0, np.nan])
+    assert rows_of(taken(both, [2, 0]))[1]["s"] == "x"
+    assert checksum(both) != checksum(taken(both, [0, 2, 1])) and checksum(both) == checksum(taken(both, [0, 1, 2]))
+
+
+@given(st.integers(0, 10_000), st.integers(1, 255))
+def test_of_a_journal_that_is_cut_or_altered_the_other_lines_stand(tmp_path_factory, at, flip):
+    path = tmp_path_factory.mktemp("j") / "a.jsonl"
+    rows = [{"id": f"case-{k}", "rho": 10.0**k, "reason": "µ — ü", "residual": None} for k in range(9)]
+    journal = Journal(path)
+    journal.append(rows[:4])
+    journal.append(rows[4:])
+    journal.close()
+    content = bytearray(path.read_bytes())
+    assert list(read_journal(path)) == [{**row} for row in rows]
+    at %= len(content)
+    path.write_bytes(content[:at])
+    whole = content[:at].count(b"\n")
+    assert list(read_journal(path)) == rows[:whole]
+    content[at] ^= flip
+    path.write_bytes(content)
+    found = list(read_journal(path))
+    assert all(row in rows for row in found) and len(found) >= 7
+
+
+class Clock:
+    def __init__(self):
+        self.now = 0.0
+
+    def monotonic(self):
+        return self.now
+
+
+@pytest.mark.parametrize("seconds", [[0.01] * 500, [0.3] * 30, [5.0] * 4, [0.01] * 30 + [3.0] + [0.01] * 90])
+def test_no_more_than_a_second_of_finished_work_is_ever_unwritten(tmp_path, monkeypatch, seconds):
+    clock, written = Clock(), []
+    monkeypatch.setattr(module, "time", clock)
+    folder = SweepFolder(tmp_path)
+    folder.journals.mkdir()
+    recorder = Recorder(folder, "scalars", "a", lambda rows, failed: written.append((clock.now, rows)))
+    ended: list[float] = []
+    for k, cost in enumerate(seconds):
+        recorder.begin(cost)                                 # an estimate that is right
+        safe = sum(rows for _, rows in written)
+        # a kill in this case would cost what has ended and is not written
+        assert sum(seconds[safe : len(ended)]) <= 1.0 + 1e-9
+        assert not ended[safe:] or clock.now + cost - min(ended[safe:]) <= 1.0 + seconds[safe] + 1e-9
+        clock.now += cost
+        ended.append(clock.now)
+        recorder.add({"id": str(k), "status": "converged"}, None)
+    recorder.close()
+    assert sum(rows for _, rows in written) == len(seconds)
+    assert len(written) <= 2 + 2.5 * sum(seconds) or len(written) <= len(seconds)
+    assert [row["id"] for row in read_journal(tmp_path / "journal" / "a.jsonl")] == [str(k) for k in range(len(seconds))]
+
+
+def test_a_journal_that_cannot_be_written_says_so(tmp_path):
+    with pytest.raises(OutputError, match="the finished cases are whole"):
+        Journal(tmp_path / "no" / "a.jsonl").append([{"id": "x"}])

@@ -1,0 +1,115 @@
+"""Quantities against hand counts, against equilibrium, and of several bodies."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import example
+from sweep_files import quietly, sweep_file
+
+from petcontact import load_case
+from petcontact.fields.interior import field_at
+from petcontact.pipeline.run import solve
+from petcontact.sweep.design.sweep import read_sweep
+from petcontact.sweep.quantities import QUANTITIES, contact_of, resultants, row_of, von_mises_at
+from petcontact.sweep.store.case_table import read_case_table
+
+
+@pytest.fixture(scope="module")
+def solution(comm):
+    return solve(example(1), comm=comm)
+
+
+def test_of_example_1(solution):
+    found = {name: function(contact_of(solution)) for name, function in QUANTITIES.items()}
+    c = solution.contact
+    assert found["max_u_t"] == np.abs(c.u_t).max()
+    # 80 nodes of weight 0.1
+    assert found["slip_length"] == pytest.approx(0.1 * (c.state == 1).sum(), rel=1e-12)
+    assert found["slip_share"] == pytest.approx((c.state == 1).mean(), rel=1e-12)
+    assert found["contact_area"] == pytest.approx(8.0, rel=1e-12)
+    assert found["tension_share"] == pytest.approx((c.sigma_n > 0).mean(), rel=1e-12)
+    # where it slips |σ_t| = g, elsewhere u_t = 0
+    assert found["dissipated_energy"] == pytest.approx(0.1 * 150.0 * np.abs(c.u_t[c.state == 1]).sum(), rel=1e-4)
+
+
+def test_the_resultant_balances_all_other_forces(solution):
+    mesh = solution.mesh
+    others = np.setdiff1d(np.arange(mesh.n_nodes), solution.contact.nodes)
+    rest = mesh.weight[others] @ solution.traction[others]
+    found = resultants(contact_of(solution))
+    # 400 on the left side, 4 long, is 1600; collocation holds equilibrium to the error of the elements
+    np.testing.assert_allclose([found["force_x"], found["force_y"]], -rest, atol=0.01 * 1600.0)
+
+
+def test_von_mises_at_points(solution):
+    points = [(4.0, 2.0), (1.0, 3.0)]
+    found = von_mises_at(solution, points)
+    _, stress = field_at(solution.mesh, solution.u, solution.traction, solution.case.material, np.array(points))
+    for (xx, yy, xy), value in zip(stress, found.values(), strict=True):
+        s = np.array([[xx, xy, 0.0], [xy, yy, 0.0], [0.0, 0.0, 0.3 * (xx + yy)]])
+        deviator = s - np.trace(s) / 3.0 * np.eye(3)
+        assert value == pytest.approx(np.sqrt(1.5 * (deviator**2).sum()), rel=1e-12)
+    assert von_mises_at(solution, []) == {}
+
+
+def test_a_row_has_what_was_asked_for(solution):
+    row = row_of("id", {"rho": 1.0}, solution, points=[(4.0, 2.0)], more={"twice": lambda s: 2 * s.iterations})
+    assert row["twice"] == 2 * row["iterations"] and row["von_mises_1"] > 0.0 and row["rho"] == 1.0
+
+
+PUNCH = """
+[[body]]
+name = "block"
+material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [-2.0, -2.0], upper_right = [2.0, 0.0] }
+mesh = { element_size = 0.25 }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0]
+[[obstacle]]
+name = "punch"
+displacement = [0.0, -0.05]
+[[contact]]
+name = "top"
+secondary = "block.top"
+primary = "punch"
+gap = "x**2/8"
+friction_coefficient = 0.3
+[[step]]
+name = "press"
+[[step]]
+name = "shift"
+[[step.obstacle]]
+name = "punch"
+displacement = [0.03, -0.05]
+"""
+
+
+@pytest.mark.parametrize("keep", ["contact", "all"])
+def test_a_sweep_of_bodies_and_load_steps(tmp_path, keep):
+    (tmp_path / "punch.toml").write_text(PUNCH)
+    sweep = read_sweep(sweep_file(tmp_path, f"""
+problems = ["punch.toml"]
+keep = "{keep}"
+[cross]
+"contact.0.friction_coefficient" = [0.1, 0.3]
+tolerance = [1e-8, 1e-9]
+"""))  # fmt: skip
+    summary = quietly(sweep, tmp_path / "out")
+    assert summary.exit_status == 0, summary.lines()
+    assert quietly(sweep, tmp_path / "out").reused == 4
+    table = read_case_table(tmp_path / "out")
+    mu = table.numbers("friction_coefficient")
+    # all slides in the end: the shear force is µ times the normal force, more friction takes more
+    assert np.allclose(np.abs(table.numbers("force_x")) <= mu * np.abs(table.numbers("force_y")) * (1 + 1e-9), True)
+    area = table.numbers("contact_area")
+    assert np.all((area > 0.5) & (area < 4.0)) and np.all(table.numbers("dissipated_energy") > 0.0)
+    kept = load_case(tmp_path / "out", sweep.ids[3])
+    if keep == "all":
+        assert kept.last.pairs["top"].area == pytest.approx(area[3], rel=1e-12)
+        assert kept.assembly.contact[0].friction_coefficient == 0.3
+    else:
+        assert set(kept["interface"]) == {"top"} and kept["history_step"].tolist() == [1.0, 2.0]
+        assert kept["weight"][kept["state"] != 2].sum() == pytest.approx(area[3], rel=1e-12)
