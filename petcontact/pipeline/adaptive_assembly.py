@@ -154,7 +154,7 @@ def _mesh(problem: Problem, outline: Outline, rung: ContactRung, found: dict[str
         inside = [e for e in found.get(side.part, []) if 1e-6 * side.length < e.s - start < (1.0 - 1e-6) * side.length]
         if inside:
             marks[k] = _with_edges(marks[k], [(e.s - start, rung.edge * e.width) for e in inside], rung.grading)
-    return graded_mesh(outline, marks, rung.grading, largest)[0]
+    return graded_mesh(outline, marks, rung.grading, largest)
 
 
 def _with_edges(marks: Marks, inner: list[tuple[float, float]], grading: Grading) -> Marks:
