@@ -31,6 +31,8 @@ PATIENCE = 8
 """Full exchanges that may fail to reduce the number of wrong nodes."""
 BALANCED = 1e-9
 """Relative defect of equilibrium that is round-off."""
+SHUFFLES = 40
+"""Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which break all."""
 PULL = 0.1
 """ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it slips the other way."""
 
@@ -140,6 +142,7 @@ def pivots(
     alpha = np.zeros(rank) if alpha is None else alpha
     rho = np.ones_like(base)
     fewest, patience, seen_sets = len(base) + 1, PATIENCE, set[bytes]()
+    shuffle = np.random.default_rng(2019)
     while True:
         pieces = Pieces.at(law, tau)
         sigma, v, alpha, push = linear_solve(solver, pieces, base, modes, sigma, alpha, rho)
@@ -156,6 +159,8 @@ def pivots(
             tau = revised
             if predict is not None:
                 tau, sigma = predict(step)
+        elif patience > -SHUFFLES:
+            tau = np.where((shuffle.random(len(tau)) < 0.5)[:, None], revised, tau)
         else:
             signature = pieces.states.tobytes() + np.sign(pieces.constant).tobytes()
             if signature in seen_sets:

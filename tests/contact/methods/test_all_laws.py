@@ -1,0 +1,248 @@
+"""Newton and the projection on small exact systems: half planes, half spaces, random positive definite matrices."""
+
+from __future__ import annotations
+
+import sys
+import types
+
+import numpy as np
+import pytest
+from half_space import half_plane, half_space, pressed
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from petcontact import InputError, Method
+from petcontact.compliance.reduced import ReducedSystem
+from petcontact.contact.criterion import Criterion, equilibrium_defect
+from petcontact.contact.iteration import Iteration
+from petcontact.contact.laws import OPEN, SLIP, STICK, Frictional
+from petcontact.contact.methods.newton import SemismoothNewton
+from petcontact.contact.methods.operator_robin import OperatorRobin
+from petcontact.contact.methods.projection import Projection
+from petcontact.contact.methods.registry import method_of
+from petcontact.contact.rho_rules import Modified, SelfAdaptive
+from petcontact.model import solver_options
+
+NEWTON = SemismoothNewton()
+
+
+def coulomb(m, mu, k):
+    return Frictional(np.full(m, float(mu)), np.full(m, np.inf), np.ones(m, dtype=bool), k)
+
+
+def iteration(tolerance=1e-9, limit=300, start=None, monitor=None):
+    return Iteration(Criterion(tolerance), limit, start, monitor)
+
+
+def satisfies(law, system, state, mu, slack=1e-8):
+    """Signorini's and Coulomb's conditions themselves, node by node."""
+    v, sigma = state.v, state.sigma
+    length, stress = np.abs(system.u_0).max(), np.abs(sigma).max()
+    pressure, friction = -sigma[:, -1], np.linalg.norm(sigma[:, :-1], axis=1)
+    assert np.all(pressure >= -slack * stress) and np.all(v[:, -1] <= slack * length)
+    assert np.abs(pressure * v[:, -1]).max() <= slack * stress * length
+    assert np.all(friction <= mu * pressure + slack * stress)
+    moved = np.linalg.norm(v[:, :-1], axis=1)
+    slips = (pressure > 1e-6 * stress) & (moved > 1e-6 * length)
+    along = np.einsum("ij,ij->i", v[:, :-1], sigma[:, :-1])
+    assert np.allclose(along[slips], -(mu * pressure * moved)[slips], rtol=0, atol=slack * stress * length)
+
+
+@pytest.mark.parametrize("count, error_p, error_q", [(50, 9.0e-3, 1.7e-2), (200, 2.3e-3, 4.2e-3)])
+def test_cattaneo_mindlin_on_a_half_plane(count, error_p, error_q):
+    """A cylinder of R = 1 pressed to a = 1, then pushed by 0.64 µP and back: stick half width √(1-Q/µP) = 0.6."""
+    mu, (x, weight, matrix) = 0.4, half_plane(count, 1.5)
+    force = 0.25 * np.pi / (1.0 - 0.3**2)
+    law, hertz = coulomb(count, mu, 2), np.sqrt(np.clip(1.0 - x**2, 0.0, None))
+    p_0 = 2.0 * force / np.pi
+    system = pressed(matrix, weight, 0.5 * x**2, (0.0, force))
+    normal = NEWTON(system, law, iteration())
+    assert normal.converged and len(normal.history) <= 10
+    assert np.linalg.norm(-normal.sigma[:, 1] - p_0 * hertz) < error_p * np.linalg.norm(p_0 * hertz)
+    system = pressed(matrix, weight, 0.5 * x**2, (0.64 * mu * force, force), normal.v[:, :1])
+    pushed = NEWTON(system, law, iteration(start=(normal.v, normal.sigma)))
+    assert pushed.converged and len(pushed.history) <= 8
+    assert equilibrium_defect(system, pushed.sigma) < 1e-12
+    c = 0.6
+    exact = mu * p_0 * (hertz - c * np.sqrt(np.clip(1.0 - (x / c) ** 2, 0.0, None)))
+    assert np.linalg.norm(np.abs(pushed.sigma[:, 0]) - exact) < error_q * np.linalg.norm(exact)
+    states = pushed.states
+    assert np.abs(x[states == STICK]).max() == pytest.approx(c, abs=1.5 * 3.0 / count)
+    assert np.abs(x[states == SLIP]).max() == pytest.approx(1.0, abs=1.5 * 3.0 / count) and (states == OPEN).any()
+
+
+@pytest.mark.parametrize("ratio, mu", [(0.5, 0.3), (0.0, 0.3), (0.0, 4.0)])
+def test_disks_on_a_half_space(ratio, mu):
+    """A sphere pressed, pushed obliquely and turned: the same code as in the plane; Hertz where ν = 1/2 uncouples."""
+    x, weight, matrix = half_space(14, 1.4, ratio=ratio)
+    force = 4.0 / 3.0 / (1.0 - ratio**2)
+    law, gap = coulomb(len(x), mu, 3), 0.5 * np.sum(x**2, axis=1)
+    start, slip = None, np.zeros((len(x), 2))
+    for push in ((0.0, 0.0), (0.5, 0.5), (-0.3, 0.2)):
+        system = pressed(matrix, weight, gap, (push[0] * mu * force, push[1] * mu * force, force), slip)
+        state = NEWTON(system, law, iteration(start=start))
+        assert state.converged and len(state.history) <= 12
+        satisfies(law, system, state, mu)
+        assert equilibrium_defect(system, state.sigma) < 1e-12
+        if ratio == 0.5:
+            exact = 1.5 * force / np.pi * np.sqrt(np.clip(1.0 - np.sum(x**2, axis=1), 0.0, None))
+            assert np.linalg.norm(-state.sigma[:, 2] - exact) < 0.05 * np.linalg.norm(exact)
+        start, slip = (state.v, state.sigma), slip + state.v[:, :-1]
+
+
+def coupled_half_plane(count, sign):
+    """ν = 0 on a rigid body: tangential and normal displacements are coupled as strongly as they can be."""
+    x, weight, matrix = half_plane(count, 1.5, ratio=0.0)
+    blocks = matrix.reshape(count, 2, count, 2)
+    blocks[:, 1, :, 0] = sign * 0.5 * np.sign(x[:, None] - x) * weight
+    blocks[:, 0, :, 1] = -blocks[:, 1, :, 0]
+    return x, weight, blocks.reshape(2 * count, 2 * count)
+
+
+@pytest.mark.parametrize("mu", [0.0, 0.1, 0.3, 1.0, 2.0, 4.0])
+@pytest.mark.parametrize("count", [30, 100])
+@pytest.mark.parametrize("sign", [1, -1])
+def test_any_friction_from_a_cold_start(mu, count, sign):
+    """A rigid parabola, pressed and shifted in one step, far and little."""
+    x, weight, matrix = coupled_half_plane(count, sign)
+    law = coulomb(count, mu, 2)
+    for shift in (0.0, 0.05, 0.3, -1.0):
+        system = ReducedSystem(np.column_stack([np.full(count, -shift), 0.2 - 0.5 * x**2]), matrix, weight)
+        state = NEWTON(system, law, iteration())
+        assert state.converged, (shift, state.reason)
+        satisfies(law, system, state, mu)
+
+
+@pytest.mark.parametrize("rule", [Modified, SelfAdaptive])
+@pytest.mark.parametrize("k, mu", [(2, 0.0), (2, 0.4), (2, 1.0), (3, 0.4)])
+def test_projection_with_two_rho_finds_what_newton_finds(rule, k, mu):
+    if k == 2:
+        x, weight, matrix = coupled_half_plane(40, 1)
+        gap = 0.5 * x**2
+    else:
+        x, weight, matrix = half_space(8, 1.4)
+        gap = 0.5 * np.sum(x**2, axis=1)
+    u_0 = np.column_stack([np.full((len(gap), k - 1), -0.05), 0.2 - gap])
+    system, law = ReducedSystem(u_0, matrix, weight), coulomb(len(gap), mu, k)
+    exact = NEWTON(system, law, iteration())
+    state = Projection(rule(), 1.0, 1.5)(system, law, iteration(1e-8, 3000))
+    assert exact.converged and state.converged and len(state.history) < 400
+    assert np.abs(state.sigma - exact.sigma).max() < 1e-5 * np.abs(exact.sigma).max()
+    if mu > 0.0 and rule is Modified:
+        assert np.asarray(state.rho)[0] != np.asarray(state.rho)[-1]  # each has its own
+
+
+def test_projection_holds_bodies_by_contact_alone():
+    x, weight, matrix = half_plane(40, 1.5)
+    system = pressed(matrix, weight, 0.5 * x**2, (0.1, 0.7))
+    law = coulomb(40, 0.4, 2)
+    exact = NEWTON(system, law, iteration())
+    state = Projection(Modified(), 1.0, 1.5)(system, law, iteration(1e-8, 3000))
+    assert state.converged and equilibrium_defect(system, state.sigma) < 1e-12
+    assert np.abs(state.sigma - exact.sigma).max() < 1e-4 * np.abs(exact.sigma).max()
+    with pytest.raises(InputError, match="operator-robin"):
+        OperatorRobin(1.8)(system, law, iteration())
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 10_000), st.integers(1, 20), st.sampled_from([2, 3]), st.sampled_from([0.0, 0.3, 1.0, 4.0]))
+def test_what_is_called_converged_is_a_solution(seed, m, k, mu):
+    """Any positive definite matrix, however strongly it couples: Coulomb's law has no guarantee there, but no lie either."""
+    rng = np.random.default_rng(seed)
+    factor = rng.standard_normal((m * k, m * k))
+    system = ReducedSystem(rng.standard_normal((m, k)), factor @ factor.T / (m * k) + 0.05 * np.eye(m * k), np.ones(m))
+    law = coulomb(m, mu, k)
+    state = NEWTON(system, law, iteration())
+    if state.converged:
+        satisfies(law, system, state, mu, 1e-6)
+    else:
+        assert mu > 0.0 and state.reason
+
+
+def test_nearly_all_random_problems_are_solved():
+    solved = 0
+    for seed in range(100):
+        rng = np.random.default_rng(seed)
+        m = int(rng.integers(1, 20))
+        factor = rng.standard_normal((2 * m, 2 * m))
+        matrix = factor @ factor.T / (2 * m) + 0.05 * np.eye(2 * m)
+        system = ReducedSystem(rng.standard_normal((m, 2)), matrix, np.ones(m))
+        solved += NEWTON(system, coulomb(m, rng.choice([0.3, 1.0, 4.0]), 2), iteration()).converged
+    assert solved >= 98
+
+
+@pytest.mark.parametrize("force, held", [((0.0, -1.0), False), ((0.5, 1.0), False), ((0.1, 1.0), True)])
+def test_loads_without_equilibrium_are_never_converged(force, held):
+    x, weight, matrix = half_plane(30, 1.5)
+    system = pressed(matrix, weight, 0.5 * x**2, force)
+    state = NEWTON(system, coulomb(30, 0.3, 2), iteration())
+    assert state.converged == held
+    assert held or "no equilibrium" in state.reason
+
+
+def test_a_body_above_the_floor_falls_until_it_touches():
+    """Nothing is in contact at first, and no displacement is known."""
+    x, weight, matrix = half_plane(60, 1.5)
+    near, far = (pressed(matrix, weight, 0.5 * x**2 + height, (0.0, 0.3)) for height in (0.0, 50.0))
+    states = [NEWTON(system, coulomb(60, 0.3, 2), iteration()) for system in (near, far)]
+    assert all(state.converged for state in states)
+    assert np.allclose(states[0].sigma, states[1].sigma, atol=1e-10)
+    assert states[1].alpha[1] - states[0].alpha[1] == pytest.approx(50.0)
+
+
+def test_motions_that_contact_does_not_see_stay():
+    """Frictionless contact sees no tangential motion: it keeps its place, and a force along it is found out."""
+    x, weight, matrix = half_plane(40, 1.5)
+    law = coulomb(40, 0.0, 2)
+    still = NEWTON(pressed(matrix, weight, 0.5 * x**2, (0.0, 0.5)), law, iteration())
+    assert still.converged and still.alpha[0] == 0.0 and (still.states == STICK).sum() == 0
+    assert not NEWTON(pressed(matrix, weight, 0.5 * x**2, (1e-3, 0.5)), law, iteration()).converged
+
+
+class Box:
+    """A law of one's own: each tangential component has a bound of its own, as on a grooved face; no normal one."""
+
+    k, groups = 2, (slice(0, 2),)
+
+    def __init__(self, bound):
+        self.bound = bound
+
+    def project(self, tau):
+        return np.clip(tau, -self.bound, self.bound)
+
+    def linearise(self, tau):
+        return np.eye(2) * (np.abs(tau) <= self.bound)[:, :, None]
+
+    def states(self, tau):
+        return (np.abs(tau) > self.bound).any(axis=1).astype(np.int8)
+
+
+def test_a_law_of_ones_own():
+    rng = np.random.default_rng(7)
+    factor = rng.standard_normal((20, 20))
+    matrix, bound = factor @ factor.T / 20 + 0.1 * np.eye(20), np.array([0.3, 0.6])
+    system, law = ReducedSystem(rng.standard_normal((10, 2)), matrix, np.ones(10)), Box(bound)
+    states = [method(system, law, iteration(1e-9, 2000)) for method in (NEWTON, Projection(Modified(), 1.0, 1.5))]
+    assert all(state.converged for state in states)
+    assert np.allclose(states[0].sigma, states[1].sigma, atol=1e-5)
+    v, sigma = states[0].v, states[0].sigma
+    slips = np.abs(v) > 1e-9
+    assert slips.any() and not slips.all() and np.allclose(sigma[slips], (-np.sign(v) * bound)[slips])
+
+
+def test_a_method_of_ones_own_is_a_file_and_a_line(monkeypatch):
+    module = types.ModuleType("petcontact.contact.methods.mine")
+    module.build = lambda options, rule: NEWTON
+    monkeypatch.setitem(sys.modules, module.__name__, module)
+    monkeypatch.setitem(solver_options.METHODS, "my-method", "mine")
+    assert method_of(Method(name="my-method")) is NEWTON
+    with pytest.raises(InputError, match="my-method"):
+        Method(name="no-method")
+
+
+def test_a_monitor_ends_a_method():
+    x, weight, matrix = half_plane(30, 1.5)
+    system, law = pressed(matrix, weight, 0.5 * x**2, (0.0, 0.5)), coulomb(30, 0.3, 2)
+    for method in (NEWTON, Projection(Modified(), 1.0, 1.5)):
+        state = method(system, law, iteration(1e-9, 100, monitor=lambda s: "enough" if len(s.history) == 2 else None))
+        assert (state.reason, state.stopped, state.converged, len(state.history)) == ("enough", True, False, 2)
