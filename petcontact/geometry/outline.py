@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import cmath
 import functools
 import itertools
 import math
@@ -15,6 +16,9 @@ from shapely.validation import explain_validity
 from ..arrays import LARGEST_COORDINATE, Array, Index
 from ..errors import InputError
 from .arcs import arc_lengths, divided, half_angles, on_arcs
+
+RUNS_ON = 1e-7
+"""Turn, and change of curvature over a side, within which one side goes on into the next [rad]."""
 
 
 @dataclass(frozen=True)
@@ -132,6 +136,16 @@ class Outline:
         return hull_scale(rings if self.exterior else self.polygon())
 
     @functools.cached_property
+    def joined(self) -> Outline:
+        """The same boundary with sides that run on straight, or along one circle, joined within their parts.
+
+        Meshes of Gmsh have a side for every line; a graded mesh is to have elements where the body has corners. Arcs are
+        joined up to a quarter circle.
+        """
+        loops = tuple(_joined(loop) for loop in self.loops)
+        return self if sum(map(len, loops)) == len(self.sides) else Outline(loops, self.exterior)
+
+    @functools.cached_property
     def neighbours(self) -> tuple[Index, Index]:
         """Numbers of the side before and of the side after each one."""
         return round_loops([len(loop) for loop in self.loops])
@@ -174,6 +188,28 @@ def _ring(loop: Sequence[Side], points_per_arc: int) -> Array:
     """Corners of the loop, with points along its arcs (the first of each side, the last one is the next side's)."""
     arcs = np.linspace(0.0, 1.0, points_per_arc)[:-1]
     return np.vstack([side.start[None] if side.curvature == 0.0 else side.point(arcs) for side in loop])
+
+
+def _joined(loop: tuple[Side, ...]) -> tuple[Side, ...]:
+    """The sides of a loop, those joined that go on into each other."""
+    result = [loop[0]]
+    for side in loop[1:]:
+        before = result[-1]
+        alpha = before.half_angle + side.half_angle
+        if before.part != side.part or not _goes_on(before, side) or abs(alpha) > 0.25 * math.pi + RUNS_ON:
+            result.append(side)
+            continue
+        chord = float(np.hypot(*(side.end - before.start)))
+        result[-1] = Side(before.start, side.end, side.part, 2.0 * math.sin(alpha) / chord if alpha else 0.0)
+    return tuple(result)
+
+
+def _goes_on(before: Side, side: Side) -> bool:
+    """Whether a side has the direction and the curvature with which the one before it ends."""
+    chords = [complex(*(one.end - one.start)) for one in (before, side)]
+    ends = chords[0] * cmath.exp(1j * before.half_angle), chords[1] * cmath.exp(-1j * side.half_angle)
+    turn = abs(cmath.phase(ends[1] / ends[0]))
+    return turn < RUNS_ON and abs(before.curvature - side.curvature) * min(map(abs, chords)) < RUNS_ON
 
 
 def hull_scale(shape: shapely.Geometry) -> float:

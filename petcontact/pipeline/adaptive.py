@@ -82,7 +82,7 @@ def adapt(
     case = case.model_copy(update={"method": method})
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
-    outline = case.geometry.outline()
+    outline = case.geometry.outline().joined
     check_compatible(case, outline)
     body = Body.of(case, outline)
     differences, estimate, trouble = list[float](), math.inf, ""

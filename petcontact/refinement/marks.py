@@ -184,7 +184,9 @@ def mesh_of(problem: Problem, outline: Outline) -> CurveMesh:
     InputError
         As `mesh_outline`.
     """
-    return default_mesh(problem, outline) if problem.mesh.automatic else mesh_outline(outline, problem.mesh)
+    if problem.mesh.automatic:
+        return default_mesh(problem, outline.joined)
+    return mesh_outline(outline.joined if problem.mesh.graded else outline, problem.mesh)
 
 
 def default_mesh(problem: Problem, outline: Outline) -> CurveMesh:

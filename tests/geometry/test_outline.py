@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
@@ -9,10 +10,23 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from petcontact import Circle, InputError, Polygon, Problem, Rectangle, SideBySide
+from petcontact import (
+    Circle,
+    Contact,
+    Displacement,
+    InputError,
+    Material,
+    MeshOptions,
+    Polygon,
+    Problem,
+    Rectangle,
+    SideBySide,
+    Traction,
+)
 from petcontact.geometry.arcs import turn_through
 from petcontact.geometry.outline import Outline, Side, arc, oriented
 from petcontact.model.base import parse
+from petcontact.refinement.marks import mesh_of
 
 angles = st.floats(-math.pi, math.pi)
 
@@ -162,3 +176,55 @@ def test_log_length_stays_below_the_degenerate_scale(body, capacity, nu):
 def test_log_length_is_proportional_to_the_body():
     lengths = [Rectangle(lower_left=(0, 0), upper_right=(8 * s, 4 * s)).outline().log_length for s in (1.0, 1e-3, 1e6)]
     assert lengths == pytest.approx([1.0, 1e-3, 1e6], rel=1e-14)
+
+
+def cut(outline, count):
+    """The same boundary with `count` sides in the place of each."""
+    loops = []
+    for loop in outline.loops:
+        points = [side.point(np.linspace(0.0, 1.0, count + 1)) for side in loop]
+        loops.append(tuple(Side(a, b, side.part, side.curvature) for side, p in zip(loop, points, strict=True)
+                           for a, b in itertools.pairwise(p)))  # fmt: skip
+    return Outline(tuple(loops))
+
+
+@pytest.mark.parametrize("count", [2, 7, 40])
+def test_sides_that_go_on_are_joined(count):
+    body = SideBySide(loops=(
+        ({"part": "foot", "to": (6, 0)}, {"part": "toe", "to": (8, 2), "radius": 2.0}, {"part": "front", "to": (8, 4)},
+         {"part": "top", "to": (0, 4)}, {"part": "back", "to": (0, 0)}),
+        Circle(part="hole", center=(3.0, 2.0), radius=0.7),
+    )).outline()  # fmt: skip
+    joined = cut(body, count).joined
+    assert [side.part for side in joined.sides] == [side.part for side in body.sides]
+    for side, whole in zip(joined.sides, body.sides, strict=True):
+        assert np.allclose([side.start, side.end], [whole.start, whole.end], atol=1e-12)
+        assert side.curvature == pytest.approx(whole.curvature, rel=1e-9) and side.length == pytest.approx(whole.length)
+
+
+def test_what_does_not_go_on_is_not_joined():
+    body = Rectangle(lower_left=(0, 0), upper_right=(2, 1)).outline()
+    assert body.joined is body
+    parts = [Side(np.array(a), np.array(b), part) for a, b, part in (
+        ((0.0, 0.0), (1.0, 0.0), "bed"), ((1.0, 0.0), (2.0, 0.0), "rail"),              # straight on, another part
+        ((2.0, 0.0), (2.0, 1.0), "wall"), ((2.0, 1.0), (1.0, 1.001), "wall"), ((1.0, 1.001), (0.0, 0.0), "wall"),
+    )]  # fmt: skip
+    apart = Outline((tuple(parts),))
+    assert apart.joined is apart
+    # a straight side into an arc, without a corner
+    ends = {"to": (2, 1), "radius": 0.5}, {"to": (0, 0), "radius": 0.5}
+    slot = outline(straight("s", 2, 0), {"part": "s", **ends[0]}, straight("s", 0, 1), {"part": "s", **ends[1]})
+    assert slot.joined is slot
+
+
+def test_a_body_of_many_lines_has_the_default_mesh_of_its_shape():
+    problem = Problem(
+        material=Material(young_modulus=1.0, poisson_ratio=0.3), geometry=Rectangle(lower_left=(0, 0), upper_right=(8, 4)),
+        boundary=(Contact(part="bottom", friction_bound=1.0), Displacement(part="top", value=(0.0, 0.0)),
+                  Traction(part="left", pressure=2.0), Traction(part="right", pressure=0.0)),
+    )  # fmt: skip
+    whole = problem.geometry.outline()
+    one, other = mesh_of(problem, whole), mesh_of(problem, cut(whole, 10))
+    assert one.n_elements == other.n_elements and np.allclose(one.x, other.x, atol=1e-12)
+    # an element size asks for elements of about that size on every line
+    assert mesh_of(problem.model_copy(update={"mesh": MeshOptions(element_size=9.0)}), cut(whole, 10)).n_elements == 40
