@@ -213,7 +213,7 @@ def test_what_does_not_go_on_is_not_joined():
     assert apart.joined is apart
     # a straight side into an arc, without a corner
     ends = {"to": (2, 1), "radius": 0.5}, {"to": (0, 0), "radius": 0.5}
-    slot = outline(straight("s", 2, 0), {"part": "s", **ends[0]}, straight("s", 0, 1), {"part": "s", **ends[1]})
+    slot = outline((straight("s", 2, 0), {"part": "s", **ends[0]}, straight("s", 0, 1), {"part": "s", **ends[1]}))
     assert slot.joined is slot
 
 
