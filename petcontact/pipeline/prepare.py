@@ -15,7 +15,7 @@ from ..compliance.full import FullSystem
 from ..compliance.spectral import shared_by
 from ..contact.laws import ContactLaw, Tresca
 from ..contact.system import BodySystem
-from ..errors import InputError
+from ..errors import InputError, SolverError
 from ..model.case import Case
 from ..model.compatibility import check_compatible
 from ..model.problem import Contact, Problem
@@ -23,9 +23,12 @@ from ..model.solver_options import Bem
 from ..refinement.marks import mesh_of
 from ..runtime import threads
 from ..runtime.petsc import options, petsc, timed
+from .choice import LARGEST, is_compressed
+from .probe import ELASTIC_LIMIT, elastic_residual
 
-CROSSOVER = 1200
-"""Nodes above which `mat_type = "auto"` compresses."""
+SAFE = 0.1
+"""Of the largest accepted elastic residual: compressed operators that come nearer are replaced by dense ones."""
+
 
 
 @dataclass
@@ -95,16 +98,30 @@ def prepare_operators(
 def _build_system(operators: BoundaryOperators, case: Case, comm: Any) -> BodySystem:
     """The system that `[bem]`, the -bem_ options and the formulation ask for."""
     bem = resolved_bem(case.bem)
-    compressed = bem.mat_type == "hodlr" or (bem.mat_type == "auto" and operators.mesh.n_nodes > CROSSOVER)
     if case.method.formulation == "full":
         if bem.mat_type == "hodlr":
             raise InputError('method.formulation: "full" is dense; use "condensed" with bem.mat_type = "hodlr"')
         return FullSystem(operators, comm)
-    if compressed:
-        from ..compliance.compressed import CompressedSystem
+    if not is_compressed(bem, operators.mesh):
+        return CondensedSystem(operators, comm)
+    from ..compliance.compressed import CompressedSystem
 
+    if bem.mat_type == "hodlr" or operators.mesh.n_nodes > LARGEST:
         return CompressedSystem(operators, comm, bem)
+    try:
+        system = CompressedSystem(operators, comm, bem)
+    except SolverError:
+        return CondensedSystem(operators, comm)
+    if _is_accurate(system, operators):
+        return system
+    system.close()
     return CondensedSystem(operators, comm)
+
+
+def _is_accurate(system: BodySystem, operators: BoundaryOperators) -> bool:
+    """Whether the boundary data of friction at its bound satisfy the integral equations well enough."""
+    u, traction = system.boundary(operators.data.friction_bound[:, None])
+    return elastic_residual(operators, u, traction) <= SAFE * ELASTIC_LIMIT
 
 
 def resolved_bem(bem: Bem) -> Bem:

@@ -32,12 +32,10 @@ from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc, reason_name, stage, timed
 from .initial_state import initial_functions
 from .prepare import Prepared, prepare
+from .probe import ELASTIC_LIMIT, elastic_residual
 
-PROBED_NODES = 24
 EXCESS = 100.0
 """Tolerances by which tractions may exceed what the law allows: an iteration ends near it, not at it."""
-ELASTIC_LIMIT = 1e-7
-"""Largest accepted defect of the boundary integral equations, relative to the largest displacement."""
 
 
 def iterate(
@@ -209,18 +207,6 @@ def _remedy(solution: Solution) -> str:
         return "use a smaller -bem_hodlr_tol, or -bem_mat_type dense"
     prefix = "" if solver.startswith("full") else "elastic_"
     return f"use -{prefix}pc_type lu, or a smaller -{prefix}ksp_rtol"
-
-
-def elastic_residual(operators: BoundaryOperators, u: Array, traction: Array) -> float:
-    """Largest defect of (4.10) at random nodes, from exact kernel entries, over the largest displacement.
-
-    It sees what no KSP can: a wrong or badly conditioned factorisation, a compression that missed its tolerance.
-    """
-    count = min(PROBED_NODES, operators.mesh.n_nodes)
-    rows = np.sort(np.random.default_rng(20190).choice(operators.mesh.n_nodes, count, replace=False))
-    defect = np.abs(operators.residual(rows, u, traction)).max()
-    scale = np.abs(u).max()
-    return float(defect / scale) if scale > 0.0 else float(defect)
 
 
 def _petsc_options(case: Case) -> str:

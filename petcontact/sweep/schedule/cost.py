@@ -12,7 +12,8 @@ from ...compliance.spectral import shares
 from ...errors import PetcontactError
 from ...model.assembly import Assembly
 from ...model.case import Case
-from ...pipeline.prepare import CROSSOVER, resolved_bem
+from ...pipeline.choice import is_compressed
+from ...pipeline.prepare import resolved_bem
 from ...refinement.marks import mesh_of
 
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios matter, they decide the
@@ -78,7 +79,7 @@ def _of_body(case: Case | Assembly, n: int, m: int, cases: int, ranks: int) -> C
     """Seconds of elimination and of one iteration, and memory, for one body."""
     bem = resolved_bem(case.bem)
     full = case.method.formulation == "full"
-    if not full and (bem.mat_type == "hodlr" or (bem.mat_type == "auto" and n > CROSSOVER)):
+    if not full and is_compressed(bem, mesh):
         levels = math.log2(max(2.0, n / bem.hodlr_leaf))
         prepare, solve = COMPRESSED * n * levels, COMPRESSED * n * levels / 15.0
         memory = 8.0 * 2 * n * (2 * bem.hodlr_leaf + 40.0 * levels) * 2.5

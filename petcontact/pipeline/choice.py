@@ -1,0 +1,42 @@
+"""Which kind of operator `mat_type = "auto"` takes: the one that is predicted to cost less."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..model.solver_options import Bem
+
+SMALLEST = 1200
+"""Nodes up to which operators are dense: nothing is to be gained."""
+LARGEST = 12_000
+"""Nodes up to which a compression that went wrong is replaced by dense operators (4.6 GB)."""
+# Seconds of processor time on one core, measured with boxes, graded boxes and plates with ten holes of 1000 to 3600 nodes.
+ENTRY, FLOP = 1.4e-7, 1.4e-10
+"""A dense system of n nodes takes ENTRY n² + FLOP n³."""
+EVEN, UNEVEN = 1.5e-4, 1e-3
+"""A compressed one takes so much a node: of elements of about one length on few curves; graded, or of many holes."""
+RATIO, CURVES = 30.0, 3
+"""Largest ratio of node weights, and number of curves, that count as even."""
+
+
+def dense_seconds(n_nodes: int) -> float:
+    """Predicted time to assemble and factorise dense operators."""
+    return ENTRY * n_nodes**2 + FLOP * float(n_nodes) ** 3
+
+
+def compressed_seconds(mesh: BoundaryMesh) -> float:
+    """The same for compressed operators."""
+    steps = np.linalg.norm(np.diff(mesh.x, axis=0), axis=1)
+    # from curve to curve nodes are further apart than before and after
+    around = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
+    curves = 1 + np.count_nonzero(steps > 3.0 * around)
+    even = mesh.weight.max() <= RATIO * mesh.weight.min() and curves <= CURVES
+    return (EVEN if even else UNEVEN) * mesh.n_nodes
+
+
+def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
+    """Whether operators are compressed."""
+    if bem.mat_type != "auto":
+        return bem.mat_type == "hodlr"
+    return mesh.n_nodes > SMALLEST and compressed_seconds(mesh) < dense_seconds(mesh.n_nodes)

@@ -1,0 +1,69 @@
+"""`mat_type = "auto"` takes what costs less, and never loses a solve to a compression that went wrong."""
+
+from __future__ import annotations
+
+import pytest
+
+from petcontact import Bem, Case, Circle, MeshOptions, Rectangle, SideBySide, solve
+from petcontact.mesh.grading import mesh_outline
+from petcontact.pipeline import choice
+
+BOX = Rectangle(lower_left=(0, 0), upper_right=(8, 4))
+SIDES = [{"part": name, "to": to} for name, to in (("b", (8, 0)), ("r", (8, 4)), ("t", (0, 4)), ("l", (0, 0)))]
+HOLES = [Circle(part="h", center=(0.8 * k + 0.4, 2.0), radius=0.3) for k in range(10)]
+PLATE = SideBySide(loops=[SIDES, *HOLES])
+GRADED = {"order": 3, "grading": 0.5, "levels": 30}
+
+
+@pytest.mark.parametrize(
+    ("geometry", "mesh", "compressed"),
+    [
+        (BOX, {"element_size": 0.025}, False),  # 960 nodes
+        (BOX, {"element_size": 0.015}, True),  # 1600
+        (PLATE, {"element_size": 0.03}, False),  # 1440: 1.2 s compressed, 0.5 s dense
+        (PLATE, {"element_size": 0.01}, True),  # 4300
+        (BOX, {"order": 3, "grading": 0.5, "levels": 38}, False),  # 1240 graded: the compression fails
+    ],
+)
+def test_the_cheaper_operator_is_taken(geometry, mesh, compressed):
+    made = mesh_outline(geometry.outline(), MeshOptions(**mesh))
+    assert choice.is_compressed(Bem(), made) == compressed
+    assert choice.is_compressed(Bem(mat_type="hodlr"), made) and not choice.is_compressed(Bem(mat_type="dense"), made)
+
+
+@pytest.fixture
+def case():
+    return Case(
+        material={"young_modulus": 1000.0, "poisson_ratio": 0.3}, geometry=BOX, mesh=MeshOptions(**GRADED),
+        boundary=[
+            {"part": "bottom", "condition": "contact", "friction_bound": 1.0},
+            {"part": "top", "condition": "displacement", "value": (0.01, -0.01)},
+            {"part": "left", "condition": "traction", "value": (0, 0)},
+            {"part": "right", "condition": "traction", "value": (0, 0)},
+        ],
+    )  # fmt: skip
+
+
+def test_a_compression_that_misses_is_replaced_by_itself(case, monkeypatch, comm):
+    """On 992 nodes, graded by 1/2 down to 1e-9, the compressed factorisation loses five digits."""
+    lost = solve(case.model_copy(update={"bem": Bem(mat_type="hodlr")}), comm=comm)
+    assert lost.status == "failed" and lost.elastic_residual > 1e-7 and "hodlr" in lost.info["solver"]
+    monkeypatch.setattr(choice, "SMALLEST", 100)
+    monkeypatch.setattr(choice, "UNEVEN", 0.0)
+    solution = solve(case, comm=comm)
+    assert solution.converged and solution.elastic_residual < 1e-9 and "dense" in solution.info["solver"]
+
+
+def test_a_compression_that_raises_is_replaced_too(case, monkeypatch, comm):
+    from petcontact.compliance.compressed import CompressedSystem
+    from petcontact.errors import SolverError
+
+    def refuse(self, *words):
+        raise SolverError("assemble", "the compressed operator is off by 1e-3", "none")
+
+    monkeypatch.setattr(CompressedSystem, "__init__", refuse)
+    monkeypatch.setattr(choice, "SMALLEST", 100)
+    small = case.model_copy(update={"mesh": MeshOptions(element_size=0.1)})
+    assert "dense" in solve(small, comm=comm).info["solver"]
+    with pytest.raises(SolverError):
+        solve(small.model_copy(update={"bem": Bem(mat_type="hodlr")}), comm=comm)
