@@ -17,12 +17,12 @@ from typing import Any
 import numpy as np
 
 from ..bem.boundary_data import evaluate_boundary
+from ..bem.compatibility import check_compatible
 from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
 from ..contact.state import Monitor
 from ..errors import SolverError
 from ..model.case import Case
-from ..model.compatibility import check_compatible
 from ..model.problem import Problem
 from ..refinement.contact_line import ContactLine, difference, transition, without_specks
 from ..refinement.marks import LADDER, Body, Rung

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..bem.boundary_data import evaluate_boundary
+from ..bem.compatibility import check_compatible
 from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
 from ..compliance.base import EliminatedSystem
@@ -17,7 +18,6 @@ from ..contact.laws import ContactLaw, Tresca
 from ..contact.system import BodySystem
 from ..errors import InputError, SolverError
 from ..model.case import Case
-from ..model.compatibility import check_compatible
 from ..model.problem import Contact, Problem
 from ..model.solver_options import Bem
 from ..refinement.marks import mesh_of

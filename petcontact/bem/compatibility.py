@@ -8,8 +8,8 @@ from ..arrays import Array
 from ..errors import InputError
 from ..geometry.arcs import on_arcs
 from ..geometry.outline import Outline, Side, shown
-from .expressions import evaluate
-from .problem import Contact, Displacement, Problem
+from ..model.expressions import evaluate
+from ..model.problem import Contact, Displacement, Problem
 
 TOLERANCE = 1e-6
 """Of u·n, relative to u."""

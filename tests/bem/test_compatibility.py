@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from petcontact import Circle, InputError, MeshOptions, Problem, Rectangle, SideBySide, adapt, solve
-from petcontact.model.compatibility import check_compatible
+from petcontact.bem.compatibility import check_compatible
 
 MATERIAL = {"young_modulus": 100.0, "poisson_ratio": 0.3}
 
