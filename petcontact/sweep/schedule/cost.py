@@ -12,6 +12,7 @@ from ...compliance.spectral import shares
 from ...errors import PetcontactError
 from ...model.assembly import Assembly
 from ...model.case import Case
+from ...model.solver_options import Bem
 from ...pipeline.choice import is_compressed
 from ...pipeline.prepare import resolved_bem
 from ...refinement.marks import mesh_of
@@ -53,11 +54,12 @@ class Cost:
 def estimate(case: Case | Assembly, cases: int, ranks: int) -> Cost:
     """Size, time and memory from the mesh alone, for so many cases; `ranks` solve each case together."""
     try:
-        sizes = [_size(body, _contact_parts(case, body)) for body in (case.body if isinstance(case, Assembly) else [case])]
+        bodies = case.body if isinstance(case, Assembly) else [case]
+        sizes = [_size(body, _contact_parts(case, body), resolved_bem(case.bem)) for body in bodies]
     except PetcontactError:
         # the sweep meets the same error in its turn and records it case by case
         return Cost(0, 0, FIXED, FIXED, 0.0)
-    costs = [_of_body(case, n, m, cases, ranks) for n, m in sizes]
+    costs = [_of_body(case, *size, cases, ranks) for size in sizes]
     n, m, prepare, solve, memory = (sum(column) for column in zip(*map(astuple, costs), strict=True))
     return Cost(n, m, FIXED + prepare / ranks, CASE + ITERATIONS * solve / ranks, memory)
 
@@ -68,18 +70,18 @@ def _contact_parts(case: Case | Assembly, body: Any) -> set[str]:
     return parts | {side.split(".")[-1] for pair in pairs for side in (pair.secondary, pair.primary)}
 
 
-def _size(body: Any, contact: set[str]) -> tuple[int, int]:
-    """Nodes of a body, and those on its contact parts."""
+def _size(body: Any, contact: set[str], bem: Bem) -> tuple[int, int, bool]:
+    """Nodes of a body, those on its contact parts, and whether its operators would be compressed."""
     mesh = mesh_of(body, body.geometry.outline())
     on_contact = np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact))
-    return mesh.n_nodes, int(on_contact.sum())
+    return mesh.n_nodes, int(on_contact.sum()), is_compressed(bem, mesh)
 
 
-def _of_body(case: Case | Assembly, n: int, m: int, cases: int, ranks: int) -> Cost:
+def _of_body(case: Case | Assembly, n: int, m: int, compressed: bool, cases: int, ranks: int) -> Cost:
     """Seconds of elimination and of one iteration, and memory, for one body."""
     bem = resolved_bem(case.bem)
     full = case.method.formulation == "full"
-    if not full and is_compressed(bem, mesh):
+    if not full and compressed:
         levels = math.log2(max(2.0, n / bem.hodlr_leaf))
         prepare, solve = COMPRESSED * n * levels, COMPRESSED * n * levels / 15.0
         memory = 8.0 * 2 * n * (2 * bem.hodlr_leaf + 40.0 * levels) * 2.5
