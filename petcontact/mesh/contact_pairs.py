@@ -25,6 +25,8 @@ CLOSE = 0.3
 """A joint of the secondary closer to one that the primary needs than this fraction of its elements gives way."""
 GROWTH = 2.5
 """Ratio of neighbouring elements of the primary from where the secondary ends."""
+NEAR = 0.1
+"""Distance, over the length of the secondary, within which elements have to match."""
 COINCIDE = 1e-7
 """Local coordinates that differ by less are one node."""
 
@@ -243,7 +245,7 @@ class Facing:
     loads : (k, m) sparse array
         Traction at the secondary's nodes to J times it at the primary's nodes.
     matched : bool
-        Whether each element of the secondary faces one of the primary.
+        Whether each element of the secondary that is near the primary faces one of its elements.
     """
 
     secondary: Index
@@ -270,7 +272,7 @@ def face(secondary: CurveMesh, part: str, primary: CurveMesh, other: str, sides:
     back = sides.to_secondary(primary.x[b], primary.normal[b], own)
     values = _interpolation(primary, elements_b, there, b)
     loads = _interpolation(secondary, elements_a, back, a)
-    met = there.curve >= 0
+    met = np.abs(there.distance) < NEAR * float(secondary.weight[a].sum())
     couples = np.unique(np.column_stack([secondary.element[a[met]], elements_b[there.curve[met]]]), axis=0)
     matched = all(len(np.unique(side)) == len(couples) for side in couples.T)
     # J = |n_B·n| / |n_A·n|, over 1 + κg where n turns with the secondary

@@ -121,7 +121,7 @@ def step_result(
     if outcome.converged and not elastic <= ELASTIC_LIMIT:
         status, reason = "not converged", f"elastic residual {elastic:.1e} > {ELASTIC_LIMIT:g}"
     if not outcome.converged:
-        reason = _why(problem, freedoms, reduced, number, target, outcome)
+        reason = _why(problem, freedoms, before, number, target, outcome)
     pairs, states, radius = {}, outcome.states, discrete.law.radius(-outcome.sigma[:, 1])
     absent = ~np.isfinite(system.gap)
     for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
@@ -151,12 +151,15 @@ def step_result(
 
 
 def _why(
-    problem: SteppedProblem, freedoms: list[Freedoms], reduced: ReducedSystem, number: int, target: float,
+    problem: SteppedProblem, freedoms: list[Freedoms], before: Progress, number: int, target: float,
     outcome: ContactState,
 ) -> str:  # fmt: skip
-    """What a failed increment says: which body nothing holds, or how Newton's method ended."""
+    """What a failed increment says: which body nothing holds, there or at the end of the step, or how the method ended."""
+    reduced, end = (reduced_problem(problem.system, freedoms, before, number, t) for t in (target, 1.0))
     push = unheld(reduced.modes, problem.discrete.law)
     where = f"at load factor {target:.4g} of step {problem.steps[number - 1].name!r}"
+    if push is None and (push := unheld(end.modes, problem.discrete.law)) is not None:
+        where = f"at the end of step {problem.steps[number - 1].name!r}, of which {target:.4g} was tried"
     defect = equilibrium_defect(reduced, outcome.sigma)
     if push is None and reduced.modes is not None and defect > problem.discrete.assembly.method.tolerance:
         push = reduced.modes.unbalanced(outcome.sigma)

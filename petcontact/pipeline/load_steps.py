@@ -28,6 +28,8 @@ HALVINGS = 8
 """How often an increment that fails is halved."""
 PATH_ERROR = 1e-3
 """With increments = "auto": change of σ over its size that halving an increment may make."""
+FAR = 0.05
+"""Initial gap, over the size of the body, that is told."""
 Monitor = Callable[[StepResult], str | None]
 
 
@@ -218,6 +220,9 @@ def _reached(discrete: Discrete, results: list[StepResult]) -> str:
         apart = "; ".join(f"pair {side.name!r} lies {d:.3g} apart" if np.isfinite(d) else f"pair {side.name!r} faces nothing"
                           for side, d in zip(discrete.sides, discrete.distance, strict=True))  # fmt: skip
         text += f"; no contact anywhere ({apart})"
+    for side, d in zip(discrete.sides, discrete.distance, strict=True):
+        if np.isfinite(d) and d > FAR * discrete.outlines[side.body].diameter:
+            text += f"; pair {side.name!r} lies {d:.3g} apart, far for the theory of small displacements"
     return text
 
 
