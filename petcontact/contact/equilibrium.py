@@ -32,7 +32,7 @@ def unheld(modes: Modes | None, law: Frictional) -> Array | None:
     # unknowns: σ (node after node, normal last), and the slacks s+, s- >= 0
     equal = np.hstack([(modes.resultant / scale[:, None, None]).reshape(r, m * k), np.eye(r), -np.eye(r)])
     coulomb = np.isfinite(law.coefficient) & present
-    cap = np.where(present, law.bound, 0.0)
+    cap = np.where(present, law.bound, 0.0) / size  # the unknowns are σ over the size of the loads
     lower, upper = np.full((m, k), -np.inf), np.full((m, k), np.inf)
     lower[:, :-1], upper[:, :-1] = -cap[:, None], cap[:, None]
     upper[law.unilateral, -1] = 0.0

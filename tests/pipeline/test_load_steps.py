@@ -293,3 +293,10 @@ def test_several_bodies_need_a_body_name():
         data = tomllib.loads(STACK)
         del data["step"][1]["boundary"][0]["body"]
         parse(Assembly, data, "test")
+
+
+def test_tresca_friction_that_is_too_small_is_named():
+    """A bound of 0.2 over a length of 2 holds less than a pull of 0.5, whatever the pressure."""
+    text = BLOCK.replace("friction_coefficient = 0.3", "friction_bound = 0.2").replace("levels = 9", "levels = 4")
+    solution = solve_assembly(assembly(text))
+    assert "body 'block' cannot be held: the load pushes it along +x" in solution.reason
