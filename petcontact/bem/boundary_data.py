@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -94,6 +95,7 @@ def evaluate_boundary(
         variables = mesh.variables(nodes)
         key = f"boundary[{number}] ({condition.part})"
         if isinstance(condition, Displacement):
+            _check_components(condition.value, mesh, key)
             for c, component in enumerate(condition.value):
                 if component == "free":
                     known[nodes, c] = True
@@ -101,6 +103,7 @@ def evaluate_boundary(
                     value[nodes, c] = evaluate(component, variables, len(nodes), f"{key}.value[{c}]")
         elif isinstance(condition, Traction):
             known[nodes] = True
+            _check_components(condition.value or (0.0,) * d, mesh, key)
             value[nodes] = _traction(condition, variables, mesh.normal[nodes], key)
         else:
             bound[nodes] = _friction_bound(condition, variables, mesh.x[nodes], key)
@@ -133,6 +136,11 @@ def _traction(condition: Traction, variables: dict[str, Array], normal: Array, k
     return np.column_stack([
         evaluate(component, variables, count, f"{key}.value[{c}]") for c, component in enumerate(condition.value)
     ])
+
+
+def _check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> None:
+    if len(value) != mesh.dim:
+        raise InputError(f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components")
 
 
 def _friction_bound(condition: Contact, variables: dict[str, Array], x: Array, key: str) -> Array:

@@ -23,10 +23,11 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
     from ..fields.interior import field_on_grid
     from ..fields.peak import largest
+    from ..mesh.curve_mesh import as_curve
     from ..results.solution import Solution
-    from ..results.style import figure_format
     from ..results.vtu import write_boundary_vtu, write_vtu
     from ..runtime.atomic_write import check_target
+    from ..runtime.figure_style import figure_format
     from ..sweep.store.case_table import read_case
 
     resolution = grid(arguments.grid)
@@ -41,9 +42,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     solution = read_case(arguments.result, arguments.case)
     if not isinstance(solution, Solution):
         raise InputError(f"{arguments.result}: a field is drawn of one body without load steps")
-    field = field_on_grid(solution.mesh, solution.u, solution.traction, solution.case.material, resolution)
+    mesh = as_curve(solution.mesh)
+    field = field_on_grid(mesh, solution.u, solution.traction, solution.case.material, resolution)
     write_vtu(output, field, solution.case.units)
-    print(f"{output}: {len(field.points)} points, largest von Mises stress {largest(field, solution.mesh)}")
+    print(f"{output}: {len(field.points)} points, largest von Mises stress {largest(field, mesh)}")
     if arguments.boundary:
         write_boundary_vtu(arguments.boundary, solution)
         print(arguments.boundary)

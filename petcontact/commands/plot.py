@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..results.style import FORMATS
+from ..runtime.figure_style import FORMATS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..results.style import plain, save_all
+from ..runtime.figure_style import plain, save_all
 from ..runtime.text_table import aligned, as_csv
 from .run import Trial
 

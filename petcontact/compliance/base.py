@@ -1,4 +1,4 @@
-"""What the contact systems of one body have in common; vectors on Γ_C are (m, 1) arrays, the same on every rank."""
+"""What the contact systems of one body have in common; vectors on Γ_C are (m, k) arrays, the same on every rank."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any
 from ..arrays import Array
 from ..bem.operators import BoundaryOperators
 from ..contact.system import Modes
+from ..mesh.curve_mesh import CurveMesh
 from .contact_vectors import ContactVectors
 from .layer.operator import LayerOperator
 
@@ -25,9 +26,9 @@ class SystemBase:
         self.weight = operators.mesh.weight[operators.data.contact_nodes]
         self._scale = operators.traction_scale
 
-    def surrogate(self) -> LayerOperator:
-        """T of an elastic layer."""
-        return LayerOperator(self.operators)
+    def surrogate(self) -> LayerOperator | None:
+        """T of an elastic layer; none on surfaces."""
+        return LayerOperator(self.operators) if isinstance(self.operators.mesh, CurveMesh) else None
 
     def _everywhere(self, unknowns: Any, sigma_t: Array) -> tuple[Array, Array]:
         """Displacement and traction on the whole boundary from a PETSc vector of unknowns."""

@@ -97,7 +97,7 @@ class FullSystem(SystemBase):
     def _contact_part(self, unknowns: Any) -> Array:
         local = self.contact.contact_rows(unknowns.getArray(readonly=True))
         unknowns.destroy()
-        return self.contact.everywhere(local).reshape(-1, 1)
+        return self.contact.everywhere(local).reshape(self.contact.shape)
 
     def _set_rho(self, rho: float) -> None:
         if rho == self._rho:

@@ -47,7 +47,7 @@ class SpectralSystem(EliminatedSystem):
         super().__init__(operators, comm)
         self._system, self.u_0 = system, system.u_0
         self._matrix = system.compliance()
-        root = np.sqrt(self.weight)
+        root = np.repeat(np.sqrt(self.weight), self.u_0.shape[1])
         values, basis = np.linalg.eig(self._matrix * (root[:, None] / root))
         if np.iscomplexobj(values) or not values.min(initial=1.0) > 0.0:
             raise SolverError("factor", "S has eigenvalues that are not positive", "use a finer mesh")
@@ -64,15 +64,15 @@ class SpectralSystem(EliminatedSystem):
     def apply(self, sigma_t: Array) -> Array:
         """S σ_t."""
         self.applications += 1
-        return np.asarray(self._matrix @ sigma_t)
+        return np.asarray(self._matrix @ sigma_t.ravel()).reshape(sigma_t.shape)
 
     def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
         """(I + ρS) δσ = r, δu = S δσ, both from the same coefficients."""
         self.elastic_solves += 1
         self.applications += 1
-        coefficients = (self._inverse @ r[:, 0]) / (1.0 + rho * self._values)
+        coefficients = (self._inverse @ r.ravel()) / (1.0 + rho * self._values)
         both = self._basis @ np.stack([self._values * coefficients, coefficients], axis=1)
-        return both[:, :1], both[:, 1:]
+        return both[:, 0].reshape(r.shape), both[:, 1].reshape(r.shape)
 
     def compliance(self) -> Array:
         """S."""

@@ -19,8 +19,8 @@ FLAT = 1e-10
 """Quadratic lines whose middle node lies off the chord by less than this fraction of it are straight."""
 
 
-def read_outline(file: str) -> Outline:
-    """The outline of a `.msh` file, format 2.2 or 4.1, ASCII or binary.
+def gmsh_outline(mesh: Any, file: str) -> Outline:
+    """The outline of a plane mesh as meshio has it.
 
     Each boundary line of the mesh is a side of its own; lines of second order become circular arcs through their three
     nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
@@ -28,9 +28,8 @@ def read_outline(file: str) -> Outline:
     Raises
     ------
     InputError
-        If the file cannot be read, is not plane, names no part somewhere, or its boundary lines do not close.
+        If the mesh names no part somewhere, or its boundary lines do not close.
     """
-    mesh = read_msh(file)
     points = _plane(mesh.points, file)
     lines = _lines(mesh, file)
     edges = _boundary_edges(mesh)
@@ -69,8 +68,6 @@ def _plane(points: Array, file: str) -> Array:
     """The points (n, 2) of a mesh in a plane z = const."""
     if not np.all(np.isfinite(points)):
         raise InputError(f"{file}: coordinates that are not finite")
-    if points.shape[1] == 3 and len(points) and np.ptp(points[:, 2]) > 1e-9 * max(np.ptp(points[:, 0]), 1e-300):
-        raise InputError(f"{file}: the mesh does not lie in a plane z = const")
     return np.asarray(points[:, :2], dtype=float)
 
 

@@ -176,6 +176,19 @@ class Outline:
         raise InputError(f"geometry: loops cross or touch, or a hole lies outside ({explain_validity(body)})")
 
 
+def as_outline(boundary: object, what: str) -> Outline:
+    """The boundary of a plane body.
+
+    Raises
+    ------
+    InputError
+        If it is that of a body in space; `what` is what asks for a plane one.
+    """
+    if not isinstance(boundary, Outline):
+        raise InputError(f"{what}: for plane bodies only, this one is in space")
+    return boundary
+
+
 def round_loops(counts: Sequence[int]) -> tuple[Index, Index]:
     """Who comes before and who after each member of loops of so many members, numbered one loop after another."""
     first = np.concatenate([[0], np.cumsum(counts)])

@@ -33,6 +33,8 @@ class BoundaryMesh(Protocol):
         The nodes of element e are first_node[e] to first_node[e + 1] - 1.
     kind : (n_elements,) array
         Elements of one kind go into one call of the kernels: one shape, one order.
+    order : (n_elements,) array
+        Order p of each element.
     part : (n_elements,) array
         Number of the part in `part_names`.
     unit_length : float
@@ -53,6 +55,8 @@ class BoundaryMesh(Protocol):
     def first_node(self) -> Index: ...
     @property
     def kind(self) -> Index: ...
+    @property
+    def order(self) -> Index: ...
     @property
     def part(self) -> Index: ...
     @property

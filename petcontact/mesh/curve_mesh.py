@@ -11,6 +11,7 @@ import numpy as np
 import shapely
 
 from ..arrays import Array, Index
+from ..errors import InputError
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..geometry.outline import Outline, Side, hull_scale, round_loops
 from .basis import gauss
@@ -185,11 +186,11 @@ def as_curve(mesh: BoundaryMesh) -> CurveMesh:
 
     Raises
     ------
-    TypeError
+    InputError
         If it is no curve.
     """
     if not isinstance(mesh, CurveMesh):
-        raise TypeError(f"a curve is needed, got {type(mesh).__name__}")
+        raise InputError(f"this is for plane bodies, the mesh has {mesh.dim} dimensions")
     return mesh
 
 

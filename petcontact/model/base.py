@@ -25,6 +25,7 @@ Coordinate = Annotated[
     float, pydantic.Field(strict=True, ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE, allow_inf_nan=False)
 ]
 Point = tuple[Coordinate, Coordinate]
+SpacePoint = tuple[Coordinate, Coordinate, Coordinate]
 LONGEST_EXPRESSION = 500
 
 

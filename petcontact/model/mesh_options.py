@@ -33,6 +33,11 @@ class MeshOptions(Model):
     accuracy : float
         Where neither sizes nor order nor grading are given: the relative error of u_t that the mesh is made for, which it
         has when `graded_points` holds the transition points [-].
+    exponent : float, optional
+        In space: panels on the faces of a box shrink towards the edges with this power of their number, by default 1.4; 1
+        for equal ones.
+        Of the other keys `element_size` (a quarter of the shortest edge by default), `element_sizes` and `order` (0 to 3,
+        by default 2) count in space; on surfaces from files the facets are the panels.
     """
 
     element_size: Positive | None = None
@@ -42,6 +47,7 @@ class MeshOptions(Model):
     levels: Annotated[int, pydantic.Field(ge=1, le=60, strict=True)] = 12
     graded_points: tuple[Point, ...] = ()
     accuracy: Annotated[float, pydantic.Field(gt=0.0, lt=1.0)] = 1e-4
+    exponent: Annotated[float, pydantic.Field(strict=True, ge=1.0, le=4.0)] | None = None
 
     @property
     def automatic(self) -> bool:

@@ -9,12 +9,12 @@ import pydantic
 from .base import Expression, Finite, Model, Positive
 from .load_steps import Step
 from .mesh_options import MeshOptions
-from .shapes import Gmsh, Polygon, Rectangle, SideBySide
+from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide
 from .units import Units
 
 
 class Material(Model):
-    """Isotropic linear elasticity in the plane.
+    """Isotropic linear elasticity; `plane` says nothing in space.
 
     Attributes
     ----------
@@ -51,6 +51,8 @@ class Material(Model):
 
 Component = Expression
 """Or "free"."""
+Vector = pydantic.Field(min_length=2, max_length=3)
+"""As many components as the body has dimensions."""
 
 
 class Displacement(Model):
@@ -68,7 +70,7 @@ class Displacement(Model):
 
     part: str
     condition: Literal["displacement"] = "displacement"
-    value: tuple[Component, Component]
+    value: Annotated[tuple[Component, ...], Vector]
 
 
 class Traction(Model):
@@ -88,7 +90,7 @@ class Traction(Model):
 
     part: str
     condition: Literal["traction"] = "traction"
-    value: tuple[Expression, Expression] | None = None
+    value: Annotated[tuple[Expression, ...], Vector] | None = None
     pressure: Expression | None = None
 
     @pydantic.model_validator(mode="after")
@@ -134,7 +136,7 @@ class Contact(Model):
 
 
 Condition = Annotated[Displacement | Traction | Contact, pydantic.Field(discriminator="condition")]
-Geometry = Annotated[Rectangle | Polygon | SideBySide | Gmsh, pydantic.Field(discriminator="shape")]
+Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh, pydantic.Field(discriminator="shape")]
 
 
 class Problem(Model):

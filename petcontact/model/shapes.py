@@ -11,9 +11,11 @@ import pydantic
 from ..arrays import Array
 from ..errors import InputError
 from ..geometry.arcs import turn_of_radius, turn_through
-from ..geometry.gmsh import read_outline
+from ..geometry.gmsh import gmsh_outline, read_msh
+from ..geometry.gmsh_surface import gmsh_surface, is_surface
 from ..geometry.outline import Outline, Side, arc, oriented
-from .base import Finite, Model, Point, Positive
+from ..geometry.surface import BoxSurface, FacetSurface
+from .base import Finite, Model, Point, Positive, SpacePoint
 
 
 class Rectangle(Model):
@@ -190,11 +192,38 @@ def _loop(given: tuple[OutlineSide, ...], number: int) -> list[Side]:
     return sides
 
 
-class Gmsh(Model):
-    """A `.msh` file, format 2.2 or 4.1, ASCII or binary.
+class Box(Model):
+    """In space, axis-parallel, its faces named left x-, right x+, front y-, back y+, bottom z-, top z+.
 
-    Each boundary line of the mesh is a side of its own and so one element at least; lines of second order become
-    circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
+    Attributes
+    ----------
+    shape : "box"
+        The shape.
+    lower, upper : points with three coordinates
+        Opposite corners [length].
+    """
+
+    shape: Literal["box"] = "box"
+    lower: SpacePoint
+    upper: SpacePoint
+
+    @pydantic.model_validator(mode="after")
+    def _has_volume(self) -> Box:
+        if not all(a < b for a, b in zip(self.lower, self.upper, strict=True)):
+            raise ValueError("each coordinate of upper must be greater than that of lower")
+        return self
+
+    def outline(self) -> BoxSurface:
+        """The six faces."""
+        return BoxSurface(np.array(self.lower), np.array(self.upper))
+
+
+class Gmsh(Model):
+    """A `.msh` file, format 2.2 or 4.1, of a plane body or of the surface of one in space.
+
+    In space the triangles and quadrilaterals of the physical surfaces become flat panels, cells of second order several;
+    in the plane each boundary line of the mesh is a side of its own and so one element at least, and lines of second
+    order become circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
 
     Attributes
     ----------
@@ -207,12 +236,13 @@ class Gmsh(Model):
     shape: Literal["gmsh"] = "gmsh"
     file: str = pydantic.Field(min_length=1)
 
-    def outline(self) -> Outline:
-        """The outline.
+    def outline(self) -> Outline | FacetSurface:
+        """The outline, or the surface where the nodes do not lie in a plane z = const.
 
         Raises
         ------
         InputError
-            If the file cannot be read, is not plane, names no part somewhere, or its boundary lines do not close.
+            If the file cannot be read, names no part somewhere, or its boundary lines or surface do not close.
         """
-        return read_outline(self.file)
+        mesh = read_msh(self.file)
+        return gmsh_surface(mesh, self.file) if is_surface(mesh) else gmsh_outline(mesh, self.file)

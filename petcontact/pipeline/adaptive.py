@@ -22,11 +22,14 @@ from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
 from ..contact.state import Monitor
 from ..errors import SolverError
+from ..geometry.outline import as_outline
+from ..mesh.curve_mesh import as_curve
 from ..model.case import Case
 from ..model.problem import Problem
 from ..refinement.contact_line import ContactLine, difference, transition, without_specks
 from ..refinement.marks import LADDER, Body, Rung
-from ..results.solution import Solution, Zone
+from ..refinement.zones import Zone
+from ..results.solution import Solution
 from ..runtime.petsc import petsc
 from .initial_state import carried_over
 from .prepare import prepare_operators
@@ -82,7 +85,7 @@ def adapt(
     case = case.model_copy(update={"method": method})
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
-    outline = case.geometry.outline().joined
+    outline = as_outline(case.geometry.outline(), "--adapt").joined
     check_compatible(case, outline)
     body = Body.of(case, outline)
     differences, estimate, trouble = list[float](), math.inf, ""
@@ -166,7 +169,7 @@ def solve_level(
         case = case.model_copy(update={"bem": case.bem.model_copy(update={"mat_type": "dense"})})
     prepared = prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began})
     try:
-        start = None if previous is None else carried_over(previous.solution.contact, mesh, operators.data.contact_nodes)
+        start = None if previous is None else carried_over(mesh, previous.solution.contact, operators.data.contact_nodes)
         solution = run(prepared, case, start=start, monitor=monitor, probe=False)
     finally:
         prepared.close()
@@ -175,7 +178,7 @@ def solve_level(
 
 def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
     """u_t and σ_t along each contact side of a solution."""
-    mesh, contact = solution.mesh, solution.contact
+    mesh, contact = as_curve(solution.mesh), solution.contact
     ends = np.cumsum([side.length for side in body.outline.sides])
     side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
     element = mesh.element[contact.nodes]

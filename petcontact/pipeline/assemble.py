@@ -14,14 +14,14 @@ from ..compliance.bodies import BodiesSystem, Interface
 from ..compliance.body import BodyCompliance, Loading, eliminate
 from ..contact.laws import Frictional
 from ..errors import InputError
-from ..geometry.outline import Outline
+from ..geometry.outline import Outline, as_outline
 from ..mesh.contact_pairs import PairSides, face, match, mesh_of_sides, side_meshes
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.curve_mesh import CurveMesh, as_curve
 from ..model.assembly import ONE_BODY, Assembly, Body, changed_condition
 from ..model.base import nearest
 from ..model.expressions import evaluate
 from ..model.problem import Contact, Displacement, Problem, Traction
-from ..refinement.marks import mesh_of
+from ..refinement.meshes import mesh_of
 
 
 @dataclass(frozen=True)
@@ -120,13 +120,14 @@ def discretise(assembly: Assembly, make_mesh: MeshMaker | None = None) -> Discre
     sides = interfaces_of(assembly)
     if not sides:
         raise InputError('contact: no part is in contact; [[contact]] or condition = "contact" on a part says which')
-    outlines = [body.geometry.outline() for body in assembly.body]
+    what = "several bodies, gaps, unilateral or Coulomb contact, load steps"
+    outlines = [as_outline(body.geometry.outline(), what) for body in assembly.body]
     _check_parts(assembly, outlines, sides)
     pairs = [_pair_sides(side, outlines) for side in sides]
     joints = []
     for b, (body, outline) in enumerate(zip(assembly.body, outlines, strict=True)):
         problem = as_problem(body, outline, sides, b)
-        mesh = mesh_of(problem, outline) if make_mesh is None else make_mesh(b, problem, outline)
+        mesh = as_curve(mesh_of(problem)) if make_mesh is None else make_mesh(b, problem, outline)
         joints.append(side_meshes(outline, mesh))
     match(outlines, joints, [pair for pair in pairs if pair is not None])
     meshes = [mesh_of_sides(outline, parts) for outline, parts in zip(outlines, joints, strict=True)]

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 
 SMALLEST = 1200
@@ -36,7 +38,16 @@ def compressed_seconds(mesh: BoundaryMesh) -> float:
 
 
 def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
-    """Whether operators are compressed."""
+    """Whether operators are compressed.
+
+    Raises
+    ------
+    InputError
+        If the compression of curves is asked for in space.
+    """
+    curve = isinstance(mesh, CurveMesh)
+    if bem.mat_type == "hodlr" and not curve:
+        raise InputError('bem.mat_type: "hodlr" compresses the boundaries of plane bodies; choose "auto" or "dense"')
     if bem.mat_type != "auto":
         return bem.mat_type == "hodlr"
-    return mesh.n_nodes > SMALLEST and compressed_seconds(mesh) < dense_seconds(mesh.n_nodes)
+    return curve and mesh.n_nodes > SMALLEST and compressed_seconds(mesh) < dense_seconds(mesh.n_nodes)

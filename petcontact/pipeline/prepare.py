@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from ..bem.boundary_data import evaluate_boundary
-from ..bem.compatibility import check_compatible
 from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
 from ..compliance.base import EliminatedSystem
@@ -20,7 +19,7 @@ from ..errors import InputError, SolverError
 from ..model.case import Case
 from ..model.problem import Contact, Problem
 from ..model.solver_options import Bem
-from ..refinement.marks import mesh_of
+from ..refinement.meshes import mesh_of
 from ..runtime import threads
 from ..runtime.petsc import options, petsc, timed
 from .choice import LARGEST, is_compressed
@@ -60,9 +59,7 @@ def discretise(problem: Problem) -> BoundaryOperators:
     """Mesh, boundary data and operators (not yet assembled) of a problem."""
     if not any(isinstance(condition, Contact) for condition in problem.boundary):
         raise InputError('boundary: no part is in contact; one at least needs condition = "contact"')
-    outline = problem.geometry.outline()
-    check_compatible(problem, outline)
-    mesh = mesh_of(problem, outline)
+    mesh = mesh_of(problem)
     return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), kernel_for(mesh, problem.material))
 
 
@@ -92,7 +89,8 @@ def prepare_operators(
         system = _build_system(operators, case, comm)
         if isinstance(system, EliminatedSystem) and cases > 1:
             system = shared_by(cases, system, operators, comm)
-    return Prepared(operators, system, Tresca(operators.data.friction_bound), comm, {**timings, **seconds})
+    law = Tresca(operators.data.friction_bound, operators.kernel.dim - 1)
+    return Prepared(operators, system, law, comm, {**timings, **seconds})
 
 
 def _build_system(operators: BoundaryOperators, case: Case, comm: Any) -> BodySystem:

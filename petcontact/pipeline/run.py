@@ -22,7 +22,6 @@ from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
 from ..contact.state import ContactState, Monitor, Start
 from ..errors import SolverError
-from ..mesh.curve_mesh import as_curve
 from ..model.case import Case
 from ..model.problem import Problem
 from ..model.solver_options import Method
@@ -162,7 +161,7 @@ def _finish(
     """Put together what a method returned."""
     began = time.perf_counter()
     operators, system = prepared.operators, prepared.system
-    mesh, data = as_curve(operators.mesh), operators.data
+    mesh, data = operators.mesh, operators.data
     contact, zones = contact_fields(mesh, data, u, traction, state)
     status, reason = "failed" if state.stopped else "converged" if state.converged else "not converged", state.reason
     excess = law_excess(prepared.law, state.sigma, float(np.abs(traction).max(initial=0.0)))

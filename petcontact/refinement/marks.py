@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..geometry.outline import Outline
 from ..mesh.curve_mesh import CurveMesh
-from ..mesh.grading import mesh_outline, points_on_sides, singular_ends
+from ..mesh.grading import points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
 from .contact_line import ContactLine, slip_at_end, transition
@@ -174,19 +174,6 @@ class RungMesh:
 
     mesh: CurveMesh
     missed: float
-
-
-def mesh_of(problem: Problem, outline: Outline) -> CurveMesh:
-    """The mesh that a problem asks for, or the default one.
-
-    Raises
-    ------
-    InputError
-        As `mesh_outline`.
-    """
-    if problem.mesh.automatic:
-        return default_mesh(problem, outline.joined)
-    return mesh_outline(outline.joined if problem.mesh.graded else outline, problem.mesh)
 
 
 def default_mesh(problem: Problem, outline: Outline) -> CurveMesh:

@@ -9,11 +9,11 @@ import h5py
 import numpy as np
 
 from ..errors import ResultError
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.storage import demand, demand_range
 
 LARGEST = 50_000_000
 """Entries of one array: a file of a few bytes may claim any number."""
-LARGEST_ORDER = 5
 MAY_BE_UNDEFINED = ("history", "bound", "friction_bound")
 """Names below which numbers need not be finite: w_k is not where nothing moves, nor the bound of bonded contact."""
 
@@ -64,55 +64,30 @@ def check_link(file: Any, path: str, source: str) -> None:
         here = here[name]
 
 
-def check_mesh(arrays: Mapping[str, Any], source: str) -> None:
-    """Refuse arrays of a mesh that do not fit each other; what they are is said in `CurveMesh`."""
-    vertices, elements = arrays["vertices"], arrays["elements"]
-    count = len(elements)
-    _demand(vertices.ndim == 2 and vertices.shape[1] == 2 and elements.shape == (count, 2) and count > 0,
-            f"{source}: mesh/vertices has shape {vertices.shape}, mesh/elements {elements.shape}")  # fmt: skip
-    _demand_range(elements, len(vertices), f"{source}: mesh/elements")
-    for name in ("curvature", "order", "part", "line", "side_start"):
-        _demand(arrays[name].shape == (count,), f"{source}: mesh/{name} has shape {arrays[name].shape}, not ({count},)")
-    _demand_range(arrays["order"], LARGEST_ORDER + 1, f"{source}: mesh/order")
-    _demand_range(arrays["part"], len(arrays["part_names"]), f"{source}: mesh/part")
-    first, second = elements.T
-    _demand(bool(np.all(np.any(vertices[first] != vertices[second], axis=1))), f"{source}: mesh: an element has no length")
-
-
-def check_fields(mesh: CurveMesh, fields: Mapping[str, Any], source: str) -> None:
+def check_fields(mesh: BoundaryMesh, fields: Mapping[str, Any], source: str) -> None:
     """Refuse fields that are not one vector a node of the mesh."""
     for name, values in fields.items():
         wanted = mesh.x.shape
-        _demand(values.shape == wanted, f"{source}: {name} has shape {values.shape}, not {wanted} as the mesh has nodes")
+        demand(values.shape == wanted, f"{source}: {name} has shape {values.shape}, not {wanted} as the mesh has nodes")
 
 
-def check_contact(mesh: CurveMesh, contact: Mapping[str, Any], source: str) -> None:
+def check_contact(mesh: BoundaryMesh, contact: Mapping[str, Any], source: str) -> None:
     """Refuse contact fields that do not fit each other or the mesh."""
-    m = len(contact["nodes"])
-    shapes = {"x": (m, 2), "tangent": (m, 2), "u_t": (m, 1), "sigma_t": (m, 1)}
+    m, d = len(contact["nodes"]), mesh.dim
+    shapes = {"x": (m, d), "tangent": (m, d - 1, d), "u_t": (m, d - 1), "sigma_t": (m, d - 1)}
     for name, values in contact.items():
         wanted = shapes.get(name, (m,))
-        _demand(values.shape == wanted and m > 0, f"{source}: contact/{name} has shape {values.shape}, not {wanted}")
-    _demand_range(contact["nodes"], mesh.n_nodes, f"{source}: contact/nodes")
-    _demand_range(contact["state"], 3, f"{source}: contact/state")
-    _demand(bool(np.all(np.diff(contact["nodes"]) > 0)), f"{source}: contact/nodes is not in order")
+        demand(values.shape == wanted and m > 0, f"{source}: contact/{name} has shape {values.shape}, not {wanted}")
+    demand_range(contact["nodes"], mesh.n_nodes, f"{source}: contact/nodes")
+    demand_range(contact["state"], 3, f"{source}: contact/state")
+    demand(bool(np.all(np.diff(contact["nodes"]) > 0)), f"{source}: contact/nodes is not in order")
     known = set(contact["part"].tolist()) <= set(mesh.part_names)
-    _demand(known, f"{source}: contact/part names parts that the mesh has not")
+    demand(known, f"{source}: contact/part names parts that the mesh has not")
 
 
-def check_pair(mesh: CurveMesh, nodes: Any, arrays: Mapping[str, Any], name: str) -> None:
+def check_pair(mesh: BoundaryMesh, nodes: Any, arrays: Mapping[str, Any], name: str) -> None:
     """Refuse the fields of a contact pair that do not fit each other or the mesh of its secondary side."""
-    _demand_range(nodes, mesh.n_nodes, f"{name}/nodes")
+    demand_range(nodes, mesh.n_nodes, f"{name}/nodes")
     for key, values in arrays.items():
         one_a_node = not isinstance(values, np.ndarray) or key == "force" or len(values) == len(nodes)
-        _demand(one_a_node, f"{name}/{key} has shape {np.shape(values)}, not one value for each of {len(nodes)} nodes")
-
-
-def _demand_range(values: Any, count: int, name: str) -> None:
-    whole = values.dtype.kind in "iu" and (not values.size or (values.min() >= 0 and values.max() < count))
-    _demand(bool(whole), f"{name} must be whole numbers below {count}")
-
-
-def _demand(holds: bool, message: str) -> None:
-    if not holds:
-        raise ResultError(message)
+        demand(one_a_node, f"{name}/{key} has shape {np.shape(values)}, not one value for each of {len(nodes)} nodes")

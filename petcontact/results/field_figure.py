@@ -9,9 +9,10 @@ import numpy as np
 
 from ..fields.interior import Field, field_on_grid
 from ..fields.peak import largest
+from ..mesh.curve_mesh import as_curve
+from ..runtime.figure_style import draw_states, label, legend_below, plain, round_number, save
 from .figures import outlines, place
 from .solution import Solution
-from .style import draw_states, label, legend_below, plain, round_number, save
 
 MAGNIFIED = 0.06
 """Largest displacement drawn, as a fraction of the body's diameter, where no magnification is given."""
@@ -47,7 +48,7 @@ def deformed_figure(
     OutputError
         If the file cannot be written.
     """
-    mesh = solution.mesh
+    mesh = as_curve(solution.mesh)
     if field is None:
         size = np.ptp(mesh.start, axis=0)
         along = np.maximum(2, np.rint(100.0 * size / size.max()).astype(int))
@@ -62,10 +63,10 @@ def deformed_figure(
 
 def _draw(figure: Any, solution: Solution, field: Field, factor: float) -> None:
     axes, units = figure.add_subplot(), solution.case.units
-    moved, peak = field.points + factor * field.u, largest(field, solution.mesh)
+    moved, peak = field.points + factor * field.u, largest(field, as_curve(solution.mesh))
     colours = axes.tripcolor(*moved.T, field.von_mises, triangles=field.cells, shading="gouraud", cmap="viridis",
                              vmin=0.0, vmax=peak.usual if peak.usual > 0.0 else 1.0, rasterized=True)  # fmt: skip
-    for initial, deformed in outlines(solution.mesh, solution.u, factor):
+    for initial, deformed in outlines(as_curve(solution.mesh), solution.u, factor):
         axes.plot(*initial.T, color="0.55", lw=0.8, ls="--")
         axes.plot(*deformed.T, color="black", lw=0.9)
     contact = solution.contact

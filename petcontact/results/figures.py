@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -10,10 +11,9 @@ import numpy as np
 
 from ..arrays import Array, Mask
 from ..mesh.basis import lagrange
-from ..mesh.curve_mesh import CurveMesh
-from .solution import ContactFields, Solution
-from .steps import AssemblySolution
-from .style import (
+from ..mesh.curve_mesh import CurveMesh, as_curve
+from ..mesh.surface_mesh import SurfaceMesh
+from ..runtime.figure_style import (
     COLOURS,
     SHADES,
     closed,
@@ -26,6 +26,8 @@ from .style import (
     save_all,
     title,
 )
+from .solution import ContactFields, Solution
+from .steps import AssemblySolution
 
 SMALLEST = 1e-17
 """Where a residual of zero is drawn, relative to the largest."""
@@ -49,7 +51,8 @@ def plot_all(
     Returns
     -------
     list of Path
-        STEM-deformed.png, STEM-displacement.png, STEM-traction.png, STEM-normal.png, STEM-history.png;
+        STEM-deformed.png, STEM-displacement.png, STEM-traction.png, STEM-normal.png, STEM-history.png; in space
+        STEM-surface.png in place of the first and no STEM-normal.png;
         with bodies or load steps STEM-PAIR-traction.png and STEM-PAIR-motion.png of each interface instead of those between
         the first and the last.
 
@@ -64,9 +67,27 @@ def plot_all(
         from .steps_figures import drawings as of_steps
 
         return save_all(of_steps(solution), folder, stem, solution, formats=formats) if solution.steps else []
-    drawings = {"deformed": draw_deformed, "displacement": draw_displacement, "traction": draw_traction,
-                "normal": draw_normal, "history": draw_history}  # fmt: skip
-    return save_all(drawings, folder, stem, solution, formats=formats)
+    return save_all(drawings_of(solution.mesh), folder, stem, solution, formats=formats)
+
+
+@functools.singledispatch
+def drawings_of(mesh: Any) -> dict[str, Any]:
+    """The figures of a mesh's kind, by name."""
+    raise TypeError(f"no figures of {type(mesh).__name__}")
+
+
+@drawings_of.register
+def _(mesh: CurveMesh) -> dict[str, Any]:
+    return {"deformed": draw_deformed, "displacement": draw_displacement, "traction": draw_traction,
+            "normal": draw_normal, "history": draw_history}  # fmt: skip
+
+
+@drawings_of.register
+def _(mesh: SurfaceMesh) -> dict[str, Any]:
+    from .surface_figures import draw_slip, draw_surface, draw_tangential_traction
+
+    return {"surface": draw_surface, "displacement": draw_slip, "traction": draw_tangential_traction,
+            "history": draw_history}  # fmt: skip
 
 
 def draw_deformed(figure: Any, solution: Solution) -> None:
@@ -78,7 +99,7 @@ def deformed_on(axes: Any, solution: Solution) -> None:
     """The same on given axes."""
     size, peak = float(np.ptp(solution.mesh.x, axis=0).max()), float(np.abs(solution.u).max())
     factor, contact = round_number(0.08 * size, peak), solution.contact
-    for initial, deformed in outlines(solution.mesh, solution.u, factor):
+    for initial, deformed in outlines(as_curve(solution.mesh), solution.u, factor):
         axes.plot(*initial.T, color="0.55", lw=0.9, ls="--")
         axes.plot(*deformed.T, color="black", lw=1.1)
     draw_states(axes, contact.x + factor * solution.u[contact.nodes], contact.state)

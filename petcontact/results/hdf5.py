@@ -15,13 +15,14 @@ import numpy as np
 
 from ..contact.state import COLUMNS, History
 from ..errors import PetcontactError, ResultError
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.storage import read_mesh, write_mesh
 from ..model.base import parse
 from ..model.case import Case
 from ..model.units import Units
+from ..refinement.zones import Zone
 from ..runtime.atomic_write import temporary_name
-from .checks import check_contact, check_fields, check_group, check_link, check_mesh
-from .solution import ContactFields, Solution, Zone
+from .checks import check_contact, check_fields, check_group, check_link
+from .solution import ContactFields, Solution
 from .steps import AssemblySolution
 
 FORMAT = "petcontact result"
@@ -37,11 +38,11 @@ DESCRIPTIONS = {
     "boundary/part": ("1", "name of the part of each node"),
     "contact/nodes": ("1", "numbers of the contact nodes among those of /boundary"),
     "contact/x": ("length", "contact nodes"),
-    "contact/tangent": ("1", "outward normal turned by +90 degrees"),
+    "contact/tangent": ("1", "tangents; in the plane the outward normal turned by +90 degrees"),
     "contact/weight": ("length", "quadrature weights"),
-    "contact/arc_length": ("length", "arc length along the part"),
-    "contact/u_t": ("length", "displacement along the tangent"),
-    "contact/sigma_t": ("stress", "traction along the tangent"),
+    "contact/arc_length": ("length", "arc length along the part, 0 in space"),
+    "contact/u_t": ("length", "displacement along the tangents"),
+    "contact/sigma_t": ("stress", "traction along the tangents"),
     "contact/sigma_n": ("stress", "traction along the outward normal, negative in compression"),
     "contact/friction_bound": ("stress", "g, the largest |sigma_t|"),
     "contact/state": ("1", "0 stick, 1 slip, 2 open"),
@@ -54,7 +55,6 @@ DESCRIPTIONS = {
     "history/exchanged": ("1", "nodes on the wrong side after each Newton step, the last rows"),
 }
 """Unit and meaning of the datasets of a result."""
-MESH_ARRAYS = ("curvature", "order", "part", "line", "side_start")
 
 
 def write_solution(path: str | Path, solution: Solution | AssemblySolution, *, replace: bool = True) -> None:
@@ -106,7 +106,9 @@ def write_group(group: Any, solution: Solution) -> None:
     write_mesh(group.create_group("mesh"), mesh)
     contacts = group.create_group("contact")
     for key in ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state"):
-        contacts[key] = getattr(contact, key)
+        values = getattr(contact, key)
+        # a single tangent has no axis of its own
+        contacts[key] = values[:, 0] if key == "tangent" and values.shape[1] == 1 else values
     contacts.create_dataset("part", data=contact.part.astype(object), dtype=text)
     rows = group.create_group("history")
     for key in COLUMNS:
@@ -130,29 +132,6 @@ def _describe(group: Any, units: Units) -> None:
     for path, (unit, text) in DESCRIPTIONS.items():
         if path in group:
             group[path].attrs.update({"unit": names.get(unit) or unit, "description": text})
-
-
-def write_mesh(elements: Any, mesh: CurveMesh) -> None:
-    """A mesh into an HDF5 group."""
-    vertices, numbers = np.unique(np.vstack([mesh.start, mesh.end]), axis=0, return_inverse=True)
-    elements["vertices"] = vertices
-    elements["elements"] = numbers.reshape(2, -1).T
-    for key in MESH_ARRAYS:
-        elements[key] = getattr(mesh, key)
-    elements.create_dataset("part_names", data=np.array(mesh.part_names, dtype=object), dtype=h5py.string_dtype())
-    elements.attrs["unit_length"] = mesh.unit_length
-
-
-def read_mesh(elements: Any, source: str) -> CurveMesh:
-    """A mesh from an HDF5 group."""
-    arrays = {key: elements[key][()] for key in ("vertices", "elements", "part_names", *MESH_ARRAYS)}
-    check_mesh(arrays, source)
-    vertices, numbers = arrays["vertices"], arrays["elements"]
-    return CurveMesh(
-        start=vertices[numbers[:, 0]], end=vertices[numbers[:, 1]],
-        part_names=tuple(name.decode() for name in arrays["part_names"]),
-        unit_length=float(elements.attrs.get("unit_length", 0.0)), **{key: arrays[key] for key in MESH_ARRAYS},
-    )  # fmt: skip
 
 
 def read_result(path: str | Path, group: str = "/") -> Solution | AssemblySolution:
@@ -245,10 +224,11 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> Solution:
     check_group(group, source)
     mesh = read_mesh(group["mesh"], source)
     stored = group["contact"]
+    x = stored["x"][()]
     contact = ContactFields(**{
         key: np.array([name.decode() for name in stored[key][()]]) if key == "part" else stored[key][()]
-        for key in ContactFields.__dataclass_fields__
-    })  # fmt: skip
+        for key in ContactFields.__dataclass_fields__ if key != "tangent"
+    }, tangent=stored["tangent"][()].reshape(len(x), -1, x.shape[1]))  # fmt: skip
     check_contact(mesh, vars(contact), source)
     fields = {key: group[f"boundary/{key}"][()] for key in ("u", "traction")}
     check_fields(mesh, fields, source)

@@ -16,23 +16,10 @@ from ..contact.criterion import FLOOR
 from ..contact.friction_law import balanced_rho, contact_norm, contact_state, projection_residual
 from ..contact.state import ContactState, History
 from ..fields.interior import field_at
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.curve_mesh import as_curve
 from ..model.case import Case
-
-
-@dataclass(frozen=True)
-class Zone:
-    """A stretch of one contact part, in arc length along it [length]; sign 0 sticks, ±1 slips along ±tangent."""
-
-    part: str
-    start: float
-    end: float
-    sign: int
-
-    @property
-    def name(self) -> str:
-        """stick or slip."""
-        return "slip" if self.sign else "stick"
+from ..refinement.zones import Zone, zones_of
 
 
 @dataclass(frozen=True)
@@ -43,12 +30,14 @@ class ContactFields:
     ----------
     nodes : (m,) array
         Numbers of the contact nodes.
-    x, tangent : (m, 2) arrays
-        Nodes [length], and the outward normal turned by +90° (+x on a bottom side).
+    x : (m, d) array
+        Nodes [length].
+    tangent : (m, d-1, d) array
+        In the plane the outward normal turned by +90° (+x on a bottom side).
     weight, arc_length : (m,) arrays
-        Quadrature weights, and arc length along the part [length].
-    u_t, sigma_t : (m, 1) arrays
-        Tangential displacement [length] and traction [stress].
+        Quadrature weights [length or area], and arc length along the part, 0 in space [length].
+    u_t, sigma_t : (m, d-1) arrays
+        Components of displacement [length] and traction [stress] along the tangents.
     sigma_n, friction_bound : (m,) arrays
         Normal traction, negative in compression, and g [stress].
     state : (m,) array
@@ -76,7 +65,7 @@ class Solution:
     Attributes
     ----------
     case : Case
-    mesh : CurveMesh
+    mesh : BoundaryMesh
     u, traction : (n, 2) arrays
         On the whole boundary [length], [stress].
     contact : ContactFields
@@ -97,7 +86,7 @@ class Solution:
     """
 
     case: Case
-    mesh: CurveMesh
+    mesh: BoundaryMesh
     u: Array
     traction: Array
     contact: ContactFields
@@ -137,18 +126,18 @@ class Solution:
         return float(contact.weight[contact.sigma_n > 0.0].sum() / contact.weight.sum())
 
     def reactions(self) -> dict[str, Array]:
-        """Resultant of the tractions on each part, (2,) each [stress · length]; their sum is of the mesh's error."""
+        """Resultant of the tractions on each part, (d,) each [stress · length]; their sum is of the mesh's error."""
         mesh = self.mesh
         forces = mesh.weight[:, None] * self.traction
         return {name: forces[mesh.node_part == k].sum(axis=0) for k, name in enumerate(mesh.part_names)}
 
     def at(self, points: Any) -> Array:
         """Displacement at points (m, 2) inside the body, (m, 2) [length]; see `fields.interior.field_at`."""
-        return field_at(self.mesh, self.u, self.traction, self.case.material, points)[0]
+        return field_at(as_curve(self.mesh), self.u, self.traction, self.case.material, points)[0]
 
     def stress_at(self, points: Any) -> Array:
         """σ_xx, σ_yy, σ_xy at points (m, 2) inside the body, (m, 3) [stress]."""
-        return field_at(self.mesh, self.u, self.traction, self.case.material, points)[1]
+        return field_at(as_curve(self.mesh), self.u, self.traction, self.case.material, points)[1]
 
     def save(self, path: str | Path) -> None:
         """Write a result file, see `write_solution`."""
@@ -218,7 +207,7 @@ def least_displacement(u: Array, weight: Array) -> float:
 
 
 def contact_fields(
-    mesh: CurveMesh, data: BoundaryData, u: Array, traction: Array, state: ContactState
+    mesh: BoundaryMesh, data: BoundaryData, u: Array, traction: Array, state: ContactState
 ) -> tuple[ContactFields, list[Zone]]:
     """Nodal fields and zones on Γ_C from the last iterate of a method."""
     nodes = data.contact_nodes
@@ -227,26 +216,10 @@ def contact_fields(
     normal_traction = np.einsum("ij,ij->i", traction[nodes], mesh.normal[nodes])
     slips = contact_state(state.v, state.sigma, data.friction_bound, rho)
     names = np.array(mesh.part_names)[mesh.node_part[nodes]]
+    arc_length = mesh.variables(nodes).get("s", np.zeros(len(nodes)))
     contact = ContactFields(
-        nodes, mesh.x[nodes], data.tangent[:, 0], weight, mesh.arc_length[nodes], state.v, state.sigma,
-        normal_traction, data.friction_bound, slips, names,
+        nodes, mesh.x[nodes], data.tangent, weight, arc_length, state.v, state.sigma, normal_traction,
+        data.friction_bound, slips, names,
     )  # fmt: skip
-    return contact, _zones(mesh, contact)
-
-
-def _zones(mesh: CurveMesh, contact: ContactFields) -> list[Zone]:
-    """Runs of nodes of one state; they end where two elements meet, or half-way between nodes of one element."""
-    zones = []
-    sign = (contact.state * np.sign(contact.u_t[:, 0] - contact.sigma_t[:, 0] * 1e-300)).astype(int)
-    for part in dict.fromkeys(contact.part.tolist()):
-        chosen = np.flatnonzero(contact.part == part)
-        element = mesh.element[contact.nodes[chosen]]
-        s, signs = contact.arc_length[chosen], sign[chosen]
-        cuts = np.flatnonzero(np.diff(signs) != 0)
-        inside = element[cuts] == element[cuts + 1]
-        borders = np.where(inside, 0.5 * (s[cuts] + s[cuts + 1]), mesh.side_start[element[cuts + 1]])
-        total = mesh.side_start[element[-1]] + mesh.length[element[-1]]
-        ends = np.concatenate([[0.0], borders, [total]])
-        for k, first in enumerate([0, *(cuts + 1)]):
-            zones.append(Zone(part, float(ends[k]), float(ends[k + 1]), int(signs[first])))
-    return zones
+    sign = (slips * np.sign(state.v[:, 0] - state.sigma[:, 0] * 1e-300)).astype(int)
+    return contact, zones_of(mesh, nodes, sign)

@@ -11,10 +11,12 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import ResultError
+from ..mesh.curve_mesh import as_curve
+from ..mesh.storage import read_mesh, write_mesh
 from ..model.assembly import Assembly
 from ..model.base import parse
 from .checks import check_fields, check_group, check_pair
-from .hdf5 import FORMAT, read_mesh, write_mesh
+from .hdf5 import FORMAT
 from .steps import AssemblySolution, BodyResult, ObstacleResult, PairResult, StepResult
 
 FORMAT_VERSION = 2
@@ -109,7 +111,7 @@ def read_assembly(group: Any, source: str) -> AssemblySolution:
     attributes = dict(group.attrs)
     try:
         check_group(group, source)
-        meshes = {name: read_mesh(group[f"bodies/{name}/mesh"], source) for name in group["bodies"]}
+        meshes = {name: as_curve(read_mesh(group[f"bodies/{name}/mesh"], source)) for name in group["bodies"]}
         nodes = {name: place["nodes"][()] for name, place in group["pairs"].items()}
         sides = {name: (str(p.attrs["body"]), str(p.attrs["part"])) for name, p in group["pairs"].items()}
         count = len(group["steps"]) if "steps" in group else 0

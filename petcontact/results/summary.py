@@ -7,28 +7,31 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Array
+from ..refinement.zones import Zone
 from ..runtime.terminal import printable
-from .solution import Solution, Zone
+from .solution import Solution
 
 
 def verdict(solution: Solution) -> str:
     """How a solve ended: status, size, method, KSP, zones, residuals, time by stage."""
     case, mesh, contact = solution.case, solution.mesh, solution.contact
-    orders = sorted(set(mesh.order.tolist()))
+    orders = [int(order) for order in np.unique(mesh.order)]
     order = str(orders[0]) if len(orders) == 1 else f"{orders[0]}-{orders[-1]}"
     lines = [printable(case.title)] if case.title else []
     lines.append(f"  {solution.status}: {solution.reason}")
     lines.append(
-        f"  {mesh.n_elements} elements of order {order}, {2 * mesh.n_nodes} unknowns, {len(contact.nodes)} contact nodes"
+        f"  {mesh.n_elements} elements of order {order}, {mesh.x.size} unknowns, {len(contact.nodes)} contact nodes"
     )
     lines.append(f"  {_method(solution)}")
     lines.append("  " + ": ".join(filter(None, (solution.info.get("solver", ""), solution.info.get("ksp_reason", "")))))
     for part in dict.fromkeys(zone.part for zone in solution.zones):
         lines += wrapped(f"  {printable(part)}: ", [_zone(zone) for zone in solution.zones if zone.part == part])
+    lines += _slip_areas(solution)
     lines += _forces(solution)
     if "accuracy" in solution.info:
         lines.append(_accuracy(solution))
-    peak = np.abs(contact.u_t).max()
+    peak = np.sqrt(np.sum(contact.u_t**2, axis=1)).max()
     lines.append(
         f"  max |u_t| {peak:.6g}, |R_rho| {solution.residual:.2e}, elastic residual {solution.elastic_residual:.1e}"
     )
@@ -47,11 +50,27 @@ def _forces(solution: Solution) -> list[str]:
     """Resultants on the parts that hold the body, and how much of the contact pulls."""
     case, unit = solution.case, solution.case.units.force
     held = {condition.part for condition in case.boundary if condition.condition != "traction"}
-    forces = [f"{printable(name)} ({x:.5g}, {y:.5g})" for name, (x, y) in solution.reactions().items() if name in held]
+    forces = [f"{printable(name)} {_vector(force)}" for name, force in solution.reactions().items() if name in held]
     lines = wrapped(f"  forces [{printable(unit)}]: " if unit else "  forces: ", forces)
     if solution.tension_share > 0.0:
         lines.append(f"  tension on {100.0 * solution.tension_share:.3g} % of the contact, which a bilateral one transmits")
     return lines
+
+
+def _slip_areas(solution: Solution) -> list[str]:
+    """How much of contact parts without zones slips."""
+    contact, zoned = solution.contact, {zone.part for zone in solution.zones}
+    lines = []
+    for part in dict.fromkeys(contact.part.tolist()):
+        mine = contact.part == part
+        area, slips = contact.weight[mine].sum(), contact.weight[mine & (contact.state == 1)].sum()
+        if part not in zoned:
+            lines.append(f"  {printable(part)}: slip on {slips:.6g} of {area:.6g}")
+    return lines
+
+
+def _vector(values: Array) -> str:
+    return "(" + ", ".join(f"{value:.5g}" for value in values) + ")"
 
 
 def _accuracy(solution: Solution) -> str:

@@ -13,11 +13,11 @@ import numpy as np
 from ..arrays import Array, Index
 from ..fields.interior import Field
 from ..mesh.basis import lagrange
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.curve_mesh import CurveMesh, as_curve
 from ..model.units import Units
 from ..runtime.atomic_write import temporary_name
+from ..runtime.figure_style import STATES
 from ..runtime.terminal import printable
-from .style import STATES
 
 if TYPE_CHECKING:
     from .solution import Solution
@@ -68,7 +68,7 @@ def write_boundary_vtu(path: str | Path, solution: Solution) -> None:
     OutputError
         If the file cannot be written.
     """
-    mesh, contact = solution.mesh, solution.contact
+    mesh, contact = as_curve(solution.mesh), solution.contact
     state, bound = np.full(mesh.n_nodes, -1, dtype=np.int64), np.zeros(mesh.n_nodes)
     state[contact.nodes], bound[contact.nodes] = contact.state, contact.friction_bound
     nodal = np.column_stack([solution.u, solution.traction, bound])

@@ -13,6 +13,7 @@ import numpy as np
 
 from ..arrays import Array, States
 from ..errors import InputError
+from ..mesh.curve_mesh import as_curve
 from ..model.case import Case
 from ..results.steps import AssemblySolution
 from .problems import AnyCase, AnySolution
@@ -129,7 +130,7 @@ def von_mises_at(solution: AnySolution, points: Sequence[Sequence[float]]) -> di
     from ..fields.interior import field_at, normal_stress_out_of_plane, von_mises
 
     material = solution.case.material
-    _, stress = field_at(solution.mesh, solution.u, solution.traction, material, np.array(points))
+    _, stress = field_at(as_curve(solution.mesh), solution.u, solution.traction, material, np.array(points))
     values = von_mises(stress, normal_stress_out_of_plane(stress, material))
     return {f"von_mises_{number}": float(value) for number, value in enumerate(values, 1)}
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from petcontact.results.style import plain
+from petcontact.runtime.figure_style import plain
 from petcontact.runtime.terminal import printable
 from petcontact.runtime.text_table import aligned, as_csv
 

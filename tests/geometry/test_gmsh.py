@@ -70,7 +70,7 @@ def edited(tmp_path, old, new):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("\n2 4 0 0\n", "\n2 4 0 1\n", "does not lie in a plane"),
+        ("\n2 4 0 0\n", "\n2 4 0 1\n", "the surface is open"),
         ("\n2 4 0 0\n", "\n2 nan 0 0\n", "not finite"),
         ("\n2 4 0 0\n", "\n2 9 9 0\n", "crosses or touches"),
         ("$Elements", "$Elephants", "no line is in a physical group"),

@@ -62,8 +62,8 @@ def test_a_case_survives_its_own_toml():
         ("boundary.0.condition", "contakt", "boundary[0].condition: must be one of 'contact', 'displacement', 'traction',"
          " got 'contakt', did you mean 'contact'?"),
         ("boundary.0.condition", ..., "boundary[0].condition: this key is required, must be one of 'contact'"),
-        ("boundary.1.value", [0.0], "boundary[1].value: has 1 entries, too few"),
-        ("boundary.1.value", [0.0, 0.0, 0.0], "boundary[1].value: array must have at most 2 items"),
+        ("boundary.1.value", [0.0], "boundary[1].value: array must have at least 2 items"),
+        ("boundary.1.value", [0.0, 0.0, 0.0, 0.0], "boundary[1].value: array must have at most 3 items"),
         ("boundary.1.value", [0.0, float("inf")], "boundary[1].value[1]: must be a finite number or an expression"),
         ("boundary.1.value", "free", "boundary[1].value: must be an array, got 'free'"),
         ("boundary.2.pressure", 3.0, "boundary[2]: a traction needs either value"),

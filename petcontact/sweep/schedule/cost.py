@@ -15,7 +15,7 @@ from ...model.case import Case
 from ...model.solver_options import Bem
 from ...pipeline.choice import is_compressed
 from ...pipeline.prepare import resolved_bem
-from ...refinement.marks import mesh_of
+from ...refinement.meshes import mesh_of
 
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios matter, they decide the
 # order of the groups and who joins whom.
@@ -70,26 +70,26 @@ def _contact_parts(case: Case | Assembly, body: Any) -> set[str]:
     return parts | {side.split(".")[-1] for pair in pairs for side in (pair.secondary, pair.primary)}
 
 
-def _size(body: Any, contact: set[str], bem: Bem) -> tuple[int, int, bool]:
-    """Nodes of a body, those on its contact parts, and whether its operators would be compressed."""
-    mesh = mesh_of(body, body.geometry.outline())
+def _size(body: Any, contact: set[str], bem: Bem) -> tuple[int, int, int, bool]:
+    """Dimension and nodes of a body, contact unknowns, and whether its operators would be compressed."""
+    mesh = mesh_of(body)
     on_contact = np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact))
-    return mesh.n_nodes, int(on_contact.sum()), is_compressed(bem, mesh)
+    return mesh.dim, mesh.n_nodes, (mesh.dim - 1) * int(on_contact.sum()), is_compressed(bem, mesh)
 
 
-def _of_body(case: Case | Assembly, n: int, m: int, compressed: bool, cases: int, ranks: int) -> Cost:
+def _of_body(case: Case | Assembly, dim: int, n: int, m: int, compressed: bool, cases: int, ranks: int) -> Cost:
     """Seconds of elimination and of one iteration, and memory, for one body."""
-    bem = resolved_bem(case.bem)
+    bem, unknowns = resolved_bem(case.bem), dim * n
     full = case.method.formulation == "full"
     if not full and compressed:
         levels = math.log2(max(2.0, n / bem.hodlr_leaf))
         prepare, solve = COMPRESSED * n * levels, COMPRESSED * n * levels / 15.0
-        memory = 8.0 * 2 * n * (2 * bem.hodlr_leaf + 40.0 * levels) * 2.5
+        memory = 8.0 * unknowns * (2 * bem.hodlr_leaf + 40.0 * levels) * 2.5
     else:
-        factor = 2.0 / 3.0 * (2 * n) ** 3
-        prepare = ENTRY * n * n + FLOP * (factor + 2.0 * (2 * n) ** 2 * m)
+        factor = 2.0 / 3.0 * unknowns**3
+        prepare = ENTRY * n * n + FLOP * (factor + 2.0 * unknowns**2 * m)
         solve = FLOP * (factor if full else 2.0 / 3.0 * m**3 + 6.0 * m * m)
-        memory = 8.0 * ((2 * n) ** 2 * (2 if full or ranks > 1 else 1) + 2 * (2 * n) * m + 3 * m * m)
+        memory = 8.0 * (unknowns**2 * (2 if full or ranks > 1 else 1) + 2 * unknowns * m + 3 * m * m)
     if not full and ranks == 1 and shares(cases, m):
         prepare, solve = prepare + FLOP * EIGEN * m**3, FLOP * 6.0 * m * m
         memory += 8.0 * 5 * m * m

@@ -1,0 +1,1 @@
+"""Kelvin's solution in space, integrated over flat panels."""

@@ -1,0 +1,204 @@
+"""Kelvin's solution in space and its traction, integrated over flat panels (the kernels of 4.10 in three dimensions).
+
+With r = y - x from the target x to the source y, n the outward normal at y and w = n·r:
+
+    U = 1/(16πµ(1-ν)) [(3-4ν) I/r + r r/r³]
+    T = -1/(8π(1-ν)) [w ((1-2ν) I/r³ + 3 r r/r⁵) - (1-2ν)(r n - n r)/r³]
+
+U[i, j] and T[i, j] take component j at the source to component i at the target. Near panels are integrated in closed form
+(`moments`); from afar Gauss points serve as sources, as many as a bound of their error asks for.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...mesh.panels import Panels
+from .moments import FLAT, Moments
+
+TOLERANCE = 1e-11
+"""Relative quadrature error of far panels."""
+MOST_POINTS = (64, 64, 100, 144)
+"""Gauss points up to which a panel of each order is far: as dear as the closed form, which loses digits farther off."""
+COUNTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)
+"""Numbers of points in one direction that are used."""
+RECTANGULAR = 0.9
+"""Panels that fill less of their frame's box have slanting lines of Gauss points: the same number in both directions."""
+NEAR_CHUNK = 4096
+"""Pairs of a panel and a target whose closed forms are worked out at once."""
+FAR_CHUNK = 1 << 16
+"""Pairs of a source point and a target at once."""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """The arrays to fill, (3, 3, n, k, m), or None, and ν."""
+
+    kernel_g: Array | None
+    kernel_h: Array | None
+    poisson_ratio: float
+
+    def write(self, element: Index | int, target: Index, g: Array | None, h: Array | None) -> None:
+        """Values (3, 3, pairs, k), or (3, 3, k, targets) of one element."""
+        for whole, part in ((self.kernel_g, g), (self.kernel_h, h)):
+            if whole is not None and part is not None and isinstance(element, int):
+                whole[:, :, element, :, target] = part.transpose(3, 0, 1, 2)
+            elif whole is not None and part is not None:
+                whole[:, :, element, :, target] = part.transpose(2, 0, 1, 3)
+
+
+def integrals(
+    points: Array, panels: Panels, poisson_ratio: float, *, displacement: bool = True, traction: bool = True,
+    tolerance: float = TOLERANCE,
+) -> tuple[Array | None, Array | None]:  # fmt: skip
+    """Both kernels integrated over panels against their bases, at target points.
+
+    Parameters
+    ----------
+    points : (m, 3) array
+        [length]
+    panels : Panels
+        n panels of k nodes.
+    poisson_ratio : float
+    displacement, traction : bool
+        What is wanted.
+    tolerance : float
+        Of the quadrature of far panels.
+
+    Returns
+    -------
+    G : (3, 3, n k, m) array or None
+        2µ ∫ U_ij L_b dS [length], i the component at the target, j the component at the panel; panel after panel on the
+        third axis.
+    H : (3, 3, n k, m) array or None
+        ∫ T_ij L_b dS [-]; the principal value, without the free term, at a node of the panel itself.
+    """
+    shape = (3, 3, len(panels.index), panels.n_nodes, len(points))
+    result = Wanted(np.empty(shape) if displacement else None, np.empty(shape) if traction else None, poisson_ratio)
+    near: list[tuple[Index, Index]] = [(np.empty(0, dtype=np.int64),) * 2]
+    for element in range(len(panels.index) if len(points) else 0):
+        counts = point_counts(points, panels, element, tolerance)
+        close = counts[:, 0] * counts[:, 1] > MOST_POINTS[panels.order]
+        column = np.flatnonzero(close)
+        near.append((np.full(len(column), element), column))
+        counts[close] = 0
+        code = counts[:, 0] * 64 + counts[:, 1]
+        for number in np.unique(code[~close]).tolist():
+            _far(points, panels, element, np.flatnonzero(code == number), divmod(number, 64), result)
+    elements, columns = (np.concatenate(part) for part in zip(*near, strict=True))
+    for first in range(0, len(elements), NEAR_CHUNK):
+        some = slice(first, first + NEAR_CHUNK)
+        _near(points[columns[some]], panels, elements[some], columns[some], result)
+    flat = (3, 3, shape[2] * shape[3], shape[4])
+    return tuple(None if k is None else k.reshape(flat) for k in (result.kernel_g, result.kernel_h))  # type: ignore[return-value]
+
+
+def point_counts(points: Array, panels: Panels, element: int, tolerance: float) -> Index:
+    """Gauss points (m, 2) along both directions of a panel that hold the tolerance at each target, out of `COUNTS`.
+
+    Along one direction the integrand is analytic inside the Bernstein ellipse of ρ whose foci are the ends, r vanishing at
+    position ± i distance; n points err by about ρ^(p-2n).
+    """
+    local = (points - panels.centre[element]) @ panels.frame[element].T / panels.size[element]
+    low, high = panels.polygon[element].min(axis=0), panels.polygon[element].max(axis=0)
+    half, offset = 0.5 * (high - low), local[:, :2] - 0.5 * (high + low)
+    beyond = np.maximum(np.abs(offset) - half, 0.0)
+    counts = np.empty((len(points), 2), dtype=np.int64)
+    for c in range(2):
+        z = (np.abs(offset[:, c]) + 1j * np.hypot(beyond[:, 1 - c], local[:, 2])) / half[c]
+        log_rho = np.maximum(np.log(np.abs(z + np.sqrt(z - 1.0) * np.sqrt(z + 1.0))), 1e-3)
+        asked = 0.5 * (-math.log(tolerance) / log_rho + panels.order + 2)
+        counts[:, c] = np.append(COUNTS, 999)[np.searchsorted(COUNTS, asked)]
+    x, y = panels.polygon[element].T
+    if abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < 2.0 * RECTANGULAR * np.prod(high - low):
+        counts[:] = counts.max(axis=1, keepdims=True)
+    return counts
+
+
+def _far(points: Array, panels: Panels, element: int, target: Index, counts: tuple[int, int], result: Wanted) -> None:
+    """Gauss points of one panel as sources."""
+    x, weight = panels.take(slice(element, element + 1)).rule(counts)
+    step = max(1, FAR_CHUNK // x.shape[1])
+    for first in range(0, len(target), step):
+        rows = target[first : first + step]
+        g, h = kernels(x[0][:, None] - points[rows], panels.frame[element, 2], result.poisson_ratio)
+        parts = (None if whole is None else np.einsum("bq,ijqm->ijbm", weight[0], kernel, optimize=True)
+                 for whole, kernel in ((result.kernel_g, g), (result.kernel_h, h)))  # fmt: skip
+        result.write(element, rows, *parts)
+
+
+def kernels(r: Array, normal: Array, poisson_ratio: float) -> tuple[Array, Array]:
+    """2µU [1/length] and T [1/length²], (3, 3, ...), for vectors r (..., 3) from targets to sources and the normal there."""
+    inverse = 1.0 / np.sqrt(np.sum(r * r, axis=-1))
+    e = np.moveaxis(r, -1, 0) * inverse
+    w = np.tensordot(normal, e, axes=1)
+    dyad, identity = e[:, None] * e[None], np.eye(3).reshape(3, 3, *([1] * inverse.ndim))
+    skew = e[:, None] * normal.reshape(1, 3, *([1] * inverse.ndim))
+    twist, one_2nu = skew - skew.swapaxes(0, 1), 1.0 - 2.0 * poisson_ratio
+    scale = inverse / (8.0 * np.pi * (1.0 - poisson_ratio))
+    g = scale * ((3.0 - 4.0 * poisson_ratio) * identity + dyad)
+    return g, scale * inverse * (one_2nu * (twist - w * identity) - 3.0 * w * dyad)
+
+
+def _near(x: Array, panels: Panels, element: Index, target: Index, result: Wanted) -> None:
+    """Pairs of a panel and a target in closed form."""
+    frame, size = panels.frame[element], panels.size[element]
+    local, w = local_targets(x, panels, element)
+    degree = int(panels.exponents.sum(axis=1).max())
+    moments = Moments.of(panels.polygon[element], local[:2].T, w, panels.order, degree, traction=result.kernel_h is not None)
+    basis = to_basis(panels, element, local[:2])
+    for whole, build, power in ((result.kernel_g, _displacement, 1), (result.kernel_h, _traction, 0)):
+        if whole is None:
+            continue
+        values = np.array([build(moments, w, int(a), int(b), result.poisson_ratio) for a, b in panels.exponents])
+        nodal = np.einsum("nbq,qijn->ijnb", basis, values, optimize=True) * (size**power)[:, None]
+        rotated = np.einsum("nai,abnk,nbj->ijnk", frame, nodal, frame, optimize=True)
+        result.write(element, target, *((rotated, None) if power else (None, rotated)))
+
+
+def local_targets(x: Array, panels: Panels, element: Index) -> tuple[Array, Array]:
+    """Targets x (n, 3) in the coordinates of a panel each, (3, n), and the height of the panel's plane over them, (n,)."""
+    local = np.einsum("nij,nj->in", panels.frame[element], x - panels.centre[element]) / panels.size[element]
+    return local, np.where(np.abs(local[2]) <= FLAT, 0.0, -local[2])
+
+
+def to_basis(panels: Panels, element: Index, origin: Array) -> Array:
+    """Coefficients (n, k, monomials) of the basis of a panel each by monomials about the origin (2, n)."""
+    return np.asarray(np.einsum("nbm,mqn->nbq", panels.coefficients[element], _shift(panels.exponents, origin)))
+
+
+def _shift(exponents: Array, origin: Array) -> Array:
+    """ξ^a η^b of the panel's coordinates by monomials about the origin (2, n): shift[m, q] the factor of monomial q in m."""
+    highest = int(exponents.max(initial=0))
+    x, y = (np.array([c**k for k in range(highest + 1)]) for c in origin)
+    shift = np.zeros((len(exponents), len(exponents), origin.shape[1]))
+    for m, (a, b) in enumerate(exponents.tolist()):
+        for q, (i, j) in enumerate(exponents.tolist()):
+            if i <= a and j <= b:
+                shift[m, q] = math.comb(a, i) * math.comb(b, j) * x[a - i] * y[b - j]
+    return shift
+
+
+def _displacement(moments: Moments, w: Array, a: int, b: int, poisson_ratio: float) -> Array:
+    """2µ ∫ U u^a v^b in local directions, (3, 3, n)."""
+    m_3, p = moments.m_3, moments.p
+    part = (3.0 - 4.0 * poisson_ratio) * moments.m_1[a, b]
+    uv, uw, vw = m_3[a + 1, b + 1], p[a + 1, b], p[a, b + 1]
+    rows = [[part + m_3[a + 2, b], uv, uw], [uv, part + m_3[a, b + 2], vw], [uw, vw, part + w * p[a, b]]]
+    return np.array(rows) / (8.0 * np.pi * (1.0 - poisson_ratio))
+
+
+def _traction(moments: Moments, w: Array, a: int, b: int, poisson_ratio: float) -> Array:
+    """∫ T u^a v^b in local directions, (3, 3, n)."""
+    m_3, p, q = moments.m_3, moments.p, moments.q
+    one_2nu = 1.0 - 2.0 * poisson_ratio
+    part, uv = one_2nu * p[a, b], q[a + 1, b + 1]
+    ww = moments.w_q if a + b == 0 else w * w * q[a, b]
+    uw, vw, turn_u, turn_v = w * q[a + 1, b], w * q[a, b + 1], one_2nu * m_3[a + 1, b], one_2nu * m_3[a, b + 1]
+    rows = [[part + q[a + 2, b], uv, uw - turn_u], [uv, part + q[a, b + 2], vw - turn_v],
+            [uw + turn_u, vw + turn_v, part + ww]]  # fmt: skip
+    return -np.array(rows) / (8.0 * np.pi * (1.0 - poisson_ratio))

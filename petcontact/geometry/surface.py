@@ -1,0 +1,195 @@
+"""Closed surfaces of bodies in space: boxes, and flat facets whose orientation and closedness are checked."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse
+import scipy.spatial
+from scipy.sparse.csgraph import connected_components
+
+from ..arrays import Array, Index
+from ..errors import InputError
+from .crossings import first_crossing
+
+BOX_PARTS = {"left": (0, 0), "right": (0, 1), "front": (1, 0), "back": (1, 1), "bottom": (2, 0), "top": (2, 1)}
+"""Axis and side of each face of a box."""
+SLIVER = 1e-4
+"""Smallest height of a facet over its longest edge."""
+SAME = 1e-10
+"""Points closer than this fraction of the surface's size are one point given twice."""
+
+
+@dataclass(frozen=True)
+class BoxSurface:
+    """The six faces of [lower, upper], parts left x-, right x+, front y-, back y+, bottom z-, top z+ [length]."""
+
+    lower: Array
+    upper: Array
+    part_names: tuple[str, ...] = tuple(BOX_PARTS)
+
+
+@dataclass(frozen=True)
+class FacetSurface:
+    """Flat facets, counter-clockwise seen from outside.
+
+    Attributes
+    ----------
+    points : (n, 3) array
+        [length]
+    facets : (k, 4) int array
+        Corners; -1 comes last in triangles.
+    part : (k,) int array
+        Number of each facet's part in `part_names`.
+    part_names : tuple of str
+    """
+
+    points: Array
+    facets: Index
+    part: Index
+    part_names: tuple[str, ...]
+
+
+def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
+    """The surface with all normals outward, unneeded points dropped.
+
+    Raises
+    ------
+    InputError
+        If it is open, facets meet more than in pairs, points are doubled, facets are slivers or cross; one line that says
+        where, beginning with `source`.
+    """
+    used, facets = np.unique(surface.facets, return_inverse=True)
+    first = int(used[0] < 0)
+    points, facets = surface.points[used[first:]], facets.reshape(surface.facets.shape) - first
+    if not np.all(np.isfinite(points)):
+        raise InputError(f"{source}: coordinates that are not finite")
+    _check_points(points, source)
+    _check_shapes(points, facets, source)
+    flip = _orientation(points, facets, source)
+    facets[flip] = _reversed(facets[flip])
+    bodies = _components(facets)
+    facets = _outward(points, facets, bodies)
+    place = first_crossing(points, _triangles(facets)[0])
+    if place is not None:
+        raise InputError(f"{source}: the surface crosses itself near {_text(place)}")
+    return FacetSurface(points, facets, surface.part, surface.part_names)
+
+
+def _check_points(points: Array, source: str) -> None:
+    size = float(np.ptp(points, axis=0).max())
+    tree = scipy.spatial.cKDTree(points)
+    pairs = tree.query_pairs(SAME * size, output_type="ndarray")
+    if len(pairs):
+        raise InputError(f"{source}: {_text(points[pairs[0, 0]])} is given by two nodes ({len(pairs)} such pairs); "
+                         "join duplicate nodes (Gmsh: Coherence Mesh)")  # fmt: skip
+
+
+def _check_shapes(points: Array, facets: Index, source: str) -> None:
+    """Refuse facets without a height."""
+    corners = points[np.where(facets >= 0, facets, facets[:, :1])]
+    edge = np.roll(corners, -1, axis=1) - corners
+    length = np.linalg.norm(edge, axis=2)
+    longest = length.max(axis=1)
+    triangles, owner = _triangles(facets)
+    a, b, c = points[triangles].transpose(1, 0, 2)
+    height = np.linalg.norm(np.cross(b - a, c - a), axis=1) / longest[owner]
+    worst = int(np.argmin(height / longest[owner]))
+    if not height[worst] > SLIVER * longest[owner[worst]]:
+        raise InputError(f"{source}: the facet at {_text(points[triangles[worst]].mean(axis=0))} is a sliver, its height "
+                         f"below {SLIVER:g} of its longest edge")  # fmt: skip
+
+
+def _edges(facets: Index) -> tuple[Index, Index]:
+    """Directed edges (e, 2) and their facets (e,)."""
+    following = np.where(np.roll(facets, -1, axis=1) >= 0, np.roll(facets, -1, axis=1), facets[:, :1])
+    real = facets >= 0
+    owner = np.broadcast_to(np.arange(len(facets))[:, None], facets.shape)
+    return np.column_stack([facets[real], following[real]]), owner[real]
+
+
+def _orientation(points: Array, facets: Index, source: str) -> Index:
+    """Facets to turn round so that each edge is run through once in either direction."""
+    edges, owner = _edges(facets)
+    ends = np.sort(edges, axis=1)
+    order = np.lexsort((ends[:, 1], ends[:, 0]))
+    ends, edges, owner = ends[order], edges[order], owner[order]
+    starts = np.flatnonzero(np.concatenate([[True], np.any(ends[1:] != ends[:-1], axis=1)]))
+    count = np.diff(np.append(starts, len(ends)))
+    if np.any(count != 2):
+        k = starts[np.flatnonzero(count != 2)[0]]
+        n = int(count[count != 2][0])
+        what = "is open: one facet" if n == 1 else f"is no boundary of a body: {n} facets"
+        edge = f"{_text(points[ends[k, 0]])} to {_text(points[ends[k, 1]])}"
+        more = np.count_nonzero(count != 2)
+        raise InputError(f"{source}: the surface {what} at the edge from {edge}, two must meet ({more} such edges)")
+    one, other = owner[starts], owner[starts + 1]
+    agree = edges[starts, 0] != edges[starts + 1, 0]
+    n = len(facets)
+    # two copies of each facet, as it is and reversed: neighbours that agree join equal copies, else opposite ones
+    rows = np.concatenate([one, one + n])
+    columns = np.concatenate([np.where(agree, other, other + n), np.where(agree, other + n, other)])
+    count_of, label = connected_components(scipy.sparse.coo_matrix((np.ones(len(rows)), (rows, columns)), (2 * n, 2 * n)))
+    if np.any(label[:n] == label[n:]):
+        k = int(np.argmax(label[:n] == label[n:]))
+        raise InputError(f"{source}: the surface has one side only (like a Moebius strip) at {_text(points[facets[k, 0]])}")
+    seen = np.full(count_of, -1)
+    for k in range(n):
+        # the first facet of a component stays as it is
+        if seen[label[k]] < 0 and seen[label[k + n]] < 0:
+            seen[label[k]] = k
+    return np.flatnonzero(seen[label[:n]] < 0)
+
+
+def _reversed(facets: Index) -> Index:
+    """Corners in the other direction, the first kept."""
+    triangle = facets[:, 3] < 0
+    result = facets[:, [0, 3, 2, 1]]
+    result[triangle] = facets[triangle][:, [0, 2, 1, 3]]
+    return result
+
+
+def _components(facets: Index) -> Index:
+    """Number of the closed surface that each facet belongs to."""
+    corners = np.where(facets >= 0, facets, facets[:, :1])
+    n, k = len(facets), int(facets.max()) + 1
+    rows = np.repeat(np.arange(n), 4)
+    graph = scipy.sparse.coo_matrix((np.ones(4 * n), (rows, n + corners.ravel())), (n + k, n + k))
+    label = connected_components(graph, directed=False)[1][:n]
+    return np.asarray(np.unique(label, return_inverse=True)[1])
+
+
+def _triangles(facets: Index) -> tuple[Index, Index]:
+    """Facets cut into triangles (t, 3), and the facet of each."""
+    quads = np.flatnonzero(facets[:, 3] >= 0)
+    triangles = np.vstack([facets[:, :3], facets[quads][:, [0, 2, 3]]])
+    return triangles, np.concatenate([np.arange(len(facets)), quads])
+
+
+def _outward(points: Array, facets: Index, bodies: Index) -> Index:
+    """Outer surfaces with positive volume, those of cavities with negative."""
+    result = facets.copy()
+    for body in range(int(bodies.max()) + 1):
+        mine = bodies == body
+        triangles = _triangles(facets[mine])[0]
+        inside = sum(_winding(points, _triangles(facets[bodies == other])[0], points[triangles[0, 0]]) > 0.5
+                     for other in range(int(bodies.max()) + 1) if other != body)  # fmt: skip
+        a, b, c = (points[triangles] - points[triangles[0, 0]]).transpose(1, 0, 2)
+        volume = float(np.sum(a * np.cross(b, c)))
+        if (volume > 0.0) == bool(inside % 2):
+            result[mine] = _reversed(facets[mine])
+    return result
+
+
+def _winding(points: Array, triangles: Index, x: Array) -> float:
+    """|Solid angle| of a closed surface from a point, over 4π (van Oosterom and Strackee, IEEE Trans. BME 30, 1983)."""
+    a, b, c = (points[triangles] - x).transpose(1, 0, 2)
+    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
+    above = np.sum(a * np.cross(b, c), axis=1)
+    below = la * lb * lc + np.sum(a * b, axis=1) * lc + np.sum(b * c, axis=1) * la + np.sum(c * a, axis=1) * lb
+    return abs(float(np.sum(np.arctan2(above, below)))) / (2.0 * np.pi)
+
+
+def _text(point: Array) -> str:
+    return "({:g}, {:g}, {:g})".format(*point)

@@ -1,0 +1,110 @@
+"""Meshes as groups of a result file."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import h5py
+import numpy as np
+
+from ..errors import ResultError
+from .boundary_mesh import BoundaryMesh
+from .curve_mesh import CurveMesh
+from .panels import HIGHEST_ORDER
+from .surface_mesh import SurfaceMesh
+
+CURVE_ARRAYS = ("curvature", "order", "part", "line", "side_start")
+SURFACE_ARRAYS = ("order", "part")
+LARGEST_ORDER = 5
+
+
+def write_mesh(group: Any, mesh: BoundaryMesh) -> None:
+    """Vertices, elements and what else the mesh is made of."""
+    _write(mesh, group)
+    group.create_dataset("part_names", data=np.array(mesh.part_names, dtype=object), dtype=h5py.string_dtype())
+    group.attrs["unit_length"] = mesh.unit_length
+
+
+@functools.singledispatch
+def _write(mesh: Any, group: Any) -> None:
+    raise TypeError(f"{type(mesh).__name__} cannot be stored")
+
+
+@_write.register
+def _(mesh: CurveMesh, group: Any) -> None:
+    vertices, numbers = np.unique(np.vstack([mesh.start, mesh.end]), axis=0, return_inverse=True)
+    group["vertices"] = vertices
+    group["elements"] = numbers.reshape(2, -1).T
+    for key in CURVE_ARRAYS:
+        group[key] = getattr(mesh, key)
+
+
+@_write.register
+def _(mesh: SurfaceMesh, group: Any) -> None:
+    flat = mesh.corners.reshape(-1, 3)
+    real = ~np.isnan(flat[:, 0])
+    vertices, numbers = np.unique(flat[real], axis=0, return_inverse=True)
+    elements = np.full(len(flat), -1)
+    elements[real] = numbers.ravel()
+    group["vertices"] = vertices
+    group["elements"] = elements.reshape(-1, 4)
+    for key in SURFACE_ARRAYS:
+        group[key] = getattr(mesh, key)
+
+
+def read_mesh(group: Any, source: str) -> BoundaryMesh:
+    """The mesh of a group.
+
+    Raises
+    ------
+    ResultError
+        If its elements are neither lines nor panels, or its arrays do not fit each other.
+    """
+    kinds: dict[tuple[int, int], tuple[tuple[str, ...], Any]] = {
+        (2, 2): (CURVE_ARRAYS, _curve), (3, 4): (SURFACE_ARRAYS, _surface)
+    }  # fmt: skip
+    vertices, elements = group["vertices"][()], group["elements"][()]
+    shown = f"{source}: mesh/vertices has shape {vertices.shape}, mesh/elements {elements.shape}"
+    count = len(elements)
+    demand(vertices.ndim == elements.ndim == 2 and count > 0, shown)
+    kind = (vertices.shape[1], elements.shape[1])
+    demand(kind in kinds, shown)
+    keys, build = kinds[kind]
+    arrays = {key: group[key][()] for key in keys}
+    names = tuple(name.decode() for name in group["part_names"][()])
+    for name, values in arrays.items():
+        demand(values.shape == (count,), f"{source}: mesh/{name} has shape {values.shape}, not ({count},)")
+    demand_range(arrays["order"], LARGEST_ORDER + 1, f"{source}: mesh/order")
+    demand_range(arrays["part"], len(names), f"{source}: mesh/part")
+    mesh: BoundaryMesh = build(vertices, elements, arrays, names, float(group.attrs.get("unit_length", 0.0)), source)
+    return mesh
+
+
+def _curve(vertices: Any, elements: Any, arrays: Any, names: tuple[str, ...], unit_length: float, source: str) -> CurveMesh:
+    demand_range(elements, len(vertices), f"{source}: mesh/elements")
+    start, end = vertices[elements[:, 0]], vertices[elements[:, 1]]
+    demand(bool(np.all(np.any(start != end, axis=1))), f"{source}: mesh: an element has no length")
+    return CurveMesh(start=start, end=end, part_names=names, unit_length=unit_length, **arrays)
+
+
+def _surface(
+    vertices: Any, elements: Any, arrays: Any, names: tuple[str, ...], unit_length: float, source: str
+) -> SurfaceMesh:
+    demand_range(elements + 1, len(vertices) + 1, f"{source}: mesh/elements")
+    demand(bool(np.all(elements[:, :3] >= 0)), f"{source}: mesh/elements has a panel of fewer than three corners")
+    demand_range(arrays["order"], HIGHEST_ORDER + 1, f"{source}: mesh/order")
+    corners = np.where(elements[..., None] >= 0, vertices[elements], np.nan)
+    return SurfaceMesh(corners, arrays["order"], arrays["part"], names)
+
+
+def demand_range(values: Any, count: int, name: str) -> None:
+    """Refuse what are no whole numbers from 0 to count - 1."""
+    whole = values.dtype.kind in "iu" and (not values.size or (values.min() >= 0 and values.max() < count))
+    demand(bool(whole), f"{name} must be whole numbers below {count}")
+
+
+def demand(holds: bool, message: str) -> None:
+    """Refuse a file of which something does not hold."""
+    if not holds:
+        raise ResultError(message)

@@ -1,0 +1,120 @@
+"""Surface meshes in space: flat panels of order 0 to 3 with interior nodes; meshes need not match across edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+
+from ..arrays import Array, Index
+from .boundary_mesh import Batch
+from .panels import Panels, make_panels
+
+
+@dataclass(frozen=True)
+class SurfaceMesh:
+    """Discontinuous flat panels on the surface of a body (see `boundary_mesh.BoundaryMesh`).
+
+    Attributes
+    ----------
+    corners : (n_elements, 4, 3) array
+        Counter-clockwise seen from outside; the last corner of triangles is NaN [length].
+    order : (n_elements,) array
+        Order p of each panel, 0 to 3.
+    part : (n_elements,) array
+        Number of the part in `part_names`.
+    part_names : tuple of str
+    """
+
+    corners: Array
+    order: Index
+    part: Index
+    part_names: tuple[str, ...]
+    dim: ClassVar[int] = 3
+    x: Array = field(init=False)
+    normal: Array = field(init=False)
+    weight: Array = field(init=False)
+    element: Index = field(init=False)
+    first_node: Index = field(init=False)
+    kind: Index = field(init=False)
+    _groups: dict[int, Panels] = field(init=False, repr=False)
+
+    def __post_init__(self) -> None:
+        triangle = np.isnan(self.corners[:, 3, 0])
+        kind = self.order + 4 * triangle
+        counts = np.where(triangle, (self.order + 1) * (self.order + 2) // 2, (self.order + 1) ** 2)
+        first = np.concatenate([[0], np.cumsum(counts)])
+        x, normal, weight = np.empty((first[-1], 3)), np.empty((first[-1], 3)), np.empty(first[-1])
+        groups = {}
+        for number in np.unique(kind).tolist():
+            mine = np.flatnonzero(kind == number)
+            corners = self.corners[mine, : 3 if number >= 4 else 4]
+            panels, points, weights = make_panels(corners, number % 4, mine)
+            nodes = first[mine][:, None] + np.arange(panels.n_nodes)
+            x[nodes], weight[nodes], normal[nodes] = points, weights, panels.frame[:, None, 2]
+            groups[number] = panels
+        values = {"x": x, "normal": normal, "weight": weight, "element": np.repeat(np.arange(len(counts)), counts),
+                  "first_node": first, "kind": kind, "_groups": groups}  # fmt: skip
+        for name, value in values.items():
+            object.__setattr__(self, name, value)
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of collocation nodes; the elastic system has three unknowns a node."""
+        return len(self.weight)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of panels."""
+        return len(self.order)
+
+    @property
+    def node_part(self) -> Index:
+        """Number of the part of each node, (n,)."""
+        return self.part[self.element]
+
+    @property
+    def unit_length(self) -> float:
+        """A quarter of the edge of the cube with as large a surface [length]."""
+        return 0.25 * float(np.sqrt(self.weight.sum() / 6.0))
+
+    def nodes_of(self, part: str) -> Index:
+        """Numbers of the nodes of a part, increasing."""
+        return np.flatnonzero(self.node_part == self.part_names.index(part))
+
+    def tangents(self, nodes: Index) -> Array:
+        """Orthonormal tangents at nodes, (m, 2, 3): near the two coordinate axes that the normal is farthest from."""
+        normal = self.normal[nodes]
+        away = np.abs(normal).argmax(axis=1)
+        axes = np.eye(3)
+        i, j = np.where(away == 0, 1, 0), np.where(away == 2, 1, 2)
+        first = axes[i] - normal[np.arange(len(normal)), i, None] * normal
+        first /= np.linalg.norm(first, axis=1, keepdims=True)
+        second = np.cross(normal, first)
+        second *= np.sign(second[np.arange(len(normal)), j])[:, None]
+        # no negative zeros: the box's tangents are the axes themselves
+        return np.asarray(np.stack([first, second], axis=1) + 0.0)
+
+    def variables(self, nodes: Index) -> dict[str, Array]:
+        """What expressions may name at nodes, (m,) each."""
+        (x, y, z), (nx, ny, nz) = self.x[nodes].T, self.normal[nodes].T
+        return {"x": x, "y": y, "z": z, "nx": nx, "ny": ny, "nz": nz}
+
+    def batches(self) -> list[Batch]:
+        """All panels, grouped by shape and order."""
+        return [Batch(panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel())
+                for panels in self._groups.values()]  # fmt: skip
+
+    def elements(self, numbers: Index) -> Panels:
+        """The kernels' view of panels of one kind."""
+        group = self._groups[int(self.kind[numbers[0]])]
+        return group.take(np.searchsorted(group.index, numbers))
+
+    def targets(self, nodes: Index | slice) -> Array:
+        """The kernels' view of collocation nodes."""
+        return self.x[nodes]
+
+    def points(self, x: Array) -> Array:
+        """The kernels' view of points (m, 3) that are nodes of no element."""
+        return x

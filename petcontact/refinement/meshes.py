@@ -1,0 +1,96 @@
+"""The mesh that a problem asks for, by the kind of its boundary."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+
+from ..bem.compatibility import check_compatible
+from ..errors import InputError
+from ..geometry.outline import Outline
+from ..geometry.surface import BoxSurface, FacetSurface
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.grading import mesh_outline
+from ..mesh.panelling import box_mesh, facet_mesh
+from ..mesh.panels import HIGHEST_ORDER
+from ..mesh.surface_mesh import SurfaceMesh
+from ..model.mesh_options import MeshOptions
+from ..model.problem import Problem
+from .marks import default_mesh
+
+LARGEST_MESH = 400_000
+"""Nodes in space; compressed operators of more do not fit a machine."""
+PANELS = 4
+"""Panels on the shortest edge of a box whose element size nobody has told."""
+EXPONENT = 1.4
+"""Of the grading of boxes; friction limits the order to 2, and this is near enough to what edges and corners ask."""
+PLANE_KEYS = ("grading", "levels", "graded_points", "accuracy")
+"""Keys of `[mesh]` that say nothing in space."""
+
+
+def mesh_of(problem: Problem) -> BoundaryMesh:
+    """The mesh that a problem asks for, or the default one.
+
+    Raises
+    ------
+    InputError
+        If the mesh options do not fit the body, or the mesh is too large.
+    """
+    return _mesh(problem.geometry.outline(), problem)
+
+
+@functools.singledispatch
+def _mesh(boundary: Any, problem: Problem) -> BoundaryMesh:
+    raise TypeError(f"no mesh for {type(boundary).__name__}")
+
+
+@_mesh.register
+def _(boundary: Outline, problem: Problem) -> BoundaryMesh:
+    if "exponent" in problem.mesh.model_fields_set:
+        raise InputError("mesh.exponent: is for bodies in space; grade plane ones by mesh.grading")
+    check_compatible(problem, boundary)
+    if problem.mesh.automatic:
+        return default_mesh(problem, boundary.joined)
+    return mesh_outline(boundary.joined if problem.mesh.graded else boundary, problem.mesh)
+
+
+@_mesh.register
+def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
+    options, order = problem.mesh, _order(problem.mesh)
+    for name in options.element_sizes:
+        if name not in boundary.part_names:
+            raise InputError(f"mesh.element_sizes: no part {name!r}; parts are {', '.join(boundary.part_names)}")
+    extent = boundary.upper - boundary.lower
+    usual = options.element_size or float(extent.min()) / PANELS
+    finest = min([usual, *options.element_sizes.values()])
+    pairs = (extent[0] * extent[1], extent[1] * extent[2], extent[0] * extent[2])
+    _check_size(2.0 * float(sum(pairs)) / finest**2 * (order + 1) ** 2)
+    exponent = EXPONENT if options.exponent is None else options.exponent
+    return box_mesh(boundary, lambda part: options.element_sizes.get(part, usual), order, exponent)
+
+
+@_mesh.register
+def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
+    order = _order(problem.mesh)
+    for key in ("element_size", "element_sizes", "exponent"):
+        if key in problem.mesh.model_fields_set:
+            raise InputError(f"mesh.{key}: the facets of a surface from a file are its panels; mesh it finer in Gmsh")
+    _check_size(len(boundary.facets) * (order + 1) ** 2)
+    return facet_mesh(boundary, order)
+
+
+def _order(options: MeshOptions) -> int:
+    """The order of panels, by default 2."""
+    for key in PLANE_KEYS:
+        if key in options.model_fields_set:
+            raise InputError(f"mesh.{key}: is for plane bodies; meshes of boxes are graded by mesh.exponent")
+    if options.order is not None and options.order > HIGHEST_ORDER:
+        raise InputError(f"mesh.order: panels in space have order 0 to {HIGHEST_ORDER}, got {options.order}")
+    return 2 if options.order is None else options.order
+
+
+def _check_size(nodes: float) -> None:
+    if not nodes <= LARGEST_MESH or not np.isfinite(nodes):
+        raise InputError(f"mesh: about {nodes:.3g} nodes, at most {LARGEST_MESH} fit; choose a larger mesh.element_size")
