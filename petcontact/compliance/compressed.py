@@ -54,7 +54,7 @@ class CompressedSystem(EliminatedSystem):
                 self._system, self._outer = self._compress()
                 self._load = self._outer @ np.where(self._is_contact, 0.0, operators.load_scale)
             with stage("factor"):
-                self._factor = factor(self._system)
+                self._factor = factor(self._system, use_up=True)
                 self._at_rest = self._elastic(self._load)
         self._contact_here = slice(*self.contact.by_node[comm.getRank()])
         self.u_0 = self._contact_part(self._at_rest)

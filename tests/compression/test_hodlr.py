@@ -223,3 +223,15 @@ def test_vector_of_the_wrong_length():
     matrix = compressed(Mixed(circle(16)))
     with pytest.raises(ValueError, match="31 rows given where this rank has 32"):
         matrix.mult(np.zeros(31))
+
+
+def test_a_factorisation_may_use_up_its_matrix(rng):
+    operator = Mixed(case("star", rng))
+    kept, spent = compressed(operator), compressed(operator)
+    b = rng.standard_normal(kept.shape[0])
+    expected, before = factor(kept).solve(b), spent.nbytes
+    inverse = factor(spent, use_up=True)
+    assert np.array_equal(inverse.solve(b), expected)
+    assert spent.nbytes < 0.7 * before and inverse.nbytes > 0
+    with pytest.raises(AssertionError, match="used up"):
+        spent @ b

@@ -46,6 +46,7 @@ class Batches:
     def __init__(self, n_rows: int, n_columns: int) -> None:
         self.shape = (n_rows, n_columns)
         self._stacks: list[_Stack] = []
+        self._released = False
 
     def take(self, blocks: list[Block]) -> list[Array]:
         """Store blocks, those of nearly one shape together; returns their values as views of the stacks."""
@@ -69,6 +70,11 @@ class Batches:
                 views[i] = stack.values[k, :height, :width]
             self._stacks.append(stack)
         return views
+
+    def release(self) -> None:
+        """Let go of the blocks, which are wanted no more: no product is possible after that."""
+        self._stacks, self._released = [], True
+        self.__dict__.pop("_entries", None)
 
     @property
     def nbytes(self) -> int:
@@ -99,6 +105,7 @@ class Batches:
 
     def add(self, x: Array, y: Array, sign: float = 1.0) -> None:
         """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s)."""
+        assert not self._released, "a matrix that its factorisation has used up"
         if self._compiled(_multiply, x, y, sign):
             return
         for stack in self._stacks:
@@ -106,6 +113,7 @@ class Batches:
 
     def add_transpose(self, x: Array, y: Array, sign: float = 1.0) -> None:
         """y (n_columns+1, s) += sign · blocksᵀ @ x (n_rows+1, s)."""
+        assert not self._released, "a matrix that its factorisation has used up"
         if self._compiled(_multiply_transposed, x, y, sign):
             return
         for stack in self._stacks:

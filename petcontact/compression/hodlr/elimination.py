@@ -136,7 +136,7 @@ class FactorStack:
         return solution
 
 
-def eliminate(stack: Stack, below: list[Schur]) -> FactorStack:
+def eliminate(stack: Stack, below: list[Schur], use_up: bool) -> FactorStack:
     """Factorise a subtree.
 
     Parameters
@@ -144,11 +144,17 @@ def eliminate(stack: Stack, below: list[Schur]) -> FactorStack:
     stack : Stack
     below : list of Schur
         What the subtrees under the clusters of its first level left, in their order; none under leaves.
+    use_up : bool
+        Whether to release the near blocks of each level when it is done.
     """
     levels = []
     entry, slots = _entry(stack.levels[0], below)
     for level in stack.levels:
         elimination, below = _eliminate(level, below)
+        if use_up:
+            for cluster in level.clusters:
+                cluster.near = []
+            level.near.release()
         levels.append(elimination)
     return FactorStack(levels, entry, slots, below)
 

@@ -40,10 +40,11 @@ class Factorisation:
         return sum(self._forest.workers.gather([self._forest.nbytes]))
 
 
-def factor(matrix: HODLR) -> Factorisation:
+def factor(matrix: HODLR, *, use_up: bool = False) -> Factorisation:
     """Factorise a compressed square operator, with the threads and ranks that it was compressed on. Collective.
 
-    The factorisation shares the bases of the matrix.
+    The factorisation shares the bases of the matrix. It needs nothing else of it: with `use_up` the matrix gives up its
+    dense blocks level by level, which spares memory, and can multiply no more.
 
     Raises
     ------
@@ -56,10 +57,10 @@ def factor(matrix: HODLR) -> Factorisation:
     if not matrix.operator.square:
         raise ValueError("only an operator with as many columns as rows at every node can be factorised")
     workers = matrix.workers
-    parts = workers.map(lambda part: eliminate(part, []), matrix.parts)
+    parts = workers.map(lambda part: eliminate(part, [], use_up), matrix.parts)
     top = None
     if matrix.top is not None:
-        top = eliminate(matrix.top, workers.gather([part.left[0] for part in parts]))
+        top = eliminate(matrix.top, workers.gather([part.left[0] for part in parts]), use_up)
     left = np.array(workers.gather([len(part.left[0].values) for part in parts]))
     forest = matrix.forest.like(parts, top, (left, left))
     return Factorisation(matrix, forest, time.perf_counter() - start)
