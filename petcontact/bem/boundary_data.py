@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -36,6 +36,8 @@ class BoundaryData:
         looks for the normal traction too, its normal.
     friction_bound : (m,) array
         g >= 0 [stress].
+    rigid : (n, d) array, optional
+        A rigid motion that was taken out of the known displacements, to be added to whatever follows from them [length].
     """
 
     frame: Array
@@ -44,6 +46,14 @@ class BoundaryData:
     contact_nodes: Index
     contact_directions: Index
     friction_bound: Array
+    rigid: Array | None = None
+
+    @property
+    def sliding(self) -> Array | float:
+        """The rigid motion along the contact directions, (m, k), or 0."""
+        if self.rigid is None:
+            return 0.0
+        return np.asarray(np.einsum("mkj,mj->mk", self.contact_frame, self.rigid[self.contact_nodes]))
 
     @property
     def contact_frame(self) -> Array:
@@ -115,7 +125,7 @@ def evaluate_boundary(
     data = BoundaryData(frame, known, value, contact_nodes, directions, bound[contact_nodes])
     if held:
         _check_rigid_modes(data, mesh)
-    return data
+    return data if normal_unknown else _without_rigid_motion(data, mesh)
 
 
 def _contact_frame(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
@@ -163,6 +173,28 @@ def _check_parts(problem: Problem, mesh: BoundaryMesh) -> None:
     missing = [name for name in mesh.part_names if name not in given]
     if missing:
         raise InputError(f"boundary: part {missing[0]!r} has no condition; each of {parts} needs one")
+
+
+def _without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData:
+    """Known displacements without the rigid motion that they have in common, where that is larger than the body.
+
+    It would swallow the digits of what strains the body. Motions that leave contact normals at rest are taken out only.
+    """
+    given = ~data.traction_known
+    size = float(np.abs(data.value[given]).max(initial=0.0))
+    if size <= float(np.ptp(mesh.x, axis=0).max()):
+        return data
+    modes = rigid_modes(mesh.x)
+    along = np.einsum("icj,ijk->ick", data.frame, modes)
+    contact = np.zeros(len(mesh.x), dtype=bool)
+    contact[data.contact_nodes] = True
+    _, strengths, ways = np.linalg.svd(along[given & contact[:, None]], full_matrices=True)
+    free = ways[np.append(strengths, np.zeros(len(ways) - len(strengths))) <= 1e-12 * max(1.0, strengths.max(initial=0.0))].T
+    elsewhere = given & ~contact[:, None]
+    amplitudes = free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[elsewhere], rcond=None)[0]
+    value = data.value.copy()
+    value[elsewhere] -= along[elsewhere] @ amplitudes
+    return replace(data, value=value, rigid=modes @ amplitudes)
 
 
 def rigid_modes(x: Array) -> Array:

@@ -146,7 +146,9 @@ class BoundaryOperators:
         u = np.where(data.traction_known, coefficients, data.value)
         traction = np.where(data.traction_known, data.value, coefficients * self.traction_scale)
         traction[data.contact_nodes[:, None], data.contact_directions] = sigma
-        return np.einsum("ic,icj->ij", u, data.frame), np.einsum("ic,icj->ij", traction, data.frame)
+        strained = np.einsum("ic,icj->ij", u, data.frame)
+        u = strained if data.rigid is None else strained + data.rigid
+        return u, np.einsum("ic,icj->ij", traction, data.frame)
 
     # -- blocks of columns ----------------------------------------------------------------------------------------
 

@@ -57,7 +57,7 @@ class CompressedSystem(EliminatedSystem):
                 self._factor = factor(self._system, use_up=True)
                 self._at_rest = self._elastic(self._load)
         self._contact_here = slice(*self.contact.by_node[comm.getRank()])
-        self.u_0 = self._contact_part(self._at_rest)
+        self.u_0 = self._contact_part(self._at_rest) + operators.data.sliding
         self._shell = Shell(self.contact.layout, comm, self._apply_local, self.describe_operator())
         self._products: list[tuple[Array, Array]] = []
         self._solver = LinearSolver(comm, "", "iterate", ksp_type="gmres", pc_type="python", rtol=ROBIN_RTOL)

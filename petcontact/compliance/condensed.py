@@ -32,7 +32,7 @@ class CondensedSystem(EliminatedSystem):
                 block.destroy()
         local = self.contact.contact_rows(self._influence.getDenseArray()) / self._scale
         at_rest = self.contact.contact_rows(self._at_rest.getArray(readonly=True))
-        self.u_0 = self.contact.everywhere(at_rest).reshape(self.contact.shape)
+        self.u_0 = self.contact.everywhere(at_rest).reshape(self.contact.shape) + operators.data.sliding
         layout = self.contact.layout
         self._compliance = petsc().Mat().createDense((layout, layout), array=np.asfortranarray(local), comm=comm)
         self._compliance.assemble()

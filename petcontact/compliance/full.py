@@ -33,7 +33,7 @@ class FullSystem(SystemBase):
     def u_0(self) -> Array:
         """u_t for σ_t = 0: one solve with A(0), when first asked for."""
         if self._at_rest is None:
-            self._at_rest = self._contact_part(self._solve(0.0, None, load=True))
+            self._at_rest = self._contact_part(self._solve(0.0, None, load=True)) + self.operators.data.sliding
         return self._at_rest
 
     def apply(self, sigma_t: Array) -> Array:
@@ -44,7 +44,9 @@ class FullSystem(SystemBase):
     def robin(self, rho: float | Array, f: Array) -> tuple[Array, Array]:
         """A(ρ) x = b + G_Ct f."""
         self.elastic_solves += 1
-        u_t = self._contact_part(self._solve(float(rho), f, load=True))
+        sliding = self.operators.data.sliding
+        strained = self._contact_part(self._solve(float(rho), f - rho * sliding, load=True))
+        u_t = strained + sliding
         return u_t, f - rho * u_t
 
     def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
