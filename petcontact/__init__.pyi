@@ -40,7 +40,7 @@ from .results.hdf5 import read_result as read_result
 from .results.hdf5 import read_solution as read_solution
 from .results.hdf5 import write_solution as write_solution
 from .results.solution import Solution as Solution
-from .results.steps import AssemblySolution as AssemblySolution
+from .results.steps.solution import AssemblySolution as AssemblySolution
 from .results.vtu import write_boundary_vtu as write_boundary_vtu
 from .results.vtu import write_vtu as write_vtu
 from .runtime.petsc import initialise as initialise

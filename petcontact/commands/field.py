@@ -1,4 +1,6 @@
-"""Displacement and stress inside the body of a result: a .vtu file for ParaView, and a figure."""
+"""Displacement and stress inside the body of a result: a .vtu file for ParaView, and a figure.
+
+Of bodies and load steps: .vtu files of each increment and body, and a .pvd file that ties them together."""
 
 from __future__ import annotations
 
@@ -41,7 +43,13 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         check_target(Path(name), replace=True, inputs=[arguments.result])
     solution = read_case(arguments.result, arguments.case)
     if not isinstance(solution, Solution):
-        raise InputError(f"{arguments.result}: a field is drawn of one body without load steps")
+        from ..results.steps.vtu import write_collection
+
+        if arguments.boundary or arguments.figure:
+            raise InputError("--boundary, --figure: of bodies and load steps the boundary is always written, and no figure")
+        for path in write_collection(output, solution, resolution):
+            print(path)
+        return 0
     mesh = as_curve(solution.mesh)
     field = field_on_grid(mesh, solution.u, solution.traction, solution.case.material, resolution)
     write_vtu(output, field, solution.case.units)

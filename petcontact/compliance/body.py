@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index, Mask
+from ..bem.kelvin2d.point_force import displacement
 from ..bem.kernels import kernel_for
 from ..linalg.ksp import LinearSolver
 from ..mesh.curve_mesh import CurveMesh
@@ -114,7 +115,7 @@ class BodyCompliance:
             assert g is not None and h is not None
             defect += np.einsum("ajkm,kj->ma", h, held[batch.nodes]) - np.einsum("ajkm,kj->ma", g, scaled[batch.nodes])
         force = np.tensordot(shares, self.loading.force, 1)
-        defect -= _point_loads(mesh, self.material, self.loading.point, force)[rows]
+        defect -= displacement(mesh.x[rows], self.loading.point, force, self.material, mesh.unit_length)
         size = float(np.abs(u).max(initial=0.0))
         return float(np.abs(defect).max()) / size if size > 0.0 else float(np.abs(defect).max())
 
@@ -216,7 +217,7 @@ def _assemble(
         by_node[own, c, own, c] += 0.5 * known[:, c]
         loads[:, c : 2 * n : 2] -= 0.5 * moved[:, :, c]
     for state, force in enumerate(loading.force):
-        loads[state, : 2 * n] += _point_loads(mesh, material, loading.point, force).ravel()
+        loads[state, : 2 * n] += displacement(mesh.x, loading.point, force, material, mesh.unit_length).ravel()
     return matrix, loads, beside
 
 
@@ -231,18 +232,6 @@ def _batches(mesh: CurveMesh, wants_g: Mask, wants_h: Mask) -> list[Index]:
         step = max(1, COLUMNS // (int(mesh.order[numbers[0]]) + 1))
         result += [numbers[k : k + step] for k in range(0, len(numbers), step)]
     return result
-
-
-def _point_loads(mesh: CurveMesh, material: Material, point: Array, force: Array) -> Array:
-    """Displacement (n, 2) of Kelvin's solution for forces at points [length]."""
-    result = np.zeros((mesh.n_nodes, 2))
-    nu = material.plane_strain_ratio
-    for at, load in zip(point, force, strict=True):
-        r = mesh.x - at
-        square = np.sum(r * r, axis=1)
-        radial = (r @ load / square)[:, None] * r
-        result += radial - 0.5 * (3.0 - 4.0 * nu) * np.log(square / mesh.unit_length**2)[:, None] * load
-    return result / (8.0 * np.pi * material.shear_modulus * (1.0 - nu))
 
 
 def _solved(columns: Array, rhs: Array) -> Array:

@@ -222,6 +222,19 @@ class Assembly(Model):
                 hint = nearest(force.name, forces) or "; point forces with a name are " + (", ".join(forces) or "none")
                 raise ValueError(f"{key}.point_force[{k}].name: no point force {force.name!r}{hint}")
 
+    def point_forces(self, number: int, step: int, factor: float) -> list[PointForce]:
+        """Point forces of a body at a load factor of a step (from 1), linear from the end of the step before."""
+        last = [f.model_copy(update={"force": (0.0, 0.0)}) for f in self.body[number].point_force]
+        wanted = list(self.body[number].point_force)
+        for k in range(1, step + 1):
+            changes = {change.name: change.force for change in (self.step[k - 1].point_force if self.step else ())}
+            wanted = [f.model_copy(update={"force": changes.get(f.name, f.force)}) for f in wanted]
+            share = factor if k == step else 1.0
+            reached = [tuple((1.0 - share) * a + share * b for a, b in zip(x.force, y.force, strict=True))
+                       for x, y in zip(last, wanted, strict=True)]  # fmt: skip
+            last = [f.model_copy(update={"force": force}) for f, force in zip(wanted, reached, strict=True)]
+        return last
+
     def toml(self) -> str:
         """The whole assembly as TOML, defaults filled in."""
         return tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))

@@ -20,7 +20,7 @@ from ..model.assembly import Assembly
 from ..model.problem import Problem
 from ..refinement.contact_edges import Edge, edges, merged, zone_at
 from ..refinement.marks import UNSEEN, Body, marks_for
-from ..results.steps import AssemblySolution, PairResult, StepResult
+from ..results.steps.solution import AssemblySolution, PairResult, StepResult
 from .assemble import Discrete, discretise, interfaces_of
 from .load_steps import Monitor, prepare_assembly, run_steps
 

@@ -248,14 +248,13 @@ def _loading(assembly: Assembly, number: int, mesh: CurveMesh) -> Loading:
     body = assembly.body[number]
     known = np.ones((mesh.n_nodes, 2), dtype=bool)
     conditions = {c.part: c for c in body.boundary if not isinstance(c, Contact)}
-    forces = list(body.point_force)
     for condition in conditions.values():
         if isinstance(condition, Displacement):
             nodes = mesh.nodes_of(condition.part)
             for c, component in enumerate(condition.value):
                 known[nodes, c] = component == "free"
     names = [b.name for b in assembly.body]
-    values, pushes = [np.zeros((mesh.n_nodes, 2))], [np.zeros((len(forces), 2))]
+    values, pushes = [np.zeros((mesh.n_nodes, 2))], [np.zeros((len(body.point_force), 2))]
     cache: dict[str, tuple[Any, Array]] = {}
     for s, step in enumerate(assembly.step or (None,)):
         for k, change in enumerate(step.boundary if step else ()):
@@ -264,8 +263,6 @@ def _loading(assembly: Assembly, number: int, mesh: CurveMesh) -> Loading:
                 conditions[change.part] = changed_condition(
                     body.model_copy(update={"boundary": tuple(conditions.values())}), change, key
                 )
-        for push in step.point_force if step else ():
-            forces = [f.model_copy(update={"force": push.force}) if f.name == push.name else f for f in forces]
         value = np.zeros((mesh.n_nodes, 2))
         for part, condition in conditions.items():
             nodes = mesh.nodes_of(part)
@@ -273,8 +270,9 @@ def _loading(assembly: Assembly, number: int, mesh: CurveMesh) -> Loading:
                 cache[part] = (condition, _given(condition, mesh, nodes, f"body {body.name!r}: {part}"))
             value[nodes] = cache[part][1]
         values.append(value)
+        forces = assembly.point_forces(number, s + 1, 1.0)
         pushes.append(np.array([f.force for f in forces]).reshape(len(forces), 2))
-    point = np.array([f.at for f in forces]).reshape(len(forces), 2)
+    point = np.array([f.at for f in body.point_force]).reshape(-1, 2)
     return Loading(known, np.array(values), point, np.array(pushes))
 
 

@@ -16,7 +16,7 @@ from ..contact.laws import OPEN
 from ..contact.state import ContactState, Start
 from ..contact.system import Modes
 from ..model.load_steps import Step
-from ..results.steps import BodyResult, ObstacleResult, PairResult, StepResult
+from ..results.steps.solution import BodyResult, ObstacleResult, PairResult, StepResult
 from .assemble import Discrete
 
 ELASTIC_LIMIT = 1e-7

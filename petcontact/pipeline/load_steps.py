@@ -17,7 +17,7 @@ from ..contact.state import ContactState, Start
 from ..errors import InputError
 from ..model.assembly import Assembly, Obstacle
 from ..model.load_steps import Step
-from ..results.steps import AssemblySolution, StepResult
+from ..results.steps.solution import AssemblySolution, StepResult
 from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc

@@ -27,7 +27,7 @@ from ..runtime.figure_style import (
     title,
 )
 from .solution import ContactFields, Solution
-from .steps import AssemblySolution
+from .steps.solution import AssemblySolution
 
 SMALLEST = 1e-17
 """Where a residual of zero is drawn, relative to the largest."""
@@ -64,7 +64,7 @@ def plot_all(
         If a file cannot be written.
     """
     if isinstance(solution, AssemblySolution):
-        from .steps_figures import drawings as of_steps
+        from .steps.figures import drawings as of_steps
 
         return save_all(of_steps(solution), folder, stem, solution, formats=formats) if solution.steps else []
     return save_all(drawings_of(solution.mesh), folder, stem, solution, formats=formats)

@@ -23,7 +23,7 @@ from ..refinement.zones import Zone
 from ..runtime.atomic_write import temporary_name
 from .checks import check_contact, check_fields, check_group, check_link
 from .solution import ContactFields, Solution
-from .steps import AssemblySolution
+from .steps.solution import AssemblySolution
 
 FORMAT = "petcontact result"
 FORMAT_VERSION = 1
@@ -74,7 +74,7 @@ def write_solution(path: str | Path, solution: Solution | AssemblySolution, *, r
         If the file cannot be written (folder missing or read-only, disk full), then nothing is left behind; or if it is
         kept under another name.
     """
-    from .steps_hdf5 import fill
+    from .steps.hdf5 import fill
 
     if isinstance(solution, AssemblySolution):
         write_atomically(path, lambda file: fill(file, solution), replace=replace)
@@ -142,8 +142,8 @@ def read_result(path: str | Path, group: str = "/") -> Solution | AssemblySoluti
     ResultError
         As `read_solution`.
     """
-    from .steps_hdf5 import FORMAT_VERSION as WITH_STEPS
-    from .steps_hdf5 import read_assembly
+    from .steps.hdf5 import FORMAT_VERSION as WITH_STEPS
+    from .steps.hdf5 import read_assembly
 
     with opened(path) as file:
         if group in file and file[group].attrs.get("format_version") == WITH_STEPS:

@@ -21,7 +21,7 @@ from ..runtime.terminal import printable
 
 if TYPE_CHECKING:
     from .solution import Solution
-
+    from .steps.vtu import BodyBoundary
 
 
 def write_vtu(path: str | Path, field: Field, units: Units | None = None) -> None:
@@ -54,7 +54,7 @@ def write_vtu(path: str | Path, field: Field, units: Units | None = None) -> Non
     ), _unit_notes(units))  # fmt: skip
 
 
-def write_boundary_vtu(path: str | Path, solution: Solution) -> None:
+def write_boundary_vtu(path: str | Path, solution: Solution | BodyBoundary) -> None:
     """Write the boundary data of a solution as a .vtu file of lines.
 
     Points belong to one element each, since tractions jump from element to element; elements of higher order and arcs

@@ -13,7 +13,7 @@ from ..pipeline.increment import SteppedProblem
 from ..pipeline.load_steps import prepare_assembly, run_steps
 from ..pipeline.prepare import Prepared
 from ..results.solution import Solution
-from ..results.steps import AssemblySolution
+from ..results.steps.solution import AssemblySolution
 
 AnyCase = Case | Assembly
 AnySolution = Solution | AssemblySolution

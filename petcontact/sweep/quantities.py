@@ -15,7 +15,7 @@ from ..arrays import Array, States
 from ..errors import InputError
 from ..mesh.curve_mesh import as_curve
 from ..model.case import Case
-from ..results.steps import AssemblySolution
+from ..results.steps.solution import AssemblySolution
 from .problems import AnyCase, AnySolution
 from .published import published_count
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...results.steps import AssemblySolution
+from ...results.steps.solution import AssemblySolution
 from ..problems import AnySolution
 from ..published import example_number
 from ..store.case_table import CaseTable

@@ -18,8 +18,8 @@ import numpy as np
 from ...contact.state import COLUMNS
 from ...errors import ResultError
 from ...results.hdf5 import opened, write_group
-from ...results.steps import AssemblySolution
-from ...results.steps_hdf5 import fill
+from ...results.steps.hdf5 import fill
+from ...results.steps.solution import AssemblySolution
 from ...runtime.atomic_write import temporary_name
 from ..problems import AnySolution
 

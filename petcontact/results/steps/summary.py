@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
-from ..runtime.terminal import printable
-from .steps import AssemblySolution, PairResult, StepResult
-from .summary import cost, wrapped
+from ...arrays import Array
+from ...runtime.terminal import printable
+from ..summary import cost, wrapped
+from .solution import AssemblySolution, PairResult, StepResult
 
 SHOWN = 6
 """Steps that the verdict shows: the first ones and the last."""

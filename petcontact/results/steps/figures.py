@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Index
-from ..runtime.figure_style import SHADES, STATES, draw_states, label, legend_beside, plain, round_number
-from ..runtime.figure_style import title as cut
-from .figures import outlines
-from .steps import AssemblySolution, PairResult, StepResult
+from ...arrays import Index
+from ...runtime.figure_style import SHADES, STATES, draw_states, label, legend_beside, plain, round_number
+from ...runtime.figure_style import title as cut
+from ..figures import outlines
+from .solution import AssemblySolution, PairResult, StepResult
 
 CURVES = 5
 """Step ends drawn into one panel at most."""

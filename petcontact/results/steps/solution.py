@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index, States
-from ..mesh.curve_mesh import CurveMesh
-from ..model.assembly import Assembly
+from ...arrays import Array, Index, States
+from ...mesh.curve_mesh import CurveMesh
+from ...model.assembly import Assembly
 
 
 @dataclass(frozen=True)
@@ -175,6 +175,6 @@ class AssemblySolution:
 
     def verdict(self) -> str:
         """Lines that say how the solve ended."""
-        from .steps_summary import verdict
+        from .summary import verdict
 
         return verdict(self)

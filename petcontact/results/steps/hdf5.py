@@ -9,15 +9,15 @@ from typing import Any
 import h5py
 import numpy as np
 
-from ..arrays import Array
-from ..errors import ResultError
-from ..mesh.curve_mesh import as_curve
-from ..mesh.storage import read_mesh, write_mesh
-from ..model.assembly import Assembly
-from ..model.base import parse
-from .checks import check_fields, check_group, check_pair
-from .hdf5 import FORMAT
-from .steps import AssemblySolution, BodyResult, ObstacleResult, PairResult, StepResult
+from ...arrays import Array
+from ...errors import ResultError
+from ...mesh.curve_mesh import as_curve
+from ...mesh.storage import read_mesh, write_mesh
+from ...model.assembly import Assembly
+from ...model.base import parse
+from ..checks import check_fields, check_group, check_pair
+from ..hdf5 import FORMAT
+from .solution import AssemblySolution, BodyResult, ObstacleResult, PairResult, StepResult
 
 FORMAT_VERSION = 2
 PAIR_ARRAYS = ("x", "normal", "tangent", "weight", "arc_length", "pressure", "sigma_t", "bound", "gap", "slip",

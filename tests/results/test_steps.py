@@ -1,0 +1,72 @@
+"""Fields of bodies and load steps: equilibrium of a disc under a point force, and the files for ParaView."""
+
+from __future__ import annotations
+
+import tomllib
+import xml.etree.ElementTree as ET
+
+import meshio
+import numpy as np
+
+from petcontact import Assembly, solve_assembly
+from petcontact.bem.kelvin2d import point_force
+from petcontact.model.base import parse
+from petcontact.model.problem import Material
+from petcontact.results.steps.vtu import body_field, write_collection
+
+DISC = """
+[[body]]
+name = "disc"
+material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+geometry = { shape = "outline", loops = [{ part = "rim", center = [0.0, 1.0], radius = 1.0 }] }
+mesh = { element_size = 0.1, order = 2 }
+[[body.point_force]]
+name = "weight"
+at = [0.0, 1.2]
+force = [0.0, -0.01]
+[[obstacle]]
+name = "floor"
+[[contact]]
+name = "foot"
+secondary = "disc.rim"
+primary = "floor"
+direction = [0.0, -1.0]
+gap = "where(y < 1, y, 9)"
+friction_coefficient = 0.3
+[[step]]
+[[step]]
+increments = 2
+[[step.point_force]]
+name = "weight"
+force = [0.0, -0.02]
+"""
+
+
+def test_stress_of_a_point_force_is_hookes_law_of_its_displacement():
+    material, at, force = Material(young_modulus=2.0, poisson_ratio=0.3), np.array([[0.1, 0.2]]), np.array([[0.3, -1.0]])
+    x, h = np.array([[1.0, 0.7], [-0.4, 2.0]]), 1e-6
+    grad = np.stack([
+        (point_force.displacement(x + h * e, at, force, material, 1.0)
+         - point_force.displacement(x - h * e, at, force, material, 1.0)) / (2.0 * h) for e in np.eye(2)
+    ], axis=2)  # fmt: skip
+    mu = material.shear_modulus
+    spread = 2.0 * mu * 0.3 / 0.4 * (grad[:, 0, 0] + grad[:, 1, 1])
+    wanted = [spread + 2 * mu * grad[:, 0, 0], spread + 2 * mu * grad[:, 1, 1], mu * (grad[:, 0, 1] + grad[:, 1, 0])]
+    assert np.allclose(point_force.stress(x, at, force, material), np.column_stack(wanted), rtol=1e-7)
+
+
+def test_a_disc_on_the_floor_under_its_weight(tmp_path):
+    solution = solve_assembly(parse(Assembly, tomllib.loads(DISC), "test"))
+    assert solution.converged, solution.reason
+    assert [round(step.pairs["foot"].force[1], 12) for step in solution.steps] == [0.01, 0.015, 0.02]
+    # a cut half-way between the force and the floor carries the force
+    x = np.linspace(-0.999, 0.999, 4001)
+    cut = np.column_stack([x * np.sqrt(1 - 0.4**2), np.full(len(x), 0.6)])
+    field = body_field(solution, solution.last, "disc", (cut, np.empty((0, 3), dtype=np.int64)))
+    assert np.isclose(np.trapezoid(field.stress[:, 1], cut[:, 0]) if hasattr(np, "trapezoid")
+                      else np.trapz(field.stress[:, 1], cut[:, 0]), -0.02, rtol=2e-3)  # fmt: skip
+    files = write_collection(tmp_path / "disc.vtu", solution, (12, 12))
+    assert [path.suffix for path in files] == [".vtu"] * 6 + [".pvd"] and all(path.exists() for path in files)
+    times = [row.get("timestep") for row in ET.parse(files[-1]).iter("DataSet")]
+    assert times == ["1", "1", "1.5", "1.5", "2", "2"]
+    assert "displacement" in meshio.read(files[1]).point_data
