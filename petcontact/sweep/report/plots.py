@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...results.style import save
+from ...runtime.figure_style import save
 from ..store.case_table import CaseTable
 from .pivot import grouped
 from .text import label
