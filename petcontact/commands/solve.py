@@ -12,6 +12,8 @@ from typing import Any
 from ..errors import InputError, in_file
 from ..runtime.signals import Interrupted, stopping
 
+SOON = 5.0
+"""Seconds of work that need no announcement."""
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
 
@@ -113,16 +115,23 @@ def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any]
     from ..pipeline.prepare import prepare
     from ..pipeline.run import run as run_case
 
-    prepared = prepare(case, comm)
+    prepared = prepare(case, comm, announce=announced if comm.getRank() == 0 else None)
     try:
         return run_case(prepared, case, monitor=monitor)
     finally:
         prepared.close()
 
 
+def announced(nodes: int, seconds: float) -> None:
+    """Tell the size of what will take a while."""
+    if seconds > SOON:
+        size = f"{nodes} nodes, {2 * nodes} unknowns"
+        print(f"petcontact: {size}: about {seconds:.0f} s to eliminate", file=sys.stderr, flush=True)
+
+
 def overrides(words: list[str]) -> dict[str, Any]:
     """--set KEY=VALUE as dotted keys; the value is read as TOML, and as text where it is none."""
-    import tomllib
+    from ..model.case import parse_toml
 
     result: dict[str, Any] = {}
     for word in words:
@@ -134,8 +143,8 @@ def overrides(words: list[str]) -> dict[str, Any]:
         if not (key and equals and value):
             raise InputError(f"--set {word}: expected KEY=VALUE")
         try:
-            result[key] = tomllib.loads(f"v = {value}")["v"]
-        except tomllib.TOMLDecodeError:
+            result[key] = parse_toml(f"v = {value}", "--set")["v"]
+        except InputError:
             result[key] = value
     return result
 

@@ -40,9 +40,9 @@ def mesh_outline(outline: Outline, options: MeshOptions) -> CurveMesh:
     unknown = sorted(set(options.element_sizes) - set(outline.parts))
     if unknown:
         raise InputError(f"mesh.element_sizes.{unknown[0]}: no such part; parts are {', '.join(outline.parts)}")
-    _check_count(outline, options)
-    given = points_on_sides(outline, options)
     corners = singular_ends(outline)
+    _check_count(outline, options, sum(map(sum, corners)))
+    given = points_on_sides(outline, options)
     breaks = []
     for side, fractions, ends in zip(outline.sides, given, corners, strict=True):
         size = options.element_sizes.get(side.part, options.element_size)
@@ -58,9 +58,10 @@ def mesh_outline(outline: Outline, options: MeshOptions) -> CurveMesh:
     return build_mesh(outline, breaks, [np.full(len(b) - 1, order) for b in breaks])
 
 
-def _check_count(outline: Outline, options: MeshOptions) -> None:
+def _check_count(outline: Outline, options: MeshOptions, graded_ends: int) -> None:
     sizes = [options.element_sizes.get(side.part, options.element_size) or side.length for side in outline.sides]
-    count = sum(side.length / size for side, size in zip(outline.sides, sizes, strict=True)) * (options.resolved_order + 1)
+    count = sum(side.length / size for side, size in zip(outline.sides, sizes, strict=True))
+    count = (count + options.levels * graded_ends * options.graded) * (options.resolved_order + 1)
     if not count <= LARGEST_MESH:
         raise InputError(f"mesh: these element sizes give {count:.2g} nodes, more than {LARGEST_MESH:.0e}; use larger ones")
 

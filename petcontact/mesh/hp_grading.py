@@ -12,6 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from ..arrays import Array, Index
 from ..geometry.outline import Outline
@@ -30,6 +31,8 @@ field of a side that is nearer than that is not smooth on it."""
 
 
 Resolve = Callable[[int, Array, Index], tuple[Array, Index]]
+CHUNK = 2048
+"""Elements whose distances from other sides are looked for at once, so that memory stays small."""
 
 
 @dataclass(frozen=True)
@@ -73,7 +76,6 @@ def graded_mesh(
     """A mesh graded towards marks.
 
     No element is longer than NEIGHBOUR times those next to it.
-
 
     Parameters
     ----------
@@ -175,13 +177,22 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
     sides = outline.sides
     middles = [side.point(0.5 * (b[1:] + b[:-1])) for side, b in zip(sides, breaks, strict=True)]
     ends = [side.point(b) for side, b in zip(sides, breaks, strict=True)]
+    counts, numbers = [len(points) for points in middles], np.arange(len(sides))
+    cloud, points = np.vstack([*middles, *ends]), np.vstack(middles)
+    side = np.repeat(numbers, counts)
+    owner = np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])])
     before, after = outline.neighbours
-    result = []
-    for k, points in enumerate(middles):
-        others = [np.vstack([middles[j], ends[j]]) for j in range(len(sides)) if j not in (before[k], k, after[k])]
-        if not others:
-            result.append(np.full(len(points), np.inf))
-            continue
-        away = points[:, None, :] - np.vstack(others)[None, :, :]
-        result.append(np.sqrt(np.min(np.einsum("ijk,ijk->ij", away, away), axis=1)))
-    return result
+    tree, limits = cKDTree(cloud), np.full(len(points), np.inf)
+    # most points next to an element are of its own side and of those next to it: look further until one is of another
+    for first in range(0, len(points), CHUNK):
+        left, k = np.arange(first, min(first + CHUNK, len(points))), 16
+        while len(left):
+            k = min(4 * k, len(cloud))
+            found = tree.query(points[left], k=k)[1].reshape(len(left), k)
+            own = side[left][:, None]
+            other = (owner[found] != own) & (owner[found] != before[own]) & (owner[found] != after[own])
+            seen = other.any(axis=1)
+            away = points[left[seen]] - cloud[found[seen, np.argmax(other[seen], axis=1)]]
+            limits[left[seen]] = np.sqrt(np.einsum("ij,ij->i", away, away))
+            left = left[~seen] if k < len(cloud) else left[:0]
+    return np.split(limits, np.cumsum(counts)[:-1])

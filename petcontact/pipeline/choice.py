@@ -8,6 +8,7 @@ from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
+from ..runtime.memory import physical_memory
 
 SMALLEST = 1200
 """Nodes up to which operators are dense: nothing is to be gained."""
@@ -35,6 +36,25 @@ def compressed_seconds(mesh: BoundaryMesh) -> float:
     curves = 1 + np.count_nonzero(steps > 3.0 * around)
     even = mesh.weight.max() <= RATIO * mesh.weight.min() and curves <= CURVES
     return (EVEN if even else UNEVEN) * mesh.n_nodes
+
+
+def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
+    """Processor time of assembly and factorisation, to tell before it is spent."""
+    return compressed_seconds(mesh) if is_compressed(bem, mesh) else dense_seconds(mesh.n_nodes)
+
+
+def check_memory(mesh: BoundaryMesh) -> None:
+    """Refuse dense operators that do not fit the machine.
+
+    Raises
+    ------
+    InputError
+        If one matrix alone is larger than the memory.
+    """
+    needed, there = 8.0 * (mesh.dim * mesh.n_nodes) ** 2, physical_memory()
+    if needed > there:
+        raise InputError(f"mesh: dense operators of {mesh.n_nodes} nodes take {needed / 1e9:.0f} GB, this machine has "
+                         f'{there / 1e9:.0f}; use bem.mat_type = "hodlr", or larger elements')  # fmt: skip
 
 
 def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -22,7 +23,7 @@ from ..model.solver_options import Bem
 from ..refinement.meshes import mesh_of
 from ..runtime import threads
 from ..runtime.petsc import options, petsc, timed
-from .choice import LARGEST, is_compressed
+from .choice import LARGEST, check_memory, is_compressed, predicted_seconds
 from .probe import ELASTIC_LIMIT, elastic_residual
 
 SAFE = 0.1
@@ -63,10 +64,13 @@ def discretise(problem: Problem) -> BoundaryOperators:
     return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), kernel_for(mesh, problem.material))
 
 
-def prepare(case: Case, comm: Any = None, cases: int = 1) -> Prepared:
+def prepare(
+    case: Case, comm: Any = None, cases: int = 1, announce: Callable[[int, float], None] | None = None
+) -> Prepared:
     """Discretise and eliminate; what does not depend on the method's parameters is done once, here.
 
-    `cases` is how many will be run on it: several may share more than one would.
+    `cases` is how many will be run on it: several may share more than one would. `announce` is told the number of nodes and
+    the predicted seconds before they are spent.
 
     Raises
     ------
@@ -78,6 +82,8 @@ def prepare(case: Case, comm: Any = None, cases: int = 1) -> Prepared:
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
     operators = discretise(case)
+    if announce is not None:
+        announce(operators.mesh.n_nodes, predicted_seconds(resolved_bem(case.bem), operators.mesh))
     return prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began}, cases)
 
 
@@ -96,6 +102,8 @@ def prepare_operators(
 def _build_system(operators: BoundaryOperators, case: Case, comm: Any) -> BodySystem:
     """The system that `[bem]`, the -bem_ options and the formulation ask for."""
     bem = resolved_bem(case.bem)
+    if case.method.formulation == "full" or not is_compressed(bem, operators.mesh):
+        check_memory(operators.mesh)
     if case.method.formulation == "full":
         if bem.mat_type == "hodlr":
             raise InputError('method.formulation: "full" is dense; use "condensed" with bem.mat_type = "hodlr"')

@@ -8,9 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Index
+from ..errors import InputError
 from ..geometry.outline import Outline
 from ..mesh.curve_mesh import CurveMesh
-from ..mesh.grading import points_on_sides, singular_ends
+from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
 from .contact_line import ContactLine, slip_at_end, transition
@@ -26,6 +27,8 @@ SMALLEST = 1e-10
 """Smallest elements at corners, relative to the thickness of the body and to coordinates, whose last digits they feel."""
 DATA_SHARE = 0.2
 """Defect of the known data on one element, of a rung's error."""
+NODES_A_SIDE = 12
+"""At the least, of meshes that are graded at both ends of every side."""
 UNSEEN = 24
 """Least number of elements on a contact side whose transition points nobody has told."""
 
@@ -102,6 +105,9 @@ class Body:
     @staticmethod
     def of(problem: Problem, outline: Outline) -> Body:
         """Of a problem, whose outline is made once."""
+        if len(outline.sides) * NODES_A_SIDE > LARGEST_MESH:
+            raise InputError(f"mesh: {len(outline.sides)} graded sides give more than {LARGEST_MESH:.0e} nodes; "
+                             "name an element_size, or describe the body by fewer sides")  # fmt: skip
         parts = {condition.part for condition in problem.boundary if isinstance(condition, Contact)}
         polygon = outline.polygon()
         given = [side.length * f for side, f in zip(outline.sides, points_on_sides(outline, problem.mesh), strict=True)]

@@ -1,7 +1,9 @@
-"""How much memory a run took."""
+"""How much memory a run took, and how much there is."""
 
 from __future__ import annotations
 
+import math
+import os
 import re
 import resource
 import sys
@@ -13,6 +15,14 @@ def peak_memory(comm: Any) -> int:
     """Largest resident memory so far, the sum over the ranks of a PETSc communicator [bytes]. Collective."""
     own = _peak()
     return own if comm.getSize() == 1 else int(sum(comm.tompi4py().allgather(own)))
+
+
+def physical_memory() -> float:
+    """Memory of this machine [bytes], infinite where it cannot be told."""
+    try:
+        return float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
+    except (AttributeError, OSError, ValueError):
+        return math.inf
 
 
 def _peak() -> int:

@@ -1,0 +1,109 @@
+"""Small files that ask for much: meshing grows with the sides, limits are told before the work."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from petcontact import Bem, Case, InputError, MeshOptions, Polygon, load
+from petcontact.commands.solve import announced
+from petcontact.mesh.hp_grading import _distance_limits
+from petcontact.model.case import DEEPEST, set_key
+from petcontact.pipeline import choice
+from petcontact.pipeline.prepare import discretise, prepare
+from petcontact.refinement.meshes import mesh_of
+
+
+def many_sided(sides, **mesh):
+    """A polygon with that many vertices on a circle."""
+    angle = 2.0 * math.pi * np.arange(sides) / sides
+    parts = ["c" if 0.5 < a < 1.5 else "d" if a > 4.0 else "f" for a in angle]
+    return Case(
+        material={"young_modulus": 1.0, "poisson_ratio": 0.3}, mesh=MeshOptions(**mesh),
+        geometry=Polygon(vertices=[(10.0 * math.cos(a), 10.0 * math.sin(a)) for a in angle], parts=parts),
+        boundary=[
+            {"part": "c", "condition": "contact", "friction_bound": 1.0},
+            {"part": "d", "condition": "displacement", "value": (0, 0)},
+            {"part": "f", "condition": "traction", "value": (0, 0)},
+        ],
+    )  # fmt: skip
+
+
+def test_a_polygon_of_a_thousand_sides_is_meshed_soon():
+    """0.3 s; 12 s when every side was compared with every other."""
+    case = many_sided(1000)
+    assert 10_000 < mesh_of(case).n_nodes < 20_000
+
+
+def test_distances_from_other_sides_are_those_of_all_pairs():
+    case = many_sided(9)
+    outline = case.geometry.outline()
+    breaks = [np.linspace(0.0, 1.0, 3 + k) ** 2 for k in range(9)]
+    found = _distance_limits(outline, breaks)
+    for k, side in enumerate(outline.sides):
+        middles = side.point(0.5 * (breaks[k][1:] + breaks[k][:-1]))
+        others = np.vstack([
+            other.point(np.concatenate([b, 0.5 * (b[1:] + b[:-1])]))
+            for j, (other, b) in enumerate(zip(outline.sides, breaks, strict=True)) if (j - k) % 9 not in (0, 1, 8)
+        ])  # fmt: skip
+        wanted = np.linalg.norm(middles[:, None] - others, axis=2).min(axis=1)
+        assert np.allclose(found[k], wanted, rtol=1e-14)
+
+
+def test_too_many_graded_sides_are_refused_before_the_work():
+    case = many_sided(100_000)
+    with pytest.raises(InputError, match=r"^mesh: 100000 graded sides give more than 1e\+06 nodes; name an element_size"):
+        mesh_of(case)
+
+
+def test_dense_operators_that_do_not_fit_the_machine_are_refused(monkeypatch, comm):
+    monkeypatch.setattr(choice, "physical_memory", lambda: 1e6)
+    case = many_sided(300, element_size=1.0)
+    for bem in (Bem(mat_type="dense"), Bem()):
+        with pytest.raises(InputError, match=r"^mesh: dense operators of 300 nodes take 0 GB, this machine has 0; use"):
+            prepare(case.model_copy(update={"bem": bem}), comm)
+
+
+def test_what_takes_a_while_is_announced(comm, capsys):
+    told = []
+    prepare(many_sided(100, element_size=1.0), comm, announce=lambda *words: told.append(words)).close()
+    assert told == [(100, choice.dense_seconds(100))]
+    mesh = discretise(many_sided(1000)).mesh
+    announced(mesh.n_nodes, choice.predicted_seconds(Bem(), mesh))
+    announced(*told[0])
+    size = f"{mesh.n_nodes} nodes, {2 * mesh.n_nodes} unknowns"
+    assert capsys.readouterr().err == f"petcontact: {size}: about 14 s to eliminate\n"
+
+
+DEEP = {
+    "dots": ".".join("a" * 100_000) + " = 1", "quoted": ".".join(['"a"'] * 50_000) + " = 1",
+    "header": "[" + ".".join("a" * 20_000) + "]", "spaced": " . ".join("a" * 50_000) + " = 1",
+    "arrays": "a = " + "[" * 20_000 + "]" * 20_000, "open": "a = " + "[" * 20_000,
+    "tables": "a = " + "{a = " * 8_000 + "1" + "}" * 8_000, "just too deep": "a = " + "[" * 17 + "]" * 17,
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("kind", DEEP)
+def test_deep_toml_is_refused_at_once(tmp_path, kind):
+    """A key of 100 000 parts took a minute and 6 GB."""
+    (tmp_path / "c.toml").write_text(DEEP[kind])
+    with pytest.raises(InputError, match=rf"c\.toml: nested deeper than {DEEPEST} levels"):
+        load(tmp_path / "c.toml")
+
+
+BRACKETS = "[" * 20
+TEXTS = [f'title = "a.b.c.d.e.f.g.h.i.j.k.l.m.n.o.p.q.r.s {BRACKETS}"', f"# {BRACKETS}", f"title = '''\n{BRACKETS}\n'''"]
+
+
+@pytest.mark.parametrize("text", TEXTS)
+def test_brackets_and_dots_in_text_are_no_depth(tmp_path, text):
+    (tmp_path / "c.toml").write_text(text)
+    with pytest.raises(InputError, match="this key is required"):
+        load(tmp_path / "c.toml")
+
+
+def test_a_key_of_many_parts_is_refused_too():
+    with pytest.raises(InputError, match="a key of 20 parts"):
+        set_key({}, ".".join("a" * 20), 1, "--set")
