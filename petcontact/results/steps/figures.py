@@ -7,11 +7,13 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Index
-from ...runtime.figure_style import SHADES, STATES, draw_states, label, legend_beside, plain, round_number
+from ...runtime.figure_style import COLOURS, SHADES, STATES, draw_states, label, legend_beside, plain, round_number
 from ...runtime.figure_style import title as cut
 from ..figures import outlines
 from .solution import AssemblySolution, PairResult, StepResult
 
+BODIES = (COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
+"""Colours of the bodies' outlines: not those of the states."""
 CURVES = 5
 """Step ends drawn into one panel at most."""
 
@@ -44,8 +46,8 @@ def draw_deformed(figure: Any, solution: AssemblySolution) -> None:
     for number, (name, mesh) in enumerate(solution.meshes.items()):
         for initial, deformed in outlines(mesh, last.bodies[name].u, factor):
             axes.plot(*initial.T, color="0.7", lw=0.8, ls="--")
-            axes.plot(*deformed.T, color=f"C{number}", lw=1.3)
-        axes.plot([], [], color=f"C{number}", lw=1.3, label=f"{name}, u × {factor:g}")
+            axes.plot(*deformed.T, color=BODIES[number % len(BODIES)], lw=1.3)
+        axes.plot([], [], color=BODIES[number % len(BODIES)], lw=1.3, label=f"{name}, u × {factor:g}")
     largest = max((float(np.percentile(np.abs(pair.pressure), 95.0)) for pair in last.pairs.values()), default=0.0)
     for name, pair in last.pairs.items():
         moved = pair.x + factor * last.bodies[solution.sides[name][0]].u[solution.nodes[name]]
@@ -159,6 +161,7 @@ def draw_history(figure: Any, solution: AssemblySolution) -> None:
     left.set(xlabel=label("mean slip w", units.length), ylabel=label("tangential force on the primary", units.force),
              title=_title(solution, "hysteresis"))  # fmt: skip
     right.set(xlabel="increment", title="energy dissipated")
+    left.locator_params(axis="x", nbins=5)
     left.legend()
 
 
