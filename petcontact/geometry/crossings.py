@@ -8,7 +8,7 @@ import scipy.spatial
 from ..arrays import Array, Index
 
 MARGIN = 1e-9
-"""Of an edge's parameter and of barycentric coordinates: what only touches does not cross."""
+"""Of an edge's parameter and of barycentric coordinates: an edge that only ends on a triangle does not cross it."""
 
 
 def first_crossing(points: Array, triangles: Index) -> Array | None:
@@ -62,7 +62,8 @@ def _pierced(edges_of: Array, triangle: Array) -> Array | None:
         turned = np.cross(offset, e_1)
         v = np.sum(direction * turned, axis=1) / safe
         t = np.sum(e_2 * turned, axis=1) / safe
-        inside = proper & (u > MARGIN) & (v > MARGIN) & (u + v < 1.0 - MARGIN) & (t > MARGIN) & (t < 1.0 - MARGIN)
+        # closed: what runs through the joint of two triangles would slip between them
+        inside = proper & (u > -MARGIN) & (v > -MARGIN) & (u + v < 1.0 + MARGIN) & (t > MARGIN) & (t < 1.0 - MARGIN)
         if inside.any():
             n = int(np.argmax(inside))
             return np.asarray(start[n] + t[n] * direction[n])

@@ -1,0 +1,91 @@
+"""Closed surfaces in space: what is mended, and what is refused in one line."""
+
+from __future__ import annotations
+
+import re
+
+import meshio
+import numpy as np
+import pytest
+
+from petcontact.errors import InputError
+from petcontact.geometry.gmsh_surface import gmsh_surface, is_surface
+from petcontact.geometry.surface import FacetSurface, checked_surface
+from petcontact.mesh.panelling import facet_mesh
+
+CUBE = np.array([[x, y, z] for x in (0.0, 1.0) for y in (0.0, 1.0) for z in (0.0, 1.0)])
+FACES = np.array([[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]])
+
+
+def surface(points: np.ndarray = CUBE, facets: np.ndarray = FACES) -> FacetSurface:
+    if facets.shape[1] == 3:
+        facets = np.column_stack([facets, np.full(len(facets), -1)])
+    return FacetSurface(points, facets, np.zeros(len(facets), dtype=np.int64), ("all",))
+
+
+def enclosed(checked: FacetSurface) -> float:
+    """Volume by the divergence theorem, negative where normals point inward."""
+    mesh = facet_mesh(checked, 1)
+    return float(mesh.weight @ np.sum(mesh.x * mesh.normal, axis=1)) / 3.0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_normals_are_mended(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    facets = FACES.copy()
+    for k in np.flatnonzero(rng.random(6) < 0.5):
+        facets[k] = facets[k, ::-1]
+    assert enclosed(checked_surface(surface(facets=facets), "cube")) == pytest.approx(1.0)
+    halves = np.vstack([facets[:, :3], facets[:, [0, 2, 3]]])
+    assert enclosed(checked_surface(surface(facets=halves), "cube")) == pytest.approx(1.0)
+
+
+def test_cavities_and_second_bodies() -> None:
+    inside, beside = 0.25 + 0.5 * CUBE, CUBE + np.array([2.0, 0.0, 0.0])
+    for other, volume in ((inside, 1.0 - 0.125), (beside, 2.0)):
+        both = surface(np.vstack([CUBE, other]), np.vstack([FACES, FACES + 8]))
+        assert enclosed(checked_surface(both, "two")) == pytest.approx(volume)
+
+
+@pytest.mark.parametrize(
+    ("points", "facets", "message"),
+    [
+        (CUBE, FACES[:5], "is open: one facet at the edge"),
+        (CUBE, np.vstack([FACES, FACES[:1]]), "no boundary of a body: 3 facets"),
+        (np.vstack([CUBE, CUBE[:1]]), np.vstack([[[8, 1, 3, 2]], FACES[1:]]), "given by two nodes"),
+        (np.where(CUBE == 1.0, [1.0, 1.0, 1e-6], CUBE), FACES, "sliver"),
+        (np.where(CUBE == 1.0, [1.0, 1.0, np.nan], CUBE), FACES, "not finite"),
+        (np.vstack([CUBE, CUBE + 0.5]), np.vstack([FACES, FACES + 8]), "crosses itself near"),
+    ],
+    ids=["open", "three at an edge", "duplicate nodes", "slivers", "nan", "crossing"],
+)
+def test_what_is_refused_in_one_line(points: np.ndarray, facets: np.ndarray, message: str) -> None:
+    with pytest.raises(InputError, match=re.escape(message)) as caught:
+        checked_surface(surface(points, facets), "body.msh")
+    assert "\n" not in str(caught.value) and str(caught.value).startswith("body.msh: ")
+
+
+@pytest.mark.parametrize("kind", ["triangle6", "quad8", "quad9"])
+def test_cells_of_second_order_become_flat_facets(kind: str) -> None:
+    """A cube whose faces are single cells of second order, one of them bulged."""
+    faces = FACES if kind != "triangle6" else np.vstack([FACES[:, :3], FACES[:, [0, 2, 3]]])
+    points, cells, numbers = list(CUBE), [], {}
+
+    def node(place: np.ndarray) -> int:
+        key = tuple(np.round(place, 9))
+        if key not in numbers:
+            numbers[key] = len(points)
+            points.append(place + (0.1 * np.array([0.0, 0.0, 1.0]) if np.allclose(place, [0.5, 0.5, 1.0]) else 0.0))
+        return numbers[key]
+
+    for face in faces:
+        middle = [node(0.5 * (CUBE[a] + CUBE[b])) for a, b in zip(face, np.roll(face, -1), strict=True)]
+        cells.append([*face, *middle, *([node(CUBE[face].mean(axis=0))] if kind == "quad9" else [])])
+    tags = {"gmsh:physical": [np.ones(len(cells), dtype=int)]}
+    mesh = meshio.Mesh(np.array(points), [(kind, np.array(cells))], cell_data=tags, field_data={"skin": np.array([1, 2])})
+    assert is_surface(mesh)
+    found = gmsh_surface(mesh, "cube.msh")
+    assert found.part_names == ("skin",)
+    volume = {"quad8": 1.0, "quad9": 1.0 + 0.1 / 3.0, "triangle6": 1.0 + 0.1 / 3.0}[kind]
+    assert enclosed(found) == pytest.approx(volume, abs=0.02)
+    assert (enclosed(found) > 1.001) == (volume > 1.0)

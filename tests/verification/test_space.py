@@ -1,0 +1,104 @@
+"""Problems A and B in space: reference values, and both of the paper's rules from any ρ_0."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from petcontact.contact.criterion import Criterion
+from petcontact.contact.iteration import Iteration
+from petcontact.contact.methods.newton import SemismoothNewton
+from petcontact.contact.methods.projection import Projection
+from petcontact.contact.rho_rules import Modified, SelfAdaptive
+from petcontact.errors import InputError
+from petcontact.model.case import load
+from petcontact.pipeline.prepare import prepare
+from petcontact.pipeline.run import run
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+# three finest meshes of a prototype (N = 3240 to 98 010 nodes); this mesh of 360 nodes is 0.3 to 2 % off
+REFERENCE = {
+    "a": {"force": (-2920.40, 0.0), "normal": 1236.0, "size": 0.13409, "work": -60.250},
+    "b": {"force": (-2851.45, -3007.07), "normal": 2161.6},
+}
+
+
+def prepared(letter: str, **keys: object):
+    case = load(CONFIGS / f"space_{letter}.toml", {"mesh.element_size": 2.0, **keys})
+    return case, prepare(case)
+
+
+@pytest.mark.parametrize("letter", ["a", "b"])
+def test_reference_values(letter: str) -> None:
+    case, system = prepared(letter)
+    solution = run(system, case)
+    system.close()
+    assert solution.converged and solution.iterations <= 12
+    contact, wanted = solution.contact, REFERENCE[letter]
+    force = contact.weight @ np.einsum("nk,nkd->nd", contact.sigma_t, contact.tangent)
+    np.testing.assert_allclose(force[:2], wanted["force"], atol=12.0)
+    assert solution.reactions()["bottom"][2] == pytest.approx(wanted["normal"], rel=0.015)
+    if "size" in wanted:
+        assert np.sqrt(contact.weight @ np.sum(contact.u_t**2, axis=1)) == pytest.approx(wanted["size"], rel=0.015)
+        assert contact.weight @ np.sum(contact.u_t * contact.sigma_t, axis=1) == pytest.approx(wanted["work"], rel=0.015)
+    # the law: within the bound, and against the slip where there is any
+    size, slip = np.linalg.norm(contact.sigma_t, axis=1), np.linalg.norm(contact.u_t, axis=1)
+    assert size.max() <= 150.0 * (1.0 + 1e-5)
+    slides = slip > 1e-4 * slip.max()
+    np.testing.assert_allclose(contact.sigma_t[slides] / 150.0, -contact.u_t[slides] / slip[slides, None], atol=1e-4)
+
+
+@pytest.mark.parametrize("order", [0, 2])
+def test_rules_from_any_rho(order: int) -> None:
+    """At most 50 iterations to 1e-6 from 1 to 1e7, and the same answer as Newton's."""
+    _, system = prepared("b", **{"mesh.order": order})
+    tight = Iteration(Criterion(1e-9), 50)
+    exact = SemismoothNewton()(system.system, system.law, tight)
+    assert exact.converged
+    for rule in (SelfAdaptive, Modified):
+        for rho in (1.0, 1e3, 1e7):
+            taken = rule(2.0) if rule is SelfAdaptive else rule(2.0, 10)
+            state = Projection(taken, rho, 1.8)(system.system, system.law, Iteration(Criterion(1e-6), 50))
+            assert state.converged and len(state.history) <= 50
+            np.testing.assert_allclose(state.v, exact.v, atol=2e-5 * np.abs(exact.v).max())
+    system.close()
+
+
+def test_condensed_and_full_agree() -> None:
+    solutions = []
+    for formulation in ("condensed", "full"):
+        case, system = prepared("a", **{"mesh.order": 1, "method.formulation": formulation, "method.rule": "modified",
+                                        "method.rho": 1000.0})  # fmt: skip
+        solutions.append(run(system, case))
+        system.close()
+    np.testing.assert_allclose(solutions[1].u, solutions[0].u, atol=1e-10)
+    assert solutions[0].iterations == solutions[1].iterations
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"mesh.order": 4}, "mesh.order: panels in space have order 0 to 3"),
+        ({"mesh.grading": 0.3}, "mesh.grading: is for plane bodies"),
+        ({"mesh.element_size": 1e-3}, "at most"),
+        ({"mesh.element_sizes": {"side": 1.0}}, "no part 'side'"),
+        ({"boundary.1.value": [0.0, 0.0]}, "the body has 3 dimensions, got 2 components"),
+        ({"boundary.1.value": [0.0, "free", 0.0]}, "translate along"),
+        ({"bem.mat_type": "hodlr"}, "plane bodies"),
+        ({"boundary.0.friction_bound": "s"}, "unknown name 's'"),
+        ({"geometry.upper": [0.0, 4.0, 4.0]}, "each coordinate of upper must be greater"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else next(iter(value)),
+)
+def test_bad_input_is_one_line(keys: dict[str, object], message: str) -> None:
+    with pytest.raises(InputError, match=message) as caught:
+        prepared("a", **keys)
+    assert "\n" not in str(caught.value)
+
+
+def test_too_little_memory_is_told_before_the_build(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("petcontact.pipeline.choice.physical_memory", lambda: 1e6)
+    with pytest.raises(InputError, match="dense operators of 360 nodes take"):
+        prepared("a")
