@@ -77,4 +77,4 @@ class ReducedSystem:
         if self.modes is None:
             return np.zeros(0)
         left = (v - self.u_0 - self.apply(sigma)).ravel()
-        return np.asarray(np.linalg.lstsq(self.modes.motion.reshape(v.size, -1), left, rcond=None)[0])
+        return np.asarray(self.modes.fit @ left)

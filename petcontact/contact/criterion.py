@@ -59,8 +59,7 @@ def balanced(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fal
         return balanced_rho(v, sigma, weight, fallback, FLOOR * contact_norm(base, weight))
     moved = v - base
     if system.modes is not None and len(system.modes.load):
-        motions = system.modes.motion.reshape(v.size, -1)
-        moved = moved - (motions @ np.linalg.lstsq(motions, moved.ravel(), rcond=None)[0]).reshape(v.shape)
+        moved = moved - system.modes.motion @ (system.modes.fit @ moved.ravel())
     common = balanced_rho(moved, sigma, weight, fallback)
     rho = np.empty(law.k)
     for group in law.groups:

@@ -8,8 +8,8 @@ import numpy as np
 
 from ..arrays import Array, States
 
-SAFE = (1e-200, 1e200)
-"""Squares of norms that neither underflow nor overflow in part of their terms."""
+SAFE = (1e-100, 1e100)
+"""Sizes of vectors whose squares neither underflow nor overflow."""
 
 
 def lengths(x: Array) -> Array:
@@ -91,12 +91,12 @@ def projection_residual(u_t: Array, sigma_t: Array, friction_bound: Array, rho: 
 
 def contact_norm(x: Array, weight: Array) -> float:
     """L2(Γ_C) norm of nodal vectors (m, k) with the nodes' quadrature weights (m,)."""
-    with np.errstate(over="ignore", under="ignore"):
-        squares = x[:, 0] ** 2 if x.shape[1] == 1 else np.sum(x * x, axis=1)
-        total = float(weight @ squares)
-    if SAFE[0] < total < SAFE[1] or not np.isfinite(size := float(np.abs(x).max(initial=0.0))):
-        return math.sqrt(total)
-    return size * math.sqrt(float(weight @ np.sum((x / size) ** 2, axis=1))) if size > 0.0 else 0.0
+    size = float(np.abs(x).max(initial=0.0))
+    unit = 1.0 if SAFE[0] < size < SAFE[1] or not np.isfinite(size) else size or 1.0
+    x = x if unit == 1.0 else x / unit
+    squares = x[:, 0] ** 2 if x.shape[1] == 1 else np.sum(x * x, axis=1)
+    total = float(weight @ squares)
+    return unit * math.sqrt(total)
 
 
 def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, floor: float = 0.0) -> float:

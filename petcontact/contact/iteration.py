@@ -70,6 +70,7 @@ class Recorder:
     iteration: Iteration
     history: History = field(default_factory=History)
     largest: float = 0.0
+    _judged: tuple[Array, Array, float | Array, Array] | None = None
 
     def step(
         self, old: Start, v: Array, sigma: Array, dv: Array, dsigma: Array, *, ksp_iterations: int,
@@ -77,7 +78,7 @@ class Recorder:
     ) -> tuple[float, float | Array]:  # fmt: skip
         """Note the step from `old` to (v, σ): its relative change, and its balance w, one for each group of components.
 
-        ρ and R_ρ of the old iterate are those given, or balanced ones.
+        ρ and R_ρ of the old iterate are those given, both, or balanced ones.
 
         Raises
         ------
@@ -87,13 +88,12 @@ class Recorder:
         weight = self.system.weight
         change = self.iteration.criterion.change(v, sigma, dv, dsigma, weight)
         if rho is None:
-            rho = balanced(self.law, self.system, *old)
+            rho, residual = self.residual(*old)
         if not np.isfinite(change):
             raise SolverError(
                 "iterate", f"iterate {len(self.history) + 1} is not finite (ρ = {rho})", "choose another rho or method"
             )
-        if residual is None:
-            residual = law_residual(self.law, *old, rho)
+        assert residual is not None
         balances = [
             usable_balance(contact_norm(dsigma[:, group], weight), contact_norm(dv[:, group], weight))
             for group in self.law.groups
@@ -103,9 +103,22 @@ class Recorder:
         self.largest = max(self.largest, contact_norm(sigma, weight))
         return change, balance
 
-    def balanced(self, v: Array, sigma: Array, fallback: float = 1.0) -> float | Array:
+    def balanced(self, v: Array, sigma: Array) -> float | Array:
         """The balanced ρ of an iterate."""
-        return balanced(self.law, self.system, v, sigma, fallback)
+        return self.residual(v, sigma)[0]
+
+    def residual(self, v: Array, sigma: Array) -> tuple[float | Array, Array]:
+        """The balanced ρ of an iterate, and its R_ρ; asked for again as the old one of the next step."""
+        if self._judged is None or self._judged[0] is not v or self._judged[1] is not sigma:
+            rho = balanced(self.law, self.system, v, sigma)
+            self._judged = v, sigma, rho, law_residual(self.law, v, sigma, rho)
+        return self._judged[2], self._judged[3]
+
+    def relative(self, v: Array, sigma: Array) -> float:
+        """`relative_residual` of an iterate."""
+        rho, residual = self.residual(v, sigma)
+        size = contact_norm(sigma, self.system.weight) or contact_norm(rho * v, self.system.weight)
+        return contact_norm(residual, self.system.weight) / size if size > 0.0 else 0.0
 
     def tell(self, v: Array, sigma: Array, rho: float | Array, reason: str = "", *, converged: bool = False) -> ContactState:
         """The state after the step just noted, which the monitor sees."""

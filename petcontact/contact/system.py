@@ -40,6 +40,11 @@ class Modes:
         size = np.abs(self.motion).max(axis=(0, 1), initial=0.0)
         return np.where(size > 0.0, size, 1.0)
 
+    @cached_property
+    def fit(self) -> Array:
+        """Amplitudes of the motions nearest to a displacement, (r, m k)."""
+        return np.linalg.pinv(self.motion.reshape(-1, len(self.load)))
+
     def unbalanced(self, sigma: Array) -> Array:
         """Eσ + f, (r,)."""
         return self.load + np.tensordot(self.resultant, sigma, 2)

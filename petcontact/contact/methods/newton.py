@@ -16,7 +16,7 @@ import numpy as np
 from ...arrays import Array
 from ...model.solver_options import Method
 from ..active_set import Pieces, Pivot, Predictor, box_problem, next_tau, pivots
-from ..criterion import equilibrium_defect, relative_residual
+from ..criterion import equilibrium_defect
 from ..iteration import Iteration, Recorder
 from ..laws import OPEN, SLIP, ContactLaw
 from ..restricted import LayerCompliance, Restricted, restricted_to
@@ -213,7 +213,7 @@ class _Run:
         )
         recorder.history.exchanged.append(step.wrong)
         unbalanced = equilibrium_defect(system, sigma)
-        relative = relative_residual(self.law, system, v, sigma)
+        relative = recorder.relative(v, sigma)
         small = max(relative, unbalanced) <= self.iteration.criterion.tolerance
         converged = small and (step.wrong == 0 or relative <= ROUND_OFF)
         reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"

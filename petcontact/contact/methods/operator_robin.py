@@ -59,11 +59,10 @@ class OperatorRobin:
             while not recorder.exhausted:
                 step = box_problem(inner, law, v - layer.apply(sigma), tau, sigma)
                 tau, old = step.pieces.tau, (v, sigma)
-                rho = recorder.balanced(v, sigma)
                 dsigma = solver.sum_solve(-self.omega * layer.apply(sigma - step.sigma))
                 dv = solver.apply(dsigma)
                 sigma, v = sigma + dsigma, v + dv
-                change, _ = recorder.step(old, v, sigma, dv, dsigma, rho=rho, ksp_iterations=solver.ksp_iterations)
+                change, _ = recorder.step(old, v, sigma, dv, dsigma, ksp_iterations=solver.ksp_iterations)
                 relative = relative_residual(law, system, v, sigma, scale=recorder.largest)
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
                 rho = recorder.balanced(v, sigma)
