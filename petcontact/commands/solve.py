@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--adapt", action="store_true",
                         help="refine the mesh until the estimated error of u_t (p, q) is as wanted")  # fmt: skip
     parser.add_argument("--accuracy", metavar="ERROR", type=float,
-                        help="with --adapt: wanted relative L2 error of u_t on the contact parts (1e-4)")  # fmt: skip
+                        help="with --adapt, or without a [mesh] table: wanted relative L2 error of u_t (1e-4)")  # fmt: skip
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -47,7 +47,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     check_target(output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest)
-    accuracy = wanted_accuracy(arguments)
+    accuracy = wanted_accuracy(arguments, case)
     from ..results.hdf5 import write_solution
 
     status, tolerance = StatusLine(first and sys.stderr.isatty()), case.method.tolerance
@@ -86,18 +86,19 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     return STATUS[solution.status]
 
 
-def wanted_accuracy(arguments: argparse.Namespace) -> float | None:
-    """The accuracy of an adaptive solve, None for a solve on the config's own mesh."""
-    if arguments.accuracy is not None and not arguments.adapt:
+def wanted_accuracy(arguments: argparse.Namespace, case: Any) -> float | None:
+    """The accuracy of an adaptive solve, None for what the config says of its mesh."""
+    adapt = arguments.adapt or (arguments.accuracy is not None and hasattr(case, "mesh") and case.mesh.automatic)
+    if arguments.accuracy is not None and not adapt:
         raise InputError("--accuracy: only an adaptive solve has one; add --adapt")
     accuracy = 1e-4 if arguments.accuracy is None else arguments.accuracy
     if not 0.0 < accuracy < 1.0:
         raise InputError(f"--accuracy: must lie between 0 and 1, got {accuracy:g}")
-    return accuracy if arguments.adapt else None
+    return accuracy if adapt else None
 
 
 def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None]) -> Any:
-    """The solution on the config's own mesh, or on adaptive ones where an accuracy is wanted."""
+    """The solution on the mesh of the config, or on adaptive ones where an accuracy is wanted or the mesh is left open."""
     from ..model.assembly import Assembly, assembly_of
 
     if isinstance(case, Assembly) or not case.plain:
@@ -112,14 +113,9 @@ def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any]
         from ..pipeline.adaptive import adapt
 
         return adapt(case, accuracy, comm=comm, monitor=monitor)
-    from ..pipeline.prepare import prepare
-    from ..pipeline.run import run as run_case
+    from ..pipeline.run import solve
 
-    prepared = prepare(case, comm, announce=announced if comm.getRank() == 0 else None)
-    try:
-        return run_case(prepared, case, monitor=monitor)
-    finally:
-        prepared.close()
+    return solve(case, comm=comm, monitor=monitor, announce=announced if comm.getRank() == 0 else None)
 
 
 def announced(nodes: int, seconds: float) -> None:

@@ -18,7 +18,7 @@ class MeshOptions(Model):
     Attributes
     ----------
     element_size : float, optional
-        h: a side of length l has round(l/h) equal elements, at least one [length]. Without it the mesh is graded.
+        h: a side of length l has round(l/h) equal elements, at least one [length].
     element_sizes : dict of part name to float
         h of single parts, over `element_size`.
     order : int, optional
@@ -29,10 +29,11 @@ class MeshOptions(Model):
     levels : int
         Number of graded elements towards each such point.
     graded_points : list of points
-        Further points of the boundary to grade towards, for example expected transition points [length].
+        Further points of the boundary to grade towards [length]. On contact parts of adaptive solves they are a first
+        guess of transition points.
     accuracy : float
-        Where neither sizes nor order nor grading are given: the relative error of u_t that the mesh is made for, which it
-        has when `graded_points` holds the transition points [-].
+        In the plane, where neither sizes nor order nor grading are given, the solve is adaptive: it refines until the
+        estimated relative error of u_t is below this [-].
     exponent : float, optional
         In space: panels on the faces of a box shrink towards the edges with this power of their number, by default 1.4; 1
         for equal ones.

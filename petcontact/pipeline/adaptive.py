@@ -20,13 +20,14 @@ from ..bem.boundary_data import evaluate_boundary
 from ..bem.compatibility import check_compatible
 from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
+from ..contact.rho_rules import Rule
 from ..contact.state import Monitor
 from ..errors import SolverError
 from ..geometry.outline import as_outline
 from ..mesh.curve_mesh import as_curve
 from ..model.case import Case
 from ..model.problem import Problem
-from ..refinement.contact_line import ContactLine, difference, transition, without_specks
+from ..refinement.contact_line import ContactLine, difference, largest, transition, without_specks
 from ..refinement.marks import LADDER, Body, Rung
 from ..refinement.zones import Zone
 from ..results.solution import Solution
@@ -104,6 +105,34 @@ def adapt(
     return _finished(body, levels, accuracy, estimate, differences, time.perf_counter() - began, trouble)
 
 
+def solve_adaptively(
+    case: Case, *, rule: Rule | None = None, comm: Any = None, monitor: Monitor | None = None
+) -> Solution:
+    """The solution of a case whose mesh is left open: `adapt` to `mesh.accuracy`, then the case's own method on that mesh.
+
+    Raises
+    ------
+    InputError, SolverError
+        As `solve`.
+    """
+    found = adapt(case, case.mesh.accuracy, comm=comm, monitor=monitor)
+    if found.status == "failed" or (rule is None and case.method.resolved_name == "semismooth-newton"):
+        return found
+    mesh = as_curve(found.mesh)
+    operators = BoundaryOperators(mesh, evaluate_boundary(case, mesh), kernel_for(mesh, case.material))
+    prepared = prepare_operators(operators, case, comm if comm is not None else petsc().COMM_WORLD, dict(found.timings))
+    try:
+        solution = run(prepared, case, rule=rule, monitor=monitor)
+    finally:
+        prepared.close()
+    kept = {key: found.info[key] for key in ("accuracy", "estimated_error", "levels", "differences", "largest_slip",
+                                             "zone_errors")}  # fmt: skip
+    status, reason = solution.status, solution.reason
+    if status == "converged":
+        status, reason = found.status, reason if found.status == "converged" else found.reason
+    return replace(solution, info={**solution.info, **kept}, zones=found.zones, status=status, reason=reason)
+
+
 def estimated_error(differences: list[float], truncation: list[float]) -> float:
     """Error of the last rung from the differences of neighbouring ones, infinite while there are fewer than two of them.
 
@@ -158,11 +187,11 @@ def solve_level(
 ) -> Level:
     """Mesh for a rung and what the previous level showed, and its solution."""
     began = time.perf_counter()
-    largest = [
+    longest = [
         side.length / FIRST_LOOK if contact and previous is None else np.inf
         for side, contact in zip(body.outline.sides, body.contact, strict=True)
     ]
-    made = body.mesh(rung, largest, previous.lines if previous is not None else None)
+    made = body.mesh(rung, longest, previous.lines if previous is not None else None)
     mesh = made.mesh
     operators = BoundaryOperators(mesh, evaluate_boundary(case, mesh), kernel_for(mesh, case.material))
     if case.bem.mat_type == "auto" and mesh.n_nodes <= DENSE_NODES:
@@ -211,7 +240,9 @@ def transition_zones(body: Body, level: Level) -> list[Zone]:
         if not contact:
             continue
         line = next(lines)
-        ends = [0.0, *sorted(min(max(transition(line, cut), 0.0), side.length) for cut in line.cuts), side.length]
+        # between the nodes that it parts, whatever an extrapolation says
+        found = [float(np.clip(transition(line, cut), line.s[cut - 1], line.s[cut])) for cut in line.cuts]
+        ends = [0.0, *found, side.length]
         for zone, a, b in zip(line.zones(), ends[:-1], ends[1:], strict=True):
             sign = int(line.sign[zone.start])
             if zones and zones[-1].part == side.part and zones[-1].sign == sign and zones[-1].end == start + a:
@@ -220,17 +251,29 @@ def transition_zones(body: Body, level: Level) -> list[Zone]:
     return zones
 
 
+def zone_errors(zones: list[Zone], before: list[Zone]) -> list[tuple[float, float]]:
+    """How far the ends of zones lie from the nearest ones of a coarser mesh, one pair a zone [length]."""
+    def moved(part: str, at: float) -> float:
+        ends = [end for zone in before if zone.part == part for end in (zone.start, zone.end)]
+        return min((abs(at - end) for end in ends), default=0.0)
+
+    return [(moved(zone.part, zone.start), moved(zone.part, zone.end)) for zone in zones]
+
+
 def _finished(
     body: Body, levels: list[Level], accuracy: float, estimate: float, differences: list[float], seconds: float,
     trouble: str,
 ) -> Solution:
     solution = probed(levels[-1].solution, levels[-1].operators)
+    zones = transition_zones(body, levels[-1])
     info = {
         **solution.info,
         "accuracy": accuracy,
         "estimated_error": estimate,
         "levels": [level.solution.mesh.n_elements for level in levels],
         "differences": differences,
+        "largest_slip": largest(levels[-1].lines),
+        "zone_errors": zone_errors(zones, transition_zones(body, levels[-2]) if len(levels) > 1 else []),
     }
     status, reason = solution.status, solution.reason
     if status == "converged" and levels[-1].missed > 0.0:
@@ -242,6 +285,4 @@ def _finished(
         for name, value in level.solution.timings.items():
             timings[name] = timings.get(name, 0.0) + value
     timings["adapt"] = max(0.0, seconds - sum(timings.values()))
-    return replace(
-        solution, info=info, status=status, reason=reason, timings=timings, zones=transition_zones(body, levels[-1])
-    )
+    return replace(solution, info=info, status=status, reason=reason, timings=timings, zones=zones)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 import sys
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -22,6 +22,7 @@ from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
 from ..contact.state import ContactState, Monitor, Start
 from ..errors import SolverError
+from ..geometry.outline import Outline
 from ..model.case import Case
 from ..model.problem import Problem
 from ..model.solver_options import Method
@@ -116,8 +117,9 @@ def solve(
     petsc_options: Mapping[str, Any] | None = None,
     comm: Any = None,
     monitor: Monitor | None = None,
+    announce: Callable[[int, float], None] | None = None,
 ) -> Solution:
-    """Solve a case, or a problem with a method.
+    """Solve a case, or a problem with a method; in the plane adaptively where its `[mesh]` leaves the mesh open.
 
     Parameters
     ----------
@@ -133,6 +135,8 @@ def solve(
         PETSc.COMM_WORLD by default; every rank gets the whole solution.
     monitor : callable, optional
         Called with the state so far after each iteration; a reason that it returns ends the solve there.
+    announce : callable, optional
+        As in `prepare`.
 
     Raises
     ------
@@ -147,7 +151,11 @@ def solve(
     if petsc_options is not None:
         changes["petsc"] = {**case.petsc, **petsc_options}
     case = case.model_copy(update=changes)
-    prepared = prepare(case, comm)
+    if case.plain and case.mesh.automatic and isinstance(case.geometry.outline(), Outline):
+        from .adaptive import solve_adaptively
+
+        return solve_adaptively(case, rule=rule, comm=comm, monitor=monitor)
+    prepared = prepare(case, comm, announce=announce)
     try:
         return run(prepared, case, rule=rule, monitor=monitor)
     finally:

@@ -26,14 +26,16 @@ def verdict(solution: Solution) -> str:
     lines.append(f"  {_method(solution)}")
     lines.append("  " + ": ".join(filter(None, (solution.info.get("solver", ""), solution.info.get("ksp_reason", "")))))
     for part in dict.fromkeys(zone.part for zone in solution.zones):
-        lines += wrapped(f"  {printable(part)}: ", [_zone(zone) for zone in solution.zones if zone.part == part])
+        lines += wrapped(f"  {printable(part)}: ", _zones(solution, part))
     lines += _slip_areas(solution)
     lines += _forces(solution)
     if "accuracy" in solution.info:
         lines.append(_accuracy(solution))
-    peak = np.sqrt(np.sum(contact.u_t**2, axis=1)).max()
+    peak = solution.info.get("largest_slip", np.sqrt(np.sum(contact.u_t**2, axis=1)).max())
+    # the error is one in the mean over Γ_C: the largest value may be some times less certain
+    digits = _digits(10.0 * solution.info["estimated_error"], 1.0) if "estimated_error" in solution.info else 6
     lines.append(
-        f"  max |u_t| {peak:.6g}, |R_rho| {solution.residual:.2e}, elastic residual {solution.elastic_residual:.1e}"
+        f"  max |u_t| {peak:.{digits}g}, |R_rho| {solution.residual:.2e}, elastic residual {solution.elastic_residual:.1e}"
     )
     return "\n".join([*lines, *cost(solution.timings, solution.info)])
 
@@ -93,9 +95,23 @@ def _method(solution: Solution) -> str:
     return f"{name}, rule {rule}: {iterations}, rho {history.rho[0]:.6g} -> {solution.rho:.6g}"
 
 
-def _zone(zone: Zone) -> str:
+def _zones(solution: Solution, part: str) -> list[str]:
+    """Zones of a part, their ends with the digits that two meshes agree on, or that one mesh resolves."""
+    errors = solution.info.get("zone_errors") or [(0.0, 0.0)] * len(solution.zones)
+    return [_zone(zone, *pair) for zone, pair in zip(solution.zones, errors, strict=True) if zone.part == part]
+
+
+def _zone(zone: Zone, start_error: float, end_error: float) -> str:
     sign = {0: "", 1: " +", -1: " -"}[zone.sign]
-    return f"{zone.name}{sign} {zone.start:.7g} .. {zone.end:.7g}"
+    start, end = (f"{at:.{_digits(error, at)}g}" for at, error in ((zone.start, start_error), (zone.end, end_error)))
+    return f"{zone.name}{sign} {start} .. {end}"
+
+
+def _digits(error: float, value: float) -> int:
+    """Significant digits of a value whose error is known, 1 to 7."""
+    if not error > 0.0 or value == 0.0:
+        return 7
+    return int(np.clip(np.floor(np.log10(abs(value) / error)) + 1.0, 1, 7)) if np.isfinite(error) else 1
 
 
 def wrapped(head: str, items: list[str], width: int = 80, separator: str = ",") -> list[str]:

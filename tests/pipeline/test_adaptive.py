@@ -69,6 +69,45 @@ def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
     assert "wanted" in solution.verdict()
 
 
+def test_a_mesh_that_is_left_open_is_found(comm):
+    """Newton, or the method that the case names; the error is told."""
+    newton = solve(example(1, mesh=MeshOptions(accuracy=1e-3), name=None, rule=None), comm=comm)
+    assert newton.converged and newton.info["estimated_error"] <= newton.info["accuracy"] == 1e-3
+    paper = solve(example(1, mesh=MeshOptions(accuracy=1e-3), rule="modified"), comm=comm)
+    assert paper.converged and paper.info["method"] == "projection" and "estimated" in paper.verdict()
+    assert paper.contact.u_t == pytest.approx(newton.contact.u_t, abs=1e-5 * np.abs(newton.contact.u_t).max())
+
+
+def test_figures_of_the_verdict_are_known_to_their_last_digit(best, comm):
+    solution = adapt(example(1), 1e-4, comm=comm)
+    text = solution.verdict()
+    # the reference: transition points 3.377768 and 7.999855, max |u_t| at the very end of the side, where there is no node
+    assert "slip + 0 .. 3.3778," in text or "slip + 0 .. 3.37777," in text
+    s = np.array([0.0])
+    peak = abs(displacement(line_of(best[1]), s)[0])
+    assert solution.info["largest_slip"] == pytest.approx(peak, rel=2e-4)
+    assert solution.info["largest_slip"] > np.abs(solution.contact.u_t).max()
+    printed = next(word for line in text.splitlines() for word in [line.strip()] if word.startswith("max |u_t|"))
+    digits = printed.split()[2].rstrip(",")
+    assert len(digits.replace("0.", "").lstrip("0")) <= 4 and float(digits) == pytest.approx(peak, abs=1e-5)
+
+
+def test_zones_end_between_their_nodes_where_the_bound_jumps(comm):
+    case = example(1).model_copy(update={"boundary": tuple(
+        c.model_copy(update={"friction_bound": "where(x < 1.73426, 100, 260)"}) if c.condition == "contact" else c
+        for c in example(1).boundary
+    )})  # fmt: skip
+    solution = adapt(case, 1e-3, comm=comm)
+    fine = adapt(case, 1e-5, comm=comm)
+    s, state = solution.contact.arc_length, solution.contact.state
+    for zone in solution.zones:
+        inside = (s > zone.start) & (s < zone.end)
+        assert np.all(state[inside] == abs(zone.sign))
+    assert len(solution.zones) == len(fine.zones)
+    for zone, other, errors in zip(solution.zones, fine.zones, solution.info["zone_errors"], strict=True):
+        assert abs(zone.end - other.end) <= 3.0 * errors[1] + 1e-9
+
+
 def test_accuracy_must_make_sense(comm):
     with pytest.raises(ValueError, match="between 0 and 1"):
         adapt(example(1), 0.0, comm=comm)
