@@ -5,6 +5,7 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from ..contact.state import ContactState, Start
 from ..errors import InputError
 from ..model.assembly import Assembly, Obstacle
 from ..model.load_steps import Step
+from ..results.hdf5 import read_result
 from ..results.steps.solution import AssemblySolution, StepResult
 from ..runtime import threads
 from ..runtime.memory import peak_memory
@@ -72,10 +74,10 @@ def solve_assembly(assembly: Assembly, *, comm: Any = None, monitor: Monitor | N
 def run_steps(problem: SteppedProblem, *, warm: Start | None = None, monitor: Monitor | None = None) -> AssemblySolution:
     """The steps of a prepared problem; `warm` are v and σ that a solution on another mesh had after its first increment."""
     began = time.perf_counter()
-    results: list[StepResult] = []
+    results = finished_before(problem)
     status, reason = "converged", ""
     with threads.suited_to(2 * len(problem.system.weight)):
-        for result in _increments(problem, warm):
+        for result in _increments(problem, warm, list(results)):
             results.append(result)
             stop = monitor(result) if monitor is not None else None
             if stop:
@@ -84,21 +86,21 @@ def run_steps(problem: SteppedProblem, *, warm: Start | None = None, monitor: Mo
     return _finished(problem, results, status, reason, {**problem.timings, "steps": time.perf_counter() - began})
 
 
-def _increments(problem: SteppedProblem, warm: Start | None) -> Iterator[StepResult]:
-    """Increment after increment; the last one has failed where not all steps are reached."""
-    system, m = problem.system, len(problem.system.weight)
-    obstacles = problem.discrete.assembly.obstacle
-    progress = Progress(
-        np.zeros(m), warm, np.zeros(system.modes.shape[1]), np.zeros((len(obstacles), 3)),
-        np.zeros((len(obstacles), 3)),
-    )  # fmt: skip
-    current = list(obstacles)
+def _increments(problem: SteppedProblem, warm: Start | None, done: list[StepResult]) -> Iterator[StepResult]:
+    """Increment after increment from where those done end; the last one has failed where not all steps are reached."""
+    progress = progress_after(problem, done, warm)
+    current = list(problem.discrete.assembly.obstacle)
     for number, step in enumerate(problem.steps, 1):
         current = [_changed(o, step) for o in current]
-        freedoms = [_freedoms(o, progress, k) for k, o in enumerate(current)]
+        passed = bool(done) and number < done[-1].step
+        reached = max((r.load_factor for r in done if r.step == number), default=float(passed))
+        if reached >= 1.0:
+            continue
+        begun = progress_after(problem, [r for r in done if r.step < number], warm) if reached > 0.0 else progress
+        freedoms = [_freedoms(o, begun, k) for k, o in enumerate(current)]
         auto = step.increments == "auto"
         whole = 1.0 if auto else 1.0 / int(step.increments)
-        size, reached, doubt = whole, 0.0, False
+        size, doubt = whole, False
         while reached < 1.0 - 1e-12:
             target = min(1.0, reached + size)
             target = 1.0 if 1.0 - target < 1e-9 else target
@@ -118,6 +120,52 @@ def _increments(problem: SteppedProblem, warm: Start | None) -> Iterator[StepRes
                 progress = following
             reached = target
             size = min(whole, 2.0 * size)
+
+
+def finished_before(problem: SteppedProblem) -> list[StepResult]:
+    """The converged increments of the file that `method.start` names, "FILE.h5" or "FILE.h5:k" for the first k; else none.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or increment, or it holds other meshes.
+    """
+    name = problem.discrete.assembly.method.start
+    if name in ("zero", "frictionless"):
+        return []
+    file, colon, count = name.rpartition(":")
+    file, count = (file, count) if colon and count.isdecimal() else (name, "")
+    if not Path(file).is_file():
+        raise InputError(f'method.start: {name!r} is neither "zero" nor a result file, FILE.h5, or FILE.h5:3 for 3 increments')
+    old = read_result(file)
+    same = isinstance(old, AssemblySolution) and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
+        mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x)
+        for mesh, new in zip(old.meshes.values(), problem.discrete.meshes, strict=False)
+    )  # fmt: skip
+    if not isinstance(old, AssemblySolution) or not same:
+        raise InputError(f"method.start: {file} holds other bodies, pairs or meshes than this problem")
+    steps = [step for step in old.steps if step.status == "converged"]
+    if count and not 0 < int(count) <= len(steps):
+        raise InputError(f"method.start: {file} has {len(steps)} converged increments, got {name!r}")
+    return steps[: int(count)] if count else steps
+
+
+def progress_after(problem: SteppedProblem, done: list[StepResult], warm: Start | None) -> Progress:
+    """What the last of some increments hands on; the unloaded state where there is none."""
+    system, m = problem.system, len(problem.system.weight)
+    obstacles = problem.discrete.assembly.obstacle
+    if not done:
+        still = np.zeros((len(obstacles), 3))
+        return Progress(np.zeros(m), warm, np.zeros(system.modes.shape[1]), still, still.copy())
+    pairs = [done[-1].pairs[face.name] for face in system.interfaces]
+    slip, moved = (np.concatenate([getattr(pair, key)[:, 0] for pair in pairs]) for key in ("slip", "slip_increment"))
+    gap = np.concatenate([pair.gap for pair in pairs])
+    sigma = np.concatenate([np.column_stack([pair.sigma_t, -pair.pressure]) for pair in pairs])
+    v = np.column_stack([moved, -np.where(np.isfinite(gap), gap, 0.0)])
+    places = [done[-1].obstacles[o.name] for o in obstacles]
+    positions = np.array([[*p.displacement, p.rotation] for p in places]).reshape(-1, 3)
+    loads = np.array([[*p.force, p.moment] for p in places]).reshape(-1, 3)
+    return Progress(slip, (v, sigma), done[-1].alpha, positions, loads)
 
 
 def _unheld(problem: SteppedProblem, freedoms: list[Freedoms], progress: Progress, number: int, target: float) -> bool:

@@ -300,3 +300,22 @@ def test_tresca_friction_that_is_too_small_is_named():
     text = BLOCK.replace("friction_coefficient = 0.3", "friction_bound = 0.2").replace("levels = 9", "levels = 4")
     solution = solve_assembly(assembly(text))
     assert "body 'block' cannot be held: the load pushes it along +x" in solution.reason
+
+
+@pytest.mark.parametrize("after", ["", ":1", ":3"])
+def test_a_solve_goes_on_from_any_increment_of_a_file(tmp_path, after):
+    """A cycle in one go, and one that begins where an increment of it ended, also inside a step."""
+    text = PUNCH.replace('name = "push"', 'name = "push"\nincrements = 4')
+    mesh = {"element_size": 0.25}
+    whole = solve_assembly(assembly(text, body__0__mesh=mesh))
+    write_solution(tmp_path / "r.h5", whole)
+    again = solve_assembly(assembly(text, body__0__mesh=mesh, method={"start": f"{tmp_path / 'r.h5'}{after}"}))
+    assert again.converged and [s.load_factor for s in again.steps] == [s.load_factor for s in whole.steps]
+    one, other = (s.last.pairs["interface"] for s in (whole, again))
+    assert np.allclose(one.sigma_t, other.sigma_t, atol=1e-12) and np.allclose(one.slip, other.slip, atol=1e-12)
+
+
+def test_a_file_of_another_mesh_is_refused(tmp_path):
+    write_solution(tmp_path / "r.h5", solve_assembly(assembly(PUNCH, body__0__mesh={"element_size": 0.5})))
+    with pytest.raises(InputError, match="holds other bodies, pairs or meshes"):
+        solve_assembly(assembly(PUNCH, body__0__mesh={"element_size": 0.25}, method={"start": str(tmp_path / "r.h5")}))
