@@ -136,7 +136,7 @@ def finished_before(problem: SteppedProblem) -> list[StepResult]:
     file, colon, count = name.rpartition(":")
     file, count = (file, count) if colon and count.isdecimal() else (name, "")
     if not Path(file).is_file():
-        raise InputError(f'method.start: {name!r} is neither "zero" nor a result file, FILE.h5, or FILE.h5:3 for 3 increments')
+        raise InputError(f'method.start: {name!r} is neither "zero" nor a result file (FILE.h5, FILE.h5:3 for 3 increments)')
     old = read_result(file)
     same = isinstance(old, AssemblySolution) and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
         mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x)
