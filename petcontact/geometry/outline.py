@@ -59,7 +59,7 @@ class Side:
         """Points (n, 2) at fractions (n,) of the arc length; the ends are met exactly."""
         t = np.asarray(fraction, dtype=float)
         straight: Array = self.start * (1.0 - t[:, None]) + self.end * t[:, None]
-        if self.curvature == 0.0:
+        if self.curvature == 0.0 or self._chord == 0.0:
             return straight
         inner = (t > 0.0) & (t < 1.0)
         points = on_arcs(self.start, self.end, self.half_angle, 2.0 * t - 1.0)[0]
@@ -101,6 +101,8 @@ class Outline:
             for side, following in zip(loop, (*loop[1:], loop[0]), strict=True):
                 if not np.array_equal(side.end, following.start):
                     raise InputError(f"geometry: the loop is open after side {side.part!r} at {shown(side.end)}")
+            if len(_ring(loop, 4)) < 3:
+                raise InputError(f"geometry: a loop of two straight sides at {shown(loop[0].start)} encloses nothing")
         self._check_digits()
         for side in self.sides:
             if side.length <= 1e-12 * self.diameter:

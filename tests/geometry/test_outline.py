@@ -26,7 +26,7 @@ from petcontact import (
 from petcontact.geometry.arcs import turn_through
 from petcontact.geometry.outline import Outline, Side, arc, oriented
 from petcontact.model.base import parse
-from petcontact.refinement.marks import mesh_of
+from petcontact.refinement.meshes import _mesh
 
 angles = st.floats(-math.pi, math.pi)
 
@@ -224,7 +224,7 @@ def test_a_body_of_many_lines_has_the_default_mesh_of_its_shape():
                   Traction(part="left", pressure=2.0), Traction(part="right", pressure=0.0)),
     )  # fmt: skip
     whole = problem.geometry.outline()
-    one, other = mesh_of(problem, whole), mesh_of(problem, cut(whole, 10))
+    one, other = _mesh(whole, problem), _mesh(cut(whole, 10), problem)
     assert one.n_elements == other.n_elements and np.allclose(one.x, other.x, atol=1e-12)
     # an element size asks for elements of about that size on every line
-    assert mesh_of(problem.model_copy(update={"mesh": MeshOptions(element_size=9.0)}), cut(whole, 10)).n_elements == 40
+    assert _mesh(cut(whole, 10), problem.model_copy(update={"mesh": MeshOptions(element_size=9.0)})).n_elements == 40
