@@ -17,7 +17,14 @@ A Slurm job that runs `petcontact sweep` over all of its tasks. Submit it from t
 
     sbatch --ntasks=64 scripts/slurm.sh configs/tables.toml -o out/
 
-after scripts/setup has run there once. With --pypi everything but OpenBLAS lies in the project's folder, which suits
+after scripts/setup has run there once. An array shares the cases among jobs that need not run at the same time, each of
+which may have many tasks; the last command collects what they found (or `petcontact report out/` reads it as it is):
+
+    sbatch --array=1-16 --ntasks=8 scripts/slurm.sh sweep.toml -o out/
+    sbatch --ntasks=1 --dependency=singleton scripts/slurm.sh sweep.toml -o out/
+
+One big job is the better choice where the cluster starts it soon: its ranks share the work as it goes, the jobs of an array
+by number. With --pypi everything but OpenBLAS lies in the project's folder, which suits
 nodes without Debian's PETSc and MPI. Two minutes before its time is over the job is told to stop and to save what it
 has; submitted again with the same arguments it goes on from there.
 END
@@ -43,4 +50,10 @@ if [[ ${1-} == --pypi ]]; then
 fi
 export OPENBLAS_NUM_THREADS=${SLURM_CPUS_PER_TASK:-1} OMP_NUM_THREADS=${SLURM_CPUS_PER_TASK:-1}
 cd "$SLURM_SUBMIT_DIR"
-exec scripts/run "${options[@]}" sweep "$@"
+part=()
+if [[ -n ${SLURM_ARRAY_TASK_ID-} ]]; then
+    # tasks may be numbered from anywhere in any steps
+    step=${SLURM_ARRAY_TASK_STEP:-1}
+    part=(--part "$(((SLURM_ARRAY_TASK_ID - SLURM_ARRAY_TASK_MIN) / step + 1))/$(((SLURM_ARRAY_TASK_MAX - SLURM_ARRAY_TASK_MIN) / step + 1))")
+fi
+exec scripts/run "${options[@]}" sweep "$@" "${part[@]}"

@@ -19,7 +19,7 @@ from .design.sweep import Sweep
 from .problems import AnySolution, Shared, prepare_group, release, run_case
 from .progress import Progress
 from .quantities import Quantity, failed_row, row_of, users
-from .schedule.chunks import Chunks, make_chunks
+from .schedule.chunks import Chunks, claimed, make_chunks
 from .schedule.cost import Cost
 from .schedule.counters import Counters, shared_counters
 from .schedule.groups import Groups, describe, estimated, make_groups
@@ -87,7 +87,7 @@ def run_sweep(
     more = users(sweep.file.quantities, Path(sweep.source).parent)
     identity = Identity(sweep, petsc().Options().getAll(), more)
     place = SweepFolder(folder, part)
-    token = shared(world, lambda: _opened(sweep, identity, place, force))
+    token = shared(world, lambda: _opened(sweep, identity, place, force=force, parted=part is not None))
     place.enter()
     found, remarks = _finished(sweep, identity, place, world)
     to_do = [k for k in chosen if force or k not in found]
@@ -108,12 +108,13 @@ def run_sweep(
     return summary
 
 
-def _opened(sweep: Sweep, identity: Identity, folder: SweepFolder, force: bool) -> str:
+def _opened(sweep: Sweep, identity: Identity, folder: SweepFolder, *, force: bool, parted: bool) -> str:
     """Take the folder; a name for this run that no other has had. On rank 0."""
     refuse_another(sweep, folder, force)
     folder.open()
     token = f"{time.time_ns():x}"
-    adopt_format1(sweep, identity, folder, token)
+    if not parted:
+        adopt_format1(sweep, identity, folder, token)
     return token
 
 
@@ -178,12 +179,9 @@ class _Run:
         counters.close()
 
     def _claim(self, chunks: Chunks, counters: Counters, recorder: Recorder | None) -> None:
-        # the first chunk of each team is its own: nobody queues for the counter at the start
-        number = self.team.number
-        while number < len(chunks):
+        for number in claimed(len(chunks), self.team.number, self.team.count, lambda: self.team.decide(counters.next)):
             for place in chunks[number]:
                 self._solve(place, recorder)
-            number = self.team.decide(lambda: self.team.count + counters.next())
         self._prepare(-1)
 
     def _prepare(self, group: int) -> None:

@@ -325,6 +325,9 @@ def test_slurm_script_sweeps_over_all_tasks_from_the_spool(ready, tmp_path):
     assert done.returncode == 0, done.stderr
     petcontact = str(ready / ".venv-pypi/bin/petcontact")
     assert done.stdout.splitlines() == ["mpiexec", "-n", "12", petcontact, "sweep", "tables.toml", "-o", "out"]
+    task = {f"SLURM_ARRAY_TASK_{key}": value for key, value in {"ID": "6", "MIN": "2", "MAX": "10", "STEP": "4"}.items()}
+    array = call(spooled, "--pypi", "tables.toml", env={**os.environ, **job, **task}, cwd=tmp_path)
+    assert array.stdout.splitlines()[-3:] == ["tables.toml", "--part", "2/3"]
     refused = call(spooled, "tables.toml", env={**os.environ, **job, "SLURM_SUBMIT_DIR": str(tmp_path)})
     assert refused.returncode == 2
     assert str(tmp_path) in one_line(refused.stderr)

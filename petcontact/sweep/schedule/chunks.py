@@ -7,6 +7,7 @@ its group, and it ends with a group where that makes it no longer than 1/R of th
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -37,6 +38,25 @@ class Chunks:
             raise IndexError(number)
         places: list[int] = self.order[self.bounds[number] : self.bounds[number + 1]].tolist()
         return places
+
+
+def claimed(chunks: int, team: int, teams: int, claim: Callable[[], int]) -> Iterator[int]:
+    """Numbers of the chunks that one team computes, one after the other.
+
+    The first chunk of each team is its own, so that nobody queues for the counter at the start.
+
+    Parameters
+    ----------
+    chunks : int
+        How many there are.
+    team, teams : int
+    claim : callable
+        Adds one to the counter that all teams share; what it was before.
+    """
+    number = team
+    while number < chunks:
+        yield number
+        number = teams + claim()
 
 
 def make_chunks(places: Index, group: Index, case_cost: Array, prepare_cost: Array, teams: int) -> Chunks:
