@@ -148,10 +148,8 @@ def ranks_of(job) -> list[int]:
     return sorted(found)
 
 
-def kill(job, whom: str) -> None:
+def kill(job, ranks: list[int], whom: str) -> None:
     everybody = [job.pid, *descendants(job.pid)]
-    ranks = ranks_of(job)
-    assert len(ranks) == 2
     victims = {"launcher": [job.pid], "job": everybody, "first rank": ranks[:1], "last rank": ranks[1:]}[whom]
     for process in victims:
         with contextlib.suppress(ProcessLookupError):
@@ -213,9 +211,10 @@ def test_killed_at_random_moments_nothing_on_the_disk_is_lost_or_computed_again(
         until(lambda goal=target, at=folder: finished(at) >= goal, job)
         time.sleep(chance.uniform(0.0, 0.05))
         reported = rows_or_none(folder)
-        if job.poll() is None and len(ranks_of(job)) == 2:
+        ranks = ranks_of(job)
+        if job.poll() is None and len(ranks) == 2:
             # the ranks outlive their launcher for a second, and the folder is theirs as long
-            kill(job, ("first rank", "last rank", "job", "job", "launcher")[killed % 5])
+            kill(job, ranks, ("first rank", "last rank", "job", "job", "launcher")[killed % 5])
             killed += 1
         else:
             job.communicate(timeout=WAIT)

@@ -12,12 +12,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...model.base import Model
-from ...model.mesh_options import MeshOptions
-from ...model.solver_options import Bem, Method
+from ...model.case import Case, whole_key
 from .sweep_file import Sample, SweepFile
 
-SECTIONS: dict[str, type[Model]] = {"method": Method, "mesh": MeshOptions, "bem": Bem}
 FIRST_WORDS = {"method.rule": "", "method.rho": "rho", "mesh.element_size": "h"}
 """Keys that come first in an id, in this order, and the names that they have there."""
 LONGEST_VALUE = 24
@@ -95,13 +92,17 @@ def sampled(sample: Sample) -> list[tuple[float, ...]]:
 
 
 def full_key(key: str, source: str) -> str:
-    """The dotted key of a short one: rho is method.rho, element_size is mesh.element_size."""
-    if "." in key or key == "title":
-        return key
-    found = [f"{section}.{key}" for section, model in SECTIONS.items() if key in model.model_fields]
-    if not found:
+    """The dotted key of a short one: rho is method.rho, element_size is mesh.element_size.
+
+    Raises
+    ------
+    InputError
+        If there is no such key.
+    """
+    found = whole_key(key)
+    if "." not in found and found not in Case.model_fields:
         raise InputError(f"{source}: {key}: neither a key of [method], [mesh] or [bem] nor a dotted key")
-    return found[0]
+    return found
 
 
 def key_word(key: str, value: Any) -> str:
