@@ -52,13 +52,13 @@ def test_the_plan_knows_the_size_and_memory_of_what_is_assembled(small, comm):
     cost = estimate(case, 1, 1)
     prepared = prepare(case, comm)
     mesh, data = prepared.operators.mesh, prepared.operators.data
-    assert (cost.nodes, cost.contact_nodes) == (mesh.n_nodes, len(data.contact_nodes))
+    assert (cost.nodes, cost.contact_unknowns) == (mesh.n_nodes, len(data.contact_nodes))
     n, m = 2 * mesh.n_nodes, len(data.contact_nodes)
     assert 8 * n * n <= cost.memory <= 8 * (n + 2 * m) ** 2
     prepared.close()
     lines = describe(small, [cost], (3, 2, 1, 1), 2, 4)
     assert "3 cases, 2 finished already, 1 to compute in 1 group" in lines[0]
-    assert f"{n} unknowns, {m} contact nodes" in lines[2]
+    assert f"{n} unknowns, {m} contact unknowns" in lines[2]
 
 
 def test_a_body_that_cannot_be_meshed_costs_nothing(small, monkeypatch):

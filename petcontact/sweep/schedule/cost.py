@@ -36,8 +36,8 @@ class Cost:
 
     Attributes
     ----------
-    nodes, contact_nodes : int
-        n and m; 0 where the body cannot be meshed.
+    nodes, contact_unknowns : int
+        n, and the tangential unknowns on Γ_C; 0 where the body cannot be meshed.
     prepare, case : float
         Estimated seconds of assembly and elimination, and of each case after them.
     memory : float
@@ -45,7 +45,7 @@ class Cost:
     """
 
     nodes: int
-    contact_nodes: int
+    contact_unknowns: int
     prepare: float
     case: float
     memory: float

@@ -124,7 +124,7 @@ def describe(sweep: Sweep, costs: Sequence[Cost], counts: tuple[int, int, int, i
         largest = max(costs, key=lambda cost: cost.memory)
         per_rank = PROCESS_MEMORY + largest.memory / ranks
         plan.append(
-            f"  largest system: {2 * largest.nodes} unknowns, {largest.contact_nodes} contact nodes; "
+            f"  largest system: {2 * largest.nodes} unknowns, {largest.contact_unknowns} contact unknowns; "
             f"memory: about {per_rank / 1e6:.0f} MB a rank"
         )
     return plan
