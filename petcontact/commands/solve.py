@@ -100,8 +100,9 @@ def wanted_accuracy(arguments: argparse.Namespace, case: Any) -> float | None:
 def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None]) -> Any:
     """The solution on the mesh of the config, or on adaptive ones where an accuracy is wanted or the mesh is left open."""
     from ..model.assembly import Assembly, assembly_of
+    from ..pipeline.prepare import held_by_friction
 
-    if isinstance(case, Assembly) or not case.plain:
+    if isinstance(case, Assembly) or not case.plain or held_by_friction(case):
         from ..pipeline.adaptive_assembly import adapt_assembly
         from ..pipeline.load_steps import solve_assembly
 

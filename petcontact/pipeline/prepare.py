@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from ..bem.boundary_data import evaluate_boundary
+from ..bem.boundary_data import evaluate_boundary, free_modes
 from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
 from ..compliance.base import EliminatedSystem
@@ -17,8 +17,9 @@ from ..compliance.spectral import shared_by
 from ..contact.laws import ContactLaw, Tresca
 from ..contact.system import BodySystem
 from ..errors import InputError, SolverError
+from ..mesh.curve_mesh import CurveMesh
 from ..model.case import Case
-from ..model.problem import Contact, Problem
+from ..model.problem import Contact, Displacement, Problem
 from ..model.solver_options import Bem
 from ..refinement.meshes import mesh_of
 from ..runtime import threads
@@ -62,6 +63,20 @@ def discretise(problem: Problem) -> BoundaryOperators:
         raise InputError('boundary: no part is in contact; one at least needs condition = "contact"')
     mesh = mesh_of(problem)
     return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), kernel_for(mesh, problem.material))
+
+
+def held_by_friction(case: Case) -> bool:
+    """Whether only friction keeps the body where it is: `solve_assembly` finds whether it can, the body's motion unknown."""
+    conditions = case.boundary
+    fixed = any(isinstance(c, Displacement) and "free" not in c.value for c in conditions)
+    if fixed or case.method.resolved_name != "semismooth-newton" or not any(isinstance(c, Contact) for c in conditions):
+        return False
+    mesh = mesh_of(case)
+    if not isinstance(mesh, CurveMesh):  # assemblies are plane
+        return False
+    data = evaluate_boundary(case, mesh, held=False)
+    holding = int((~data.traction_known).any(axis=1).sum())
+    return bool(holding > mesh.dim and data.friction_bound.any() and len(free_modes(data, mesh)))
 
 
 def prepare(
