@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import lazy_loader
 
-from .runtime import threads as _threads  # noqa: F401  (first: caps BLAS threads before numpy reads the environment)
-
 __version__ = "0.1.0"
 
 # The public names and their types stand in __init__.pyi; each is imported when first used, so that `petcontact --help`

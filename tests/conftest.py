@@ -7,10 +7,11 @@ import signal
 import pytest
 from hypothesis import settings
 
-import petcontact.runtime.threads  # noqa: F401  (first: caps BLAS threads before numpy is imported)
 from petcontact import Case, Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
 from petcontact.runtime.petsc import petsc
+from petcontact.runtime.threads import cap_blas_threads
 
+cap_blas_threads()
 settings.register_profile("untimed", deadline=None)  # a loaded machine is no counterexample
 settings.load_profile("untimed")
 

@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from .. import __version__
+from ..runtime.threads import cap_blas_threads
 from .failures import guarded
 
 COMMANDS = {
@@ -100,6 +101,7 @@ def build_parser() -> Parser:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run a command; returns the exit status."""
+    cap_blas_threads()
     return guarded(lambda: _command(sys.argv[1:] if arguments is None else arguments))
 
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, MissingPetscError, SolverError
 from .signals import reinstall
+from .threads import cap_blas_threads
 
 if TYPE_CHECKING:
     from petsc4py import PETSc
@@ -46,6 +47,7 @@ def initialise(argv: Sequence[str] = ()) -> None:
     InputError
         If an `-options_file` does not exist or includes itself, or a viewer's file cannot be written.
     """
+    cap_blas_threads()
     arguments = _files_first(argv)
     started = "petsc4py.PETSc" in sys.modules
     try:

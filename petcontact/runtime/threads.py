@@ -1,10 +1,11 @@
-"""BLAS threads capped to cores / ranks; imported before numpy, which reads these variables once."""
+"""BLAS threads capped to cores / ranks."""
 
 from __future__ import annotations
 
 import contextlib
 import functools
 import os
+import sys
 from collections.abc import Iterator
 from typing import Any
 
@@ -61,9 +62,14 @@ def one_blas_thread() -> Iterator[None]:
 
 
 def cap_blas_threads() -> None:
-    """Set the thread variables of the usual BLAS libraries where the user has not set them."""
+    """Let BLAS use no more threads than the rank may, unless the user has said how many.
+
+    Libraries that are loaded later read the variables of the environment; those that are there already are told.
+    """
+    given = [name for name in VARIABLES if name in os.environ]
     for name in VARIABLES:
         os.environ.setdefault(name, str(threads_per_rank()))
+    if not given and "numpy" in sys.modules:
+        import threadpoolctl
 
-
-cap_blas_threads()
+        threadpoolctl.threadpool_limits(threads_per_rank(), user_api="blas")
