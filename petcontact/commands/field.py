@@ -5,6 +5,7 @@ Of bodies and load steps: .vtu files of each increment and body, and a .pvd file
 from __future__ import annotations
 
 import argparse
+import sys
 from pathlib import Path
 
 from ..errors import InputError
@@ -30,6 +31,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..results.vtu import write_boundary_vtu, write_vtu
     from ..runtime.atomic_write import check_target
     from ..runtime.figure_style import figure_format
+    from ..runtime.terminal import StatusLine
     from ..sweep.store.case_table import read_case
 
     resolution = grid(arguments.grid)
@@ -51,7 +53,12 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             print(path)
         return 0
     mesh = as_curve(solution.mesh)
-    field = field_on_grid(mesh, solution.u, solution.traction, solution.case.material, resolution)
+    status = StatusLine(sys.stderr.isatty())
+    try:
+        field = field_on_grid(mesh, solution.u, solution.traction, solution.case.material, resolution,
+                              lambda share: status.show(f"field: {share:.0%} of the elements"))  # fmt: skip
+    finally:
+        status.clear()
     write_vtu(output, field, solution.case.units)
     print(f"{output}: {len(field.points)} points, largest von Mises stress {largest(field, mesh)}")
     if arguments.boundary:

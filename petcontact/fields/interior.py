@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,6 +23,10 @@ SERIES = 10_000
 """Points at which a series is summed at once."""
 GROUP = 64
 """Elements of one kind that are seen together from afar."""
+
+
+Progress = Callable[[float], None]
+"""Told the share of a work that is done."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,9 @@ def normal_stress_out_of_plane(stress: Array, material: Material) -> Array:
     return value
 
 
-def field_at(mesh: CurveMesh, u: Array, traction: Array, material: Material, points: Array) -> tuple[Array, Array]:
+def field_at(
+    mesh: CurveMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None
+) -> tuple[Array, Array]:
     """Displacement and stress at points inside the body, by Somigliana's identities.
 
     Constant elements are made smooth first, see `smoothing`; the integrals over the elements are exact at every distance;
@@ -98,6 +105,8 @@ def field_at(mesh: CurveMesh, u: Array, traction: Array, material: Material, poi
     material : Material
     points : (m, 2) array
         Inside the body, not on its boundary [length].
+    progress : callable, optional
+        Told the share of the elements that has been integrated, as often as it grows.
 
     Returns
     -------
@@ -121,7 +130,10 @@ def field_at(mesh: CurveMesh, u: Array, traction: Array, material: Material, poi
     displacement, stress = np.zeros((len(points), d)), np.zeros((len(points), d * (d + 1) // 2))
     wound = np.zeros(len(points))
     many = mesh.n_nodes * len(points) > ENTRIES
-    for group in _groups(mesh, GROUP if many else mesh.n_elements):
+    groups = _groups(mesh, GROUP if many else mesh.n_elements)
+    for number, group in enumerate(groups):
+        if progress is not None:
+            progress(number / len(groups))
         pushed, moved = scaled[group.nodes], u[group.nodes]
         expand, near = EXPANSIONS.get(type(kernel)), np.arange(len(points))
         if expand is not None and many:
@@ -183,13 +195,14 @@ def _groups(mesh: CurveMesh, step: int) -> list[Batch]:
 
 
 def field_on_grid(
-    mesh: CurveMesh, u: Array, traction: Array, material: Material, resolution: tuple[int, int]
-) -> Field:
+    mesh: CurveMesh, u: Array, traction: Array, material: Material, resolution: tuple[int, int],
+    progress: Progress | None = None,
+) -> Field:  # fmt: skip
     """Displacement and stress on a grid inside the body that reaches to its boundary.
 
     Parameters
     ----------
-    mesh, u, traction, material
+    mesh, u, traction, material, progress
         See `field_at`.
     resolution : (int, int)
         Grid cells along x and y over the bounding box, at least 2.
@@ -202,5 +215,5 @@ def field_on_grid(
     from .interior_grid import triangulate
 
     points, cells = triangulate(mesh, resolution)
-    displacement, stress = field_at(mesh, u, traction, material, points)
+    displacement, stress = field_at(mesh, u, traction, material, points, progress)
     return Field(points, cells, displacement, stress, normal_stress_out_of_plane(stress, material))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import example
 
-from petcontact import MeshOptions, solve, write_solution
+from petcontact import MeshOptions, field_on_grid, solve, write_solution
 from petcontact.commands.main import main
 
 
@@ -35,3 +35,12 @@ def test_field_writes_what_paraview_reads(result, tmp_path, capsys):
 def test_a_grid_that_is_none_is_refused(result, grid, capsys):
     assert main(["field", str(result), f"--grid={grid}"]) == 2
     assert "--grid" in capsys.readouterr().err
+
+
+def test_progress_rises_from_nothing_and_changes_nothing():
+    solution = solve(example(1, mesh=MeshOptions(element_size=0.02)))
+    arguments = solution.mesh, solution.u, solution.traction, solution.case.material, (20, 20)
+    shares = []
+    told, silent = field_on_grid(*arguments, shares.append), field_on_grid(*arguments)
+    assert shares[0] == 0.0 and len(shares) > 3 and shares == sorted(shares) and shares[-1] < 1.0
+    assert np.array_equal(told.stress, silent.stress)
