@@ -246,3 +246,65 @@ def test_a_monitor_ends_a_method():
     for method in (NEWTON, Projection(Modified(), 1.0, 1.5)):
         state = method(system, law, iteration(1e-9, 100, monitor=lambda s: "enough" if len(s.history) == 2 else None))
         assert (state.reason, state.stopped, state.converged, len(state.history)) == ("enough", True, False, 2)
+
+
+class Stand:
+    """T for a matrix: its symmetric part without the coupling of components."""
+
+    rtol, fast = 1e-11, True
+
+    def __init__(self, matrix, k):
+        blocks = 0.5 * (matrix + matrix.T).reshape(-1, k, len(matrix) // k, k)
+        self._matrix = (blocks * np.eye(k)[None, :, None, :]).reshape(matrix.shape)
+
+    def apply(self, x):
+        return (self._matrix @ x.ravel()).reshape(x.shape)
+
+    def solve(self, x, rho=None):
+        matrix = self._matrix if rho is None else np.eye(x.size) + rho * self._matrix
+        return np.linalg.solve(matrix, x.ravel()).reshape(x.shape)
+
+    def stick_solve(self, stick, rhs):
+        chosen, result = np.flatnonzero(stick), np.zeros_like(rhs)
+        result.flat[chosen] = np.linalg.solve(self._matrix[np.ix_(chosen, chosen)], rhs.flat[chosen])
+        return result
+
+    def matrix(self):
+        return self._matrix
+
+    def fit(self, sigma, displacement):
+        pass
+
+
+class ByProducts(ReducedSystem):
+    """S is known by its products alone."""
+
+    matrix_free = True
+
+    def compliance(self):
+        raise AssertionError("nobody may ask for S itself")
+
+    def surrogate(self):
+        return Stand(self._matrix, self.u_0.shape[1])
+
+
+@pytest.mark.parametrize("k", [2, 3])
+@pytest.mark.parametrize("held", [True, False])
+def test_newton_by_products_alone(k, held):
+    """Coulomb friction with and without rigid motions: GMRES on what is seen, T in all directions as its preconditioner."""
+    if k == 2:
+        x, weight, matrix = coupled_half_plane(60, 1)
+        gap, force = 0.5 * x**2, (0.1, 0.7)
+    else:
+        x, weight, matrix = half_space(10, 1.4)
+        gap, force = 0.5 * np.sum(x**2, axis=1), (0.1, 0.05, 1.0)
+    dense = pressed(matrix, weight, gap, force)
+    if held:
+        dense = ReducedSystem(dense.u_0 + np.array([-0.05] * (k - 1) + [0.3]), matrix, weight)
+    free = ByProducts(dense.u_0, matrix, weight, dense.modes)
+    law = coulomb(len(weight), 0.4, k)
+    exact, state = (NEWTON(system, law, iteration()) for system in (dense, free))
+    assert exact.converged and state.converged, state.reason
+    assert np.abs(state.sigma - exact.sigma).max() < 1e-7 * np.abs(exact.sigma).max()
+    assert equilibrium_defect(free, state.sigma) < 1e-12
+    assert max(state.history.ksp_iterations) <= (40 if k == 2 else 200)  # disks that slip are not in T's mask
