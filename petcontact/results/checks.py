@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import Any
 
@@ -83,6 +84,20 @@ def check_contact(mesh: BoundaryMesh, contact: Mapping[str, Any], source: str) -
     demand(bool(np.all(np.diff(contact["nodes"]) > 0)), f"{source}: contact/nodes is not in order")
     known = set(contact["part"].tolist()) <= set(mesh.part_names)
     demand(known, f"{source}: contact/part names parts that the mesh has not")
+
+
+def check_history(columns: Mapping[str, Any], source: str) -> None:
+    """Refuse a history whose columns differ in length."""
+    lengths = {len(values) for name, values in columns.items() if name != "exchanged"}
+    demand(len(lengths) <= 1, f"{source}: history has columns of {', '.join(map(str, sorted(lengths)))} rows")
+
+
+def read_table(text: Any, name: str, *, numbers: bool = False) -> dict[str, Any]:
+    """A table that is stored as JSON, of numbers only where asked for."""
+    table = json.loads(text)
+    fits = isinstance(table, dict) and (not numbers or all(isinstance(v, (int, float)) for v in table.values()))
+    demand(fits, f"{name} is not a table{' of numbers' if numbers else ''}")
+    return dict(table)
 
 
 def check_pair(mesh: BoundaryMesh, nodes: Any, arrays: Mapping[str, Any], name: str) -> None:

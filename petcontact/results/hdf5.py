@@ -21,7 +21,7 @@ from ..model.case import Case
 from ..model.units import Units
 from ..refinement.zones import Zone
 from ..runtime.atomic_write import temporary_name
-from .checks import check_contact, check_fields, check_group, check_link
+from .checks import check_contact, check_fields, check_group, check_history, check_link, read_table
 from .solution import ContactFields, Solution
 from .steps.solution import AssemblySolution
 
@@ -234,11 +234,13 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> Solution:
     check_fields(mesh, fields, source)
     rows = group["history"]
     history = History(**{key: rows[key][()].tolist() for key in (*COLUMNS, *["exchanged"] * ("exchanged" in rows))})
+    check_history(vars(history), source)
     parts = json.loads(attributes["zone_parts"])
     zones = [Zone(part, float(a), float(b), int(s)) for part, (a, b, s) in zip(parts, attributes["zones"], strict=True)]
     case: Case = parse(Case, tomllib.loads(attributes["config"]), source)
     return Solution(
         case, mesh, fields["u"], fields["traction"], contact, zones, history,
         str(attributes["status"]), str(attributes["reason"]), float(attributes["rho"]), float(attributes["residual"]),
-        float(attributes["elastic_residual"]), json.loads(attributes["timings"]), json.loads(attributes["info"]),
+        float(attributes["elastic_residual"]), read_table(attributes["timings"], f"{source}: timings", numbers=True),
+        read_table(attributes["info"], f"{source}: info"),
     )  # fmt: skip

@@ -327,3 +327,41 @@ def test_the_case_itself_may_not_be_elsewhere(path, tmp_path):
     for name in ("one", "/two", "one/boundary"):
         with pytest.raises(ResultError, match=r"refers to another place|no case|not a result"):
             read_solution(tmp_path / "results.h5", name)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [("info", "[]", "info is not a table"), ("timings", "1", "timings is not a table of numbers"),
+     ("timings", '{"mesh": "long"}', "timings is not a table of numbers")],
+)  # fmt: skip
+def test_tables_that_are_none(path, name, value, message):
+    with h5py.File(path, "r+") as file:
+        file.attrs[name] = value
+    refused(path, message)
+
+
+def test_a_history_of_columns_that_differ(path):
+    with h5py.File(path, "r+") as file:
+        replaced(file, "history/rho", np.ones(3))
+    refused(path, r"history has columns of 3, \d+ rows")
+
+
+def test_random_tampering_is_read_or_refused_in_one_line(path):
+    """Whatever is read has a verdict; columns of other lengths and tables that are none ended as defects before."""
+    rng, whole, outcomes = np.random.default_rng(7), path.read_bytes(), set()
+    changes = (lambda v: v[: len(v) // 2], lambda v: np.concatenate([v, v]), rng.permutation, np.zeros_like,
+               lambda v: v[::-1], lambda v: v * 1e300 if v.dtype.kind == "f" else v[:1])  # fmt: skip
+    with h5py.File(path) as file:
+        names: list[str] = []
+        file.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
+    for _ in range(100):
+        path.write_bytes(whole)
+        with h5py.File(path, "r+") as file:
+            name = names[rng.integers(len(names))]
+            replaced(file, name, changes[rng.integers(len(changes))](file[name][()]))
+        try:
+            outcomes.add(bool(read_solution(path).verdict()))
+        except ResultError as error:
+            assert "\n" not in str(error)
+            outcomes.add(False)
+    assert outcomes == {True, False}

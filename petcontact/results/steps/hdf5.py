@@ -15,7 +15,7 @@ from ...mesh.curve_mesh import as_curve
 from ...mesh.storage import read_mesh, write_mesh
 from ...model.assembly import Assembly
 from ...model.base import parse
-from ..checks import check_fields, check_group, check_pair
+from ..checks import check_fields, check_group, check_pair, read_table
 from ..hdf5 import FORMAT
 from .solution import AssemblySolution, BodyResult, ObstacleResult, PairResult, StepResult
 
@@ -124,7 +124,8 @@ def read_assembly(group: Any, source: str) -> AssemblySolution:
         assembly: Assembly = parse(Assembly, tomllib.loads(attributes["config"]), source)
         return AssemblySolution(
             assembly, {b.name: meshes[b.name] for b in assembly.body}, nodes, sides, steps, str(attributes["status"]),
-            str(attributes["reason"]), json.loads(attributes["timings"]), json.loads(attributes["info"]),
+            str(attributes["reason"]), read_table(attributes["timings"], f"{source}: timings", numbers=True),
+            read_table(attributes["info"], f"{source}: info"),
         )  # fmt: skip
     except ResultError:
         raise
