@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass
 
@@ -11,7 +12,7 @@ from ..arrays import Array, Index
 from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, kernel_for
 from ..errors import InputError
-from ..mesh.boundary_mesh import Batch
+from ..mesh.boundary_mesh import Batch, BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..model.problem import Material
 from .joints import Joints
@@ -87,7 +88,7 @@ def normal_stress_out_of_plane(stress: Array, material: Material) -> Array:
 
 
 def field_at(
-    mesh: CurveMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None
+    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None
 ) -> tuple[Array, Array]:
     """Displacement and stress at points inside the body, by Somigliana's identities.
 
@@ -98,22 +99,22 @@ def field_at(
 
     Parameters
     ----------
-    mesh : CurveMesh
+    mesh : BoundaryMesh
         n nodes.
-    u, traction : (n, 2) arrays
+    u, traction : (n, d) arrays
         Boundary displacement [length] and traction [stress] at the nodes.
     material : Material
-    points : (m, 2) array
+    points : (m, d) array
         Inside the body, not on its boundary [length].
     progress : callable, optional
         Told the share of the elements that has been integrated, as often as it grows.
 
     Returns
     -------
-    u : (m, 2) array
+    u : (m, d) array
         Equation (4.9) [length].
-    stress : (m, 3) array
-        σ_xx, σ_yy, σ_xy, from the derivative of (4.9) [stress].
+    stress : (m, d(d+1)/2) array
+        σ_xx, σ_yy, σ_xy, in space σ_xx, σ_yy, σ_zz, σ_xy, σ_xz, σ_yz, from the derivative of (4.9) [stress].
 
     Raises
     ------
@@ -159,7 +160,7 @@ def field_at(
             for c in range(stress.shape[1]):
                 for j in range(d):
                     stress[rows, c] += pushed[:, j] @ kernel_d[c, j] + moved[:, j] @ kernel_s[c, j]
-    _add_next_to_joints(kernel, mesh, u, traction, points, displacement, stress)
+    _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
     outside = np.flatnonzero(~(wound > 0.5))
     if len(outside):
         place = ", ".join(f"{value:g}" for value in points[outside[0]])
@@ -167,8 +168,16 @@ def field_at(
     return displacement, kernel.traction_scale * stress
 
 
+@functools.singledispatch
 def _add_next_to_joints(
-    kernel: Kernel, mesh: CurveMesh, u: Array, traction: Array, points: Array, displacement: Array, stress: Array
+    mesh: BoundaryMesh, kernel: Kernel, u: Array, traction: Array, points: Array, displacement: Array, stress: Array
+) -> None:
+    """Nothing on surfaces."""
+
+
+@_add_next_to_joints.register
+def _(
+    mesh: CurveMesh, kernel: Kernel, u: Array, traction: Array, points: Array, displacement: Array, stress: Array
 ) -> None:
     """What changes near the ends of elements where the data are brought together."""
     for near in Joints(mesh, u, traction).near(points):
@@ -182,7 +191,7 @@ def _add_next_to_joints(
         stress[near.rows] += near.share[:, None] * change_s
 
 
-def _groups(mesh: CurveMesh, step: int) -> list[Batch]:
+def _groups(mesh: BoundaryMesh, step: int) -> list[Batch]:
     """All elements, `step` of one kind at a time."""
     result = []
     for batch in mesh.batches():

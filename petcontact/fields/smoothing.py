@@ -7,6 +7,7 @@ interpolation of them, of order 2 on each element, is what the fields inside are
 
 from __future__ import annotations
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -14,12 +15,20 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..geometry.arcs import end_tangents
 from ..mesh.basis import lagrange
+from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 
 SMOOTH = np.cos(np.radians(10.0))
 
 
-def smoothed(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Array]:
+@functools.singledispatch
+def smoothed(mesh: BoundaryMesh, u: Array, traction: Array) -> tuple[BoundaryMesh, Array, Array]:
+    """Mesh and data as they are, on surfaces."""
+    return mesh, u, traction
+
+
+@smoothed.register
+def _(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Array]:
     """The mesh with its constant elements made quadratic, and the boundary data on it; other elements keep theirs.
 
     Parameters

@@ -173,7 +173,7 @@ def _outward(points: Array, facets: Index, bodies: Index) -> Index:
     for body in range(int(bodies.max()) + 1):
         mine = bodies == body
         triangles = _triangles(facets[mine])[0]
-        inside = sum(_winding(points, _triangles(facets[bodies == other])[0], points[triangles[0, 0]]) > 0.5
+        inside = sum(winding(points[_triangles(facets[bodies == other])[0]] - points[triangles[0, 0]]) > 0.5
                      for other in range(int(bodies.max()) + 1) if other != body)  # fmt: skip
         a, b, c = (points[triangles] - points[triangles[0, 0]]).transpose(1, 0, 2)
         volume = float(np.sum(a * np.cross(b, c)))
@@ -182,9 +182,10 @@ def _outward(points: Array, facets: Index, bodies: Index) -> Index:
     return result
 
 
-def _winding(points: Array, triangles: Index, x: Array) -> float:
-    """|Solid angle| of a closed surface from a point, over 4π (van Oosterom and Strackee, IEEE Trans. BME 30, 1983)."""
-    a, b, c = (points[triangles] - x).transpose(1, 0, 2)
+def winding(corners: Array) -> float:
+    """|Solid angle| of closed triangles (t, 3, 3) from the origin, over 4π (van Oosterom and Strackee, IEEE Trans. BME 30,
+    1983): 1 inside, 0 outside."""
+    a, b, c = corners.transpose(1, 0, 2)
     la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
     above = np.sum(a * np.cross(b, c), axis=1)
     below = la * lb * lc + np.sum(a * b, axis=1) * lc + np.sum(b * c, axis=1) * la + np.sum(c * a, axis=1) * lb

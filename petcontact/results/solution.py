@@ -17,7 +17,6 @@ from ..contact.friction_law import balanced_rho, contact_norm, contact_state, pr
 from ..contact.state import ContactState, History
 from ..fields.interior import field_at
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import as_curve
 from ..model.case import Case
 from ..refinement.zones import Zone, zones_of
 
@@ -132,12 +131,12 @@ class Solution:
         return {name: forces[mesh.node_part == k].sum(axis=0) for k, name in enumerate(mesh.part_names)}
 
     def at(self, points: Any) -> Array:
-        """Displacement at points (m, 2) inside the body, (m, 2) [length]; see `fields.interior.field_at`."""
-        return field_at(as_curve(self.mesh), self.u, self.traction, self.case.material, points)[0]
+        """Displacement at points (m, d) inside the body, (m, d) [length]; see `fields.interior.field_at`."""
+        return field_at(self.mesh, self.u, self.traction, self.case.material, points)[0]
 
     def stress_at(self, points: Any) -> Array:
-        """σ_xx, σ_yy, σ_xy at points (m, 2) inside the body, (m, 3) [stress]."""
-        return field_at(as_curve(self.mesh), self.u, self.traction, self.case.material, points)[1]
+        """σ_xx, σ_yy, σ_xy at points (m, 2) inside the body, (m, 3); in space xx, yy, zz, xy, xz, yz, (m, 6) [stress]."""
+        return field_at(self.mesh, self.u, self.traction, self.case.material, points)[1]
 
     def save(self, path: str | Path) -> None:
         """Write a result file, see `write_solution`."""

@@ -1,0 +1,66 @@
+"""Files for ParaView of bodies in space: what is written is what a state of constant stress must be."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from petcontact.commands.main import main
+from petcontact.model.case import load
+from petcontact.pipeline.prepare import prepare
+from petcontact.pipeline.run import run
+from petcontact.results.hdf5 import read_solution, write_solution
+from petcontact.results.surface_vtu import write_surface_vtu, write_volume_vtu
+
+CONFIG = Path(__file__).parents[2] / "configs" / "space_b.toml"
+
+
+@pytest.fixture(scope="module")
+def solution():
+    case = load(CONFIG, {"mesh.element_size": 4.0, "mesh.order": 1})
+    prepared = prepare(case)
+    found = run(prepared, case)
+    prepared.close()
+    return found
+
+
+def test_a_result_in_space_is_read_as_it_was_written(solution, tmp_path: Path) -> None:
+    write_solution(tmp_path / "r.h5", solution)
+    again = read_solution(tmp_path / "r.h5")
+    for name in ("u", "traction"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(solution, name))
+    np.testing.assert_array_equal(again.mesh.x, solution.mesh.x)
+    assert again.contact.tangent.shape == (len(again.contact.nodes), 2, 3)
+    assert again.verdict() == solution.verdict()
+
+
+def test_constant_stress(solution, tmp_path: Path) -> None:
+    mesh, material = solution.mesh, solution.case.material
+    strain = np.array([[1.0, 0.2, 0.0], [0.2, -0.5, 0.3], [0.0, 0.3, 0.1]])
+    mu, nu = material.shear_modulus, material.poisson_ratio
+    stress = 2.0 * mu * (strain + nu / (1.0 - 2.0 * nu) * np.trace(strain) * np.eye(3))
+    patch = dataclasses.replace(solution, u=mesh.x @ strain, traction=mesh.normal @ stress)
+    write_volume_vtu(tmp_path / "v.vtu", patch, (3, 2, 2))
+    volume = meshio.read(tmp_path / "v.vtu")
+    np.testing.assert_allclose(volume.point_data["displacement"], volume.points @ strain, atol=1e-9)
+    wanted = stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
+    np.testing.assert_allclose(volume.point_data["stress"], np.tile(wanted, (len(volume.points), 1)), atol=1e-6 * mu)
+    assert len(volume.cells_dict["hexahedron"]) == 12
+    inside = patch.stress_at([[4.0, 2.0, 2.0]])[0]
+    np.testing.assert_allclose(inside, stress[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], atol=1e-6 * mu)
+    write_surface_vtu(tmp_path / "s.vtu", patch)
+    surface = meshio.read(tmp_path / "s.vtu")
+    np.testing.assert_allclose(surface.point_data["displacement"], surface.points @ strain, atol=1e-9)
+
+
+def test_field_command(solution, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.chdir(tmp_path)
+    write_solution("r.h5", solution)
+    assert main(["field", "r.h5", "--grid", "4x2x2", "--boundary", "s.vtu"]) == 0
+    assert Path("r.vtu").exists() and Path("s.vtu").exists()
+    assert main(["field", "r.h5", "--grid", "4x2"]) == 2
+    assert "the body has 3 dimensions" in capsys.readouterr().err
