@@ -57,7 +57,7 @@ def test_constant_stress(solution, tmp_path: Path) -> None:
     np.testing.assert_allclose(surface.point_data["displacement"], surface.points @ strain, atol=1e-9)
 
 
-def test_field_command(solution, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+def test_field_command(solution, tmp_path, monkeypatch, capsys) -> None:
     monkeypatch.chdir(tmp_path)
     write_solution("r.h5", solution)
     assert main(["field", "r.h5", "--grid", "4x2x2", "--boundary", "s.vtu"]) == 0
