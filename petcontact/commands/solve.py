@@ -116,7 +116,12 @@ def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any]
         return adapt(case, accuracy, comm=comm, monitor=monitor)
     from ..pipeline.run import solve
 
-    return solve(case, comm=comm, monitor=monitor, announce=announced if comm.getRank() == 0 else None)
+    solution = solve(case, comm=comm, monitor=monitor, announce=announced if comm.getRank() == 0 else None)
+    if "estimated_error" in solution.info:
+        return solution
+    from ..pipeline.fixed_mesh import with_estimate
+
+    return with_estimate(solution, comm)
 
 
 def announced(nodes: int, seconds: float) -> None:
