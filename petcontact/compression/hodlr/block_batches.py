@@ -45,12 +45,12 @@ class Batches:
 
     def __init__(self, n_rows: int, n_columns: int) -> None:
         self.shape = (n_rows, n_columns)
-        self._stacks: list[_Stack] = []
+        self._taken: list[list[_Stack]] = []
         self._released = False
 
     def take(self, blocks: list[Block]) -> list[Array]:
         """Store blocks, those of nearly one shape together; returns their values as views of the stacks."""
-        views = [block.values for block in blocks]
+        views, stacks = [block.values for block in blocks], []
         groups: dict[tuple[int, int], list[int]] = {}
         for i, block in enumerate(blocks):
             if block.values.size:
@@ -68,13 +68,18 @@ class Batches:
                 stack.rows[k, :height], stack.columns[k, :width] = blocks[i].rows, blocks[i].columns
                 stack.values[k, :height, :width] = views[i]
                 views[i] = stack.values[k, :height, :width]
-            self._stacks.append(stack)
+            stacks.append(stack)
+        self._taken.append(stacks)
         return views
 
-    def release(self) -> None:
-        """Let go of the blocks, which are wanted no more: no product is possible after that."""
-        self._stacks, self._released = [], True
+    def release(self, group: int) -> None:
+        """Let go of the blocks of one `take`, which are wanted no more: no product is possible after that."""
+        self._taken[group], self._released = [], True
         self.__dict__.pop("_entries", None)
+
+    @property
+    def _stacks(self) -> list[_Stack]:
+        return [stack for stacks in self._taken for stack in stacks]
 
     @property
     def nbytes(self) -> int:

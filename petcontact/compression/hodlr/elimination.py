@@ -145,16 +145,12 @@ def eliminate(stack: Stack, below: list[Schur], use_up: bool) -> FactorStack:
     below : list of Schur
         What the subtrees under the clusters of its first level left, in their order; none under leaves.
     use_up : bool
-        Whether to release the near blocks of each level when it is done.
+        Whether to release the near blocks as soon as they are used.
     """
     levels = []
     entry, slots = _entry(stack.levels[0], below)
     for level in stack.levels:
-        elimination, below = _eliminate(level, below)
-        if use_up:
-            for cluster in level.clusters:
-                cluster.near = []
-            level.near.release()
+        elimination, below = _eliminate(level, below, use_up)
         levels.append(elimination)
     return FactorStack(levels, entry, slots, below)
 
@@ -172,7 +168,7 @@ def _entry(level: Level, below: list[Schur]) -> tuple[Index, int]:
     return np.concatenate(parts), waiting + 1
 
 
-def _eliminate(level: Level, below: list[Schur]) -> tuple[Elimination, list[Schur]]:
+def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Elimination, list[Schur]]:
     """One level, from what the level under it left (nothing under leaves), two clusters to one."""
     n, k = level.row_combine.shape
     left: list[Schur] = []
@@ -211,6 +207,11 @@ def _eliminate(level: Level, below: list[Schur]) -> tuple[Elimination, list[Schu
             for batches, blocks in ((inverse_blocks, inverses), (forth_blocks, forths), (back_blocks, backs)):
                 batches.take(blocks)
                 blocks.clear()
+            if use_up:
+                # the clusters so far were packed together, as `pack` did
+                for done in level.clusters[i - i % TOGETHER : i + 1]:
+                    done.near = []
+                level.near.release(i // TOGETHER)
     slots = np.concatenate(wait_rows), np.concatenate(wait_columns)
     return Elimination(level, *slots, inverse_blocks, forth_blocks, back_blocks), left
 
