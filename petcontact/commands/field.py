@@ -17,7 +17,7 @@ PLANE_GRID, SPACE_GRID = (100, 100), (16, 16, 16)
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact field`."""
     parser.add_argument("result", metavar="RESULT.h5", help="a result file")
-    parser.add_argument("--grid", metavar="NXxNY", help="grid cells along x and y (100x100), in space along z too (16x16x16)")
+    parser.add_argument("--grid", metavar="NXxNY", help="grid cells along x and y, in space along z too (100x100, 16x16x16)")
     parser.add_argument("-o", "--output", metavar="FILE.vtu", help="the field (default: the result's stem + .vtu)")
     parser.add_argument("--boundary", metavar="FILE.vtu", help="also write the boundary's values")
     parser.add_argument("--figure", metavar="FILE.png",

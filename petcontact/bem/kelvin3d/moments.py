@@ -53,8 +53,9 @@ class Edges:
         r_1, r_2 = np.sqrt(square + t_1**2), np.sqrt(square + t_2**2)
         same = t_1 * t_2 > 0.0
         # where t keeps its sign, ln(t + r) and t/r from the side where nothing cancels
-        log = np.where(t_1 + t_2 > 0.0, np.log((t_2 + r_2) / np.where(same & (t_1 < 0.0), 1.0, t_1 + r_1)),
-                       np.log((r_1 - t_1) / np.where(same & (t_2 > 0.0), 1.0, r_2 - t_2)))  # fmt: skip
+        with np.errstate(divide="ignore"):  # on the line of an edge the side that is not taken has ln 0
+            log = np.where(t_1 + t_2 > 0.0, np.log((t_2 + r_2) / np.where(same & (t_1 < 0.0), 1.0, t_1 + r_1)),
+                           np.log((r_1 - t_1) / np.where(same & (t_2 > 0.0), 1.0, r_2 - t_2)))  # fmt: skip
         first: Array = np.empty((degree + 1, *square.shape))
         first[0] = log
         if degree:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,8 +11,10 @@ from hypothesis import strategies as st
 
 from petcontact.bem.kelvin3d import integrals as module
 from petcontact.bem.kelvin3d.integrals import integrals, kernels, point_counts
+from petcontact.geometry.gmsh import read_msh
+from petcontact.geometry.gmsh_surface import gmsh_surface
 from petcontact.geometry.surface import BoxSurface
-from petcontact.mesh.panelling import box_mesh
+from petcontact.mesh.panelling import box_mesh, facet_mesh
 from petcontact.mesh.panels import Panels, make_panels, monomials, rule_points
 
 NU = 0.3
@@ -99,6 +103,25 @@ def boundary_operators(order: int, size: float, exponent: float) -> tuple:
         kernel_g[:, :, batch.nodes], kernel_h[:, :, batch.nodes] = g, h
     n = 3 * mesh.n_nodes
     return mesh, kernel_g.transpose(3, 0, 2, 1).reshape(n, n), kernel_h.transpose(3, 0, 2, 1).reshape(n, n) + 0.5 * np.eye(n)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_linear_patch_on_quadrilaterals_and_triangles_from_a_file(order: int) -> None:
+    """Nodes lie on the lines of other panels' edges here."""
+    file = str(Path(__file__).parents[3] / "configs" / "space_bracket.msh")
+    mesh = facet_mesh(gmsh_surface(read_msh(file), file), order)
+    rng = np.random.default_rng(order)
+    nodes = np.sort(rng.choice(mesh.n_nodes, 60, replace=False))
+    strain = rng.normal(size=(3, 3))
+    strain = strain + strain.T
+    u, t = mesh.x @ strain, mesh.normal @ (strain + NU / (1.0 - 2.0 * NU) * np.trace(strain) * np.eye(3))
+    defect, moved = 0.5 * u[nodes], 0.5 * np.ones(len(nodes))
+    for batch in mesh.batches():
+        g, h = integrals(mesh.x[nodes], batch.elements, NU)
+        assert g is not None and h is not None
+        defect += np.einsum("ijkm,kj->mi", h, u[batch.nodes]) - np.einsum("ijkm,kj->mi", g, t[batch.nodes])
+        moved += h[0, 0].sum(axis=0)
+    assert np.abs(defect).max() < 1e-10 * np.abs(u).max() and np.abs(moved).max() < 1e-10
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
