@@ -150,9 +150,12 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
     """
     if len(differences) < 2:
         return math.inf
-    steps = zip(differences, truncation[:-1], truncation[1:], strict=True)
-    left = [d * truncation[-1] / (before - after) for d, before, after in steps if before > after]
-    return max(differences[-1], differences[-2] / MOST_GAIN, *left)
+    least = [max(d, before / MOST_GAIN) for d, before in zip(differences, [0.0, *differences], strict=False)]
+    steps = zip(least, truncation[:-1], truncation[1:], strict=True)
+    # each difference bounds C, as far as its two meshes differ at corners at all
+    bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
+    left = truncation[-1] * min(bounds, default=0.0)
+    return max(differences[-1], differences[-2] / MOST_GAIN, left)
 
 
 def displacement_scale(solution: Solution) -> float:

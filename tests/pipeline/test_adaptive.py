@@ -141,7 +141,7 @@ def test_the_estimate_is_the_last_difference_and_claims_no_gain():
 
 
 def test_rungs_that_are_alike_because_corners_got_no_finer_elements_are_no_proof():
-    assert estimated_error([1e-1, 1e-2, 1e-7], [4.0, 2.0, 1.0, 1.0]) == pytest.approx(5e-2)
+    assert estimated_error([1e-1, 1e-2, 1e-7], [4.0, 2.0, 1.0, 1.0]) == pytest.approx(1e-2)
 
 
 # -- pieces -------------------------------------------------------------------------------------------------------------
