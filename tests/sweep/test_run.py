@@ -90,6 +90,9 @@ def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(small, tmp
     again = quietly(small, folder)
     assert (again.computed, again.reused, again.exit_status) == (0, 8, 0)
     assert table_of(folder) == before
+    stamp = (folder / "results.h5").stat().st_mtime_ns
+    quietly(small, folder, only=["*-h0.4"])
+    assert (folder / "results.h5").stat().st_mtime_ns == stamp
     assert quietly(small, folder, force=True, only=["*-h0.4"]).computed == 4
     assert table_of(folder) == before
 

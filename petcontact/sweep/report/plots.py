@@ -39,7 +39,8 @@ class Plot:
     @property
     def caption(self) -> str:
         """In words."""
-        return f"{self.quantity} over {self.over}" + (f", a line for each {self.lines}" if self.lines else "")
+        what = f"{self.quantity} over {self.over}" + (f", a line for each {self.lines}" if self.lines else "")
+        return f"{what}; means of the cases that converged, with their range"
 
     @property
     def stem(self) -> str:

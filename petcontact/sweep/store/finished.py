@@ -160,7 +160,7 @@ def refuse_another(sweep: Sweep, folder: SweepFolder, force: bool) -> None:
 def settle(sweep: Sweep, identity: Identity, folder: SweepFolder, facts: dict[str, Any]) -> TableFile:
     """Bring journals into the table, the newest row a case in the order of the sweep, and remove them; for one rank.
 
-    Rows of another config, of other files or options are left out.
+    Rows of another config, of other files or options are left out. A table that stays as it is is not written again.
     """
     journals = folder.journal_files()
     columns, _ = read_all(folder)
@@ -170,7 +170,10 @@ def settle(sweep: Sweep, identity: Identity, folder: SweepFolder, facts: dict[st
     for number, (id_, digest) in enumerate(rows):
         if id_ in places and digest == identity.digest(places[id_]):
             row[places[id_]] = number
-    table = TableFile(sweep.title, sweep.coordinate_names, taken(columns, [row[place] for place in sorted(row)]), facts)
+    order = [row[place] for place in sorted(row)]
+    table = TableFile(sweep.title, sweep.coordinate_names, taken(columns, order), facts)
+    if not journals and folder.table.exists() and order == list(range(size_of(columns))):
+        return table                          # nothing is new
     table.write(folder.table)
     for journal in journals:
         journal.unlink()
