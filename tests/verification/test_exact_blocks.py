@@ -12,7 +12,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from petcontact import Assembly
+from petcontact import Assembly, Step
 from petcontact.model.base import parse
 from petcontact.pipeline import adaptive_assembly, assemble
 from petcontact.pipeline.load_steps import prepare_assembly, run_steps
@@ -66,25 +66,26 @@ def half_plane(x, load, a):
     return u, 4.0 * potential(near).real - yy, yy, xy
 
 
-def exact(x):
-    """u (n, 2), σ_xx, σ_yy, σ_xy of the lower block; the upper one's are those at -x, with -u."""
+def exact(x, push=1.0):
+    """u (n, 2), σ_xx, σ_yy, σ_xy of the lower block, q times `push`; the upper one's are those at -x, with -u."""
     sums = [0.0, 0.0, 0.0, 0.0]
-    for load, a in ((P_0 * (1.0 + 1j * MU), A), (-1j * MU * P_0 * C / A, C)):
+    for load, a in ((P_0 * (1.0 + 1j * push * MU), A), (-1j * push * MU * P_0 * C / A, C)):
         values, origin = half_plane(x, load, a), half_plane(np.zeros((1, 2)), load, a)
         for k in range(4):
             sums[k] = sums[k] + values[k] - (origin[0] if k == 0 else 0.0)
     return np.column_stack([sums[0].real, sums[0].imag]) / (2.0 * G), *sums[1:]
 
 
-def discretise(assembly, make_mesh=None):
-    """The assembly with the exact data in its last load state."""
+def discretise(assembly, make_mesh=None, pushes=(1.0,)):
+    """The assembly with exact data at the ends of its steps, for a shear of these multiples of q."""
     discrete = assemble.discretise(assembly, make_mesh)
     for sign, far, mesh, loading in zip((1.0, -1.0), ("bottom", "top"), discrete.meshes, discrete.loadings, strict=True):
-        u, xx, yy, xy = exact(sign * mesh.x)
         n, part = mesh.normal, np.array(mesh.part_names)[mesh.node_part]
-        value, held, sides = loading.value[1], part == far, (part == "left") | (part == "right")
-        value[held] = sign * u[held]
-        value[sides] = np.column_stack([xx * n[:, 0] + xy * n[:, 1], xy * n[:, 0] + yy * n[:, 1]])[sides]
+        held, sides = part == far, (part == "left") | (part == "right")
+        for push, value in zip(pushes, loading.value[1:], strict=True):
+            u, xx, yy, xy = exact(sign * mesh.x, push)
+            value[held] = sign * u[held]
+            value[sides] = np.column_stack([xx * n[:, 0] + xy * n[:, 1], xy * n[:, 0] + yy * n[:, 1]])[sides]
     return discrete
 
 
@@ -127,6 +128,21 @@ def test_uniform_meshes_are_of_first_order(order, sizes, rate, last):
 
 def test_meshes_graded_to_given_edges():
     assert np.all(errors(solved(graded_points=GIVEN, levels=4, order=3, grading=0.3)) < (1e-4, 2.7e-4))
+
+
+@pytest.mark.parametrize("increments", [1, 4])
+def test_a_cycle_dissipates_what_its_loop_encloses(increments):
+    """+Q, -Q, +Q at constant pressure: energies in closed form (Mindlin), the same for any number of increments."""
+    steps = [{"name": "press"}, *({"name": name, "increments": increments} for name in ("push", "pull", "push again"))]
+    assembly = blocks(graded_points=GIVEN, levels=6, order=4, grading=0.3).model_copy(
+        update={"step": tuple(Step(**step) for step in steps)}
+    )
+    discrete = discretise(assembly, pushes=(0.0, 1.0, -1.0, 1.0))
+    solution = run_steps(prepare_assembly(assembly, discrete=discrete))
+    assert solution.converged, solution.reason
+    spent = [sum(s.pairs["pair"].dissipated for s in solution.steps if s.step == k) for k in (1, 2, 3, 4)]
+    assert spent == pytest.approx([0.0, 0.0011635208, 0.0023270416, 0.0023270416], rel=2e-7, abs=1e-15)
+    assert errors(solution)[1] < 3e-5
 
 
 def test_edges_are_found(monkeypatch):
