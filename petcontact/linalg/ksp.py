@@ -8,7 +8,7 @@ import numpy as np
 
 from ..errors import InputError, SolverError
 from ..runtime.petsc import has_scalapack, options_error, petsc, reason_name, solver_error
-from .row_layout import even_ranges, redistribute
+from .row_layout import redistribute
 
 RTOL = 1e-12
 EXACT = ("lu", "cholesky", "svd", "redundant")
@@ -134,12 +134,12 @@ class LinearSolver:
         return solution
 
     def _solve_converted(self, rhs: Any, solution: Any) -> None:
-        """ScaLAPACK's matrices have PETSc's even layout, whatever the layout of the matrix they came from."""
-        ours, even = self._ranges(rhs.getOwnershipRange()), even_ranges(rhs.getSize(), self._comm.getSize())
+        """ScaLAPACK's matrices have a layout of their own, whatever that of the matrix they came from."""
         x, b = self._converted.createVecs()
-        b.setArray(redistribute(rhs.getArray(readonly=True), ours, even, self._comm))
+        ours, theirs = self._ranges(rhs.getOwnershipRange()), self._ranges(b.getOwnershipRange())
+        b.setArray(redistribute(rhs.getArray(readonly=True), ours, theirs, self._comm))
         self._guard(lambda: self.ksp.solve(b, x))
-        solution.setArray(redistribute(x.getArray(readonly=True), even, ours, self._comm))
+        solution.setArray(redistribute(x.getArray(readonly=True), theirs, ours, self._comm))
         x.destroy()
         b.destroy()
 

@@ -1,0 +1,35 @@
+"""A body in space over several ranks gives what one rank gives."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent))
+import launch
+
+pytestmark = pytest.mark.mpi
+CONFIG = Path(__file__).parents[2] / "configs" / "space_b.toml"
+
+
+@pytest.mark.parametrize("formulation", ["condensed", "full"])
+def test_ranks_agree(formulation: str, tmp_path: Path) -> None:
+    """Three ranks share neither the 160 nodes nor the 32 contact nodes evenly."""
+    found = []
+    for ranks in (1, 3):
+        output = tmp_path / f"{ranks}.h5"
+        keys = ("mesh.element_size=2.0", "mesh.order=1", "method.rule=modified", "method.rho=1000.0",
+                f"method.formulation={formulation}")  # fmt: skip
+        words = [word for key in keys for word in ("--set", key)]
+        done = launch.run(ranks, "-m", "petcontact", "solve", str(CONFIG), "-o", str(output), "--no-figures", *words)
+        assert done.returncode == 0, done.stderr
+        with h5py.File(output) as file:
+            found.append((file["boundary/u"][()], file["contact/sigma_t"][()], int(file.attrs["iterations"])))
+    (u, sigma, count), (other_u, other_sigma, other_count) = found
+    assert count == other_count
+    np.testing.assert_allclose(other_u, u, atol=1e-9 * np.abs(u).max())
+    np.testing.assert_allclose(other_sigma, sigma, atol=1e-7 * np.abs(sigma).max())
