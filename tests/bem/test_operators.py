@@ -24,7 +24,7 @@ def problem_of(order: int, plane: str = "strain", size: float = 0.4):
     return Problem(
         material=Material(young_modulus=210.0, poisson_ratio=0.28, plane=plane), geometry=PENTAGON,
         mesh=MeshOptions(element_size=size, order=order),
-        boundary=(Contact(part="a", friction_bound=1.0), Displacement(part="b", value=("0.1*x", "y")),
+        boundary=(Contact(part="a", friction_bound=1.0), Displacement(part="b", value=("0.1*(x - 3)", "y - 0.2")),
                   Traction(part="c", value=(3.0, "x")), Traction(part="d", pressure=2.0),
                   Displacement(part="e", value=(0.0, "free"))),
     )  # fmt: skip
