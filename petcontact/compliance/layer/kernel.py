@@ -14,8 +14,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...bem.kelvin2d.moments import powers
 from ...bem.operators import BoundaryOperators
-from ...mesh.basis import gauss, lagrange, lagrange_coefficients
+from ...mesh.basis import gauss, product_weights
 from ...mesh.curve_mesh import CurveMesh, as_curve
 
 RAYS = 32
@@ -146,7 +147,7 @@ def _cross(a: Array, b: Array) -> Array:
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
-def layer_matrix(strip: Strip, factor: float, rows: Index | None = None, columns: Index | None = None) -> Array:
+def layer_matrix(strip: Strip, half_space: float, rows: Index | None = None, columns: Index | None = None) -> Array:
     """T of one strip by collocation, (k, k) or the entries asked for [length/stress].
 
     An open strip goes on by reflection at its ends: next to a free side S is softer than a long layer.
@@ -154,7 +155,7 @@ def layer_matrix(strip: Strip, factor: float, rows: Index | None = None, columns
     Parameters
     ----------
     strip : Strip
-    factor : float
+    half_space : float
         2(1-ν²)/(πE), see `Kernel.half_space_compliance` [1/stress].
     rows, columns : arrays, optional
         Nodes of the strip (numbers from 0); all by default.
@@ -171,7 +172,7 @@ def layer_matrix(strip: Strip, factor: float, rows: Index | None = None, columns
             values += sign * _columns(strip, int(order), wanted[group], place)
         slots = first[group][:, None] + np.arange(order + 1)
         matrix[:, slots.ravel()] = values.reshape(len(targets), -1)
-    matrix *= -factor
+    matrix *= -half_space
     if every:
         return matrix
     element = strip.element[columns]
@@ -206,37 +207,18 @@ def _columns(strip: Strip, order: int, elements: Index, targets: Array) -> Array
     more = 4 * int(min(half.max() / strip.thickness, 16.0))
     x = offset / half
     near = np.abs(x) < NEAR
-    s, product = _rule(order, order + FAR_POINTS + more)
+    s, product = product_weights(order, order + FAR_POINTS + more)
     distance = _short_way(np.abs(offset[:, :, None] - half[:, None] * s), strip.closed)
-    result = np.log(np.tanh(rate * np.maximum(distance, 1e-300))) @ product
-    s, product = _rule(order, order + NEAR_POINTS + more)
+    result = np.log(np.tanh(rate * np.maximum(distance, 1e-300))) @ product.T
+    s, product = product_weights(order, order + NEAR_POINTS + more)
     width = np.broadcast_to(half, offset.shape)[near]
     distance = np.maximum(np.abs(offset[near][:, None] - width[:, None] * s), 1e-300)
-    smooth = np.log(np.tanh(rate * _short_way(distance, strip.closed)) / (rate * distance)) @ product
-    result[near] = smooth + log_moments(order, x[near]) + np.log(rate * width)[:, None] * product.sum(axis=0)
+    smooth = np.log(np.tanh(rate * _short_way(distance, strip.closed)) / (rate * distance)) @ product.T
+    on_line = x[near]
+    logarithm, _ = powers(order, on_line + 1.0, on_line - 1.0, np.zeros(len(on_line)), np.ones(len(on_line), dtype=bool), 1)
+    result[near] = smooth + logarithm.T + np.log(rate * width)[:, None] * product.sum(axis=1)
     return np.asarray(result * half[:, None])
 
 
 def _short_way(distance: Array, closed: float) -> Array:
     return np.minimum(distance, closed - distance) if closed else distance
-
-
-def _rule(order: int, points: int) -> tuple[Array, Array]:
-    """Gauss points s (q,) and w_q L_b(s_q), (q, p+1)."""
-    s, weight = gauss(points - 1)
-    return s, (lagrange(order, s) * weight).T
-
-
-def log_moments(order: int, x: Array) -> Array:
-    """∫ L_b(s) ln|s - x| ds over [-1, 1], (len(x), p+1), for |x| < 4 or so.
-
-    Against Legendre polynomials: ∫ P_k ln|s-x| = 2(Q_{k+1} - Q_{k-1})/(2k+1), Q_k by its three-term recursion.
-    """
-    log_plus, log_minus = np.log(np.abs(1.0 + x)), np.log(np.abs(1.0 - x))
-    q = [0.5 * (log_plus - log_minus)]
-    q.append(x * q[0] - 1.0)
-    for k in range(1, order + 1):
-        q.append(((2 * k + 1) * x * q[k] - k * q[k - 1]) / (k + 1))
-    moments = [(1.0 + x) * log_plus + (1.0 - x) * log_minus - 2.0]
-    moments += [2.0 * (q[k + 1] - q[k - 1]) / (2 * k + 1) for k in range(1, order + 1)]
-    return np.asarray((lagrange_coefficients(order) @ np.array(moments)).T)

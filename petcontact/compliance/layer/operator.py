@@ -33,13 +33,13 @@ class LayerOperator:
 
     def __init__(self, operators: BoundaryOperators) -> None:
         self.scale, self.rtol = 1.0, TIGHT
-        factor = operators.kernel.half_space_compliance
+        half_space = operators.kernel.half_space_compliance
         weight = operators.mesh.weight[operators.data.contact_nodes]
         self.size, self._weight = len(weight), weight
         self._parts: list[tuple[Index, StripOperator]] = []
         for strip in strips(operators):
             points = operators.mesh.x[operators.data.contact_nodes[strip.nodes]]
-            self._parts.append((strip.nodes, strip_operator(strip, factor, weight[strip.nodes], points)))
+            self._parts.append((strip.nodes, strip_operator(strip, half_space, weight[strip.nodes], points)))
         self.fast = all(isinstance(part, FourierStrip) for _, part in self._parts)
 
     def apply(self, x: Array) -> Array:

@@ -30,6 +30,19 @@ class StripOperator(Protocol):
     def matrix(self) -> Array: ...
 
 
+class Inverses:
+    """By what T⁻¹ and the last (I + ρT)⁻¹ are applied; a new ρ takes the place of the one before."""
+
+    def __init__(self, make: Callable[[float | None], Any]) -> None:
+        self._make, self._made = make, dict[float | None, Any]()
+
+    def __call__(self, rho: float | None) -> Any:
+        if rho not in self._made:
+            self._made = {key: made for key, made in self._made.items() if key is None}
+            self._made[rho] = self._make(rho)
+        return self._made[rho]
+
+
 class DenseStrip:
     """T as a dense matrix, symmetric in the inner product of the node weights.
 
@@ -37,11 +50,15 @@ class DenseStrip:
     a Cholesky factor.
     """
 
-    def __init__(self, strip: Strip, factor: float, weight: Array) -> None:
+    def __init__(self, strip: Strip, half_space: float, weight: Array) -> None:
         self._root = np.sqrt(weight)
-        scaled = layer_matrix(strip, factor) * (self._root[:, None] / self._root)
+        scaled = layer_matrix(strip, half_space) * (self._root[:, None] / self._root)
         self._scaled = 0.5 * (scaled + scaled.T)
-        self._factors: dict[float | None, Any] = {}
+        self._cholesky = Inverses(self._factored)
+
+    def _factored(self, rho: float | None) -> Any:
+        matrix = self._scaled if rho is None else np.eye(len(self._root)) + rho * self._scaled
+        return scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
 
     def apply(self, x: Array) -> Array:
         """T x."""
@@ -49,13 +66,7 @@ class DenseStrip:
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """T⁻¹ x, or (I + ρT)⁻¹ x."""
-        if rho not in self._factors:
-            matrix = self._scaled if rho is None else np.eye(len(self._root)) + rho * self._scaled
-            for other in [key for key in self._factors if key is not None]:
-                del self._factors[other]
-            self._factors[rho] = scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
-        factor = self._factors[rho]
-        return np.asarray(scipy.linalg.cho_solve(factor, self._root * x, check_finite=False) / self._root)
+        return np.asarray(scipy.linalg.cho_solve(self._cholesky(rho), self._root * x, check_finite=False) / self._root)
 
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
         """x with T x = rhs on the stick nodes and x = 0 off them."""
@@ -91,7 +102,7 @@ class FourierStrip:
     are the cosine and sine transforms of types II and IV, at a quarter to a half of the price.
     """
 
-    def __init__(self, strip: Strip, factor: float, weight: Array) -> None:
+    def __init__(self, strip: Strip, half_space: float, weight: Array) -> None:
         self._elements, self._nodes = len(strip.length), int(strip.order[0]) + 1
         self._open, self._root, self._ends = not strip.closed, np.sqrt(weight), strip.ends
         loop = strip
@@ -102,7 +113,7 @@ class FourierStrip:
                 np.arange(count * self._nodes), strip.length[0] * np.arange(count), np.full(count, strip.length[0]),
                 np.full(count, strip.order[0]), total, strip.thickness,
             )  # fmt: skip
-        blocks = layer_matrix(loop, factor, np.arange(self._nodes)).reshape(self._nodes, -1, self._nodes)
+        blocks = layer_matrix(loop, half_space, np.arange(self._nodes)).reshape(self._nodes, -1, self._nodes)
         symbol = np.conj(np.fft.rfft(blocks, axis=1)).transpose(1, 0, 2)
         ratio = weight[: self._nodes] / weight[: self._nodes, None]
         symbol = 0.5 * (symbol + np.conj(symbol.transpose(0, 2, 1)) * ratio)
@@ -111,7 +122,7 @@ class FourierStrip:
         if self._open and self._nodes == 1:
             self._reflected = REFLECTED[strip.ends]
             self._symbol = np.ascontiguousarray(self._symbol.real[:, :, self._reflected.frequencies])
-        self._inverse: dict[float | None, Array | Complex] = {}
+        self._inverse = Inverses(self._inverted)
         self._dense: Array | None = None
 
     def apply(self, x: Array) -> Array:
@@ -120,14 +131,13 @@ class FourierStrip:
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """T⁻¹ x, or (I + ρT)⁻¹ x."""
-        if rho not in self._inverse:
-            for other in [key for key in self._inverse if key is not None]:
-                del self._inverse[other]
-            blocks = self._symbol.transpose(2, 0, 1)
-            blocks = blocks if rho is None else np.eye(self._nodes) + rho * blocks
-            inverse = 1.0 / blocks if self._nodes == 1 else np.linalg.inv(blocks)
-            self._inverse[rho] = np.ascontiguousarray(inverse.transpose(1, 2, 0))
-        return self._convolve(self._inverse[rho], x)
+        return self._convolve(self._inverse(rho), x)
+
+    def _inverted(self, rho: float | None) -> Array | Complex:
+        blocks = self._symbol.transpose(2, 0, 1)
+        blocks = blocks if rho is None else np.eye(self._nodes) + rho * blocks
+        inverse = 1.0 / blocks if self._nodes == 1 else np.linalg.inv(blocks)
+        return np.ascontiguousarray(inverse.transpose(1, 2, 0))
 
     def _convolve(self, symbol: Array | Complex, x: Array) -> Array:
         if self._reflected is not None:
@@ -164,10 +174,12 @@ class FourierStrip:
 class HodlrStrip:
     """T compressed hierarchically, for long strips of unequal elements; symmetric only up to collocation."""
 
-    def __init__(self, strip: Strip, factor: float, points: Array) -> None:
-        self._strip, self._layer_factor, self._points = strip, factor, points
+    def __init__(self, strip: Strip, half_space: float, points: Array) -> None:
+        from ...compression.hodlr import factor
+
+        self._strip, self._half_space, self._points = strip, half_space, points
         self._matrix = self._compress(None)
-        self._factors: dict[float | None, Any] = {}
+        self._factorisation = Inverses(lambda rho: factor(self._matrix if rho is None else self._compress(rho)))
         self._krylov = Krylov((len(points),), "layer_")
 
     def _compress(self, rho: float | None) -> Any:
@@ -175,7 +187,7 @@ class HodlrStrip:
         from ...compression.hodlr import compress
 
         def entries(rows: Index, columns: Index) -> Array:
-            block = layer_matrix(self._strip, self._layer_factor, rows, columns)
+            block = layer_matrix(self._strip, self._half_space, rows, columns)
             return block if rho is None else rho * block + (rows[:, None] == columns)
 
         offsets = np.arange(len(self._points) + 1)
@@ -187,13 +199,7 @@ class HodlrStrip:
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """T⁻¹ x, or (I + ρT)⁻¹ x."""
-        from ...compression.hodlr import factor
-
-        if rho not in self._factors:
-            for other in [key for key in self._factors if key is not None]:
-                del self._factors[other]
-            self._factors[rho] = factor(self._matrix if rho is None else self._compress(rho))
-        return np.asarray(self._factors[rho].solve(x))
+        return np.asarray(self._factorisation(rho).solve(x))
 
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
         """By GMRES, preconditioned by the stick block of T⁻¹."""
@@ -211,22 +217,22 @@ class HodlrStrip:
         return np.column_stack([self.apply(e) for e in np.eye(len(self._points))])
 
 
-def strip_operator(strip: Strip, factor: float, weight: Array, points: Array) -> StripOperator:
+def strip_operator(strip: Strip, half_space: float, weight: Array, points: Array) -> StripOperator:
     """T of a strip in the form that suits its elements.
 
     Parameters
     ----------
     strip : Strip
-    factor : float
+    half_space : float
         2(1-ν²)/(πE), see `Kernel.half_space_compliance` [1/stress].
     weight, points : (k,) and (k, 2) arrays
         Node weights and nodes [length].
     """
     if strip.uniform:
-        return FourierStrip(strip, factor, weight)
+        return FourierStrip(strip, half_space, weight)
     if len(weight) > LONG_SIZE:
-        return HodlrStrip(strip, factor, points)
-    return DenseStrip(strip, factor, weight)
+        return HodlrStrip(strip, half_space, points)
+    return DenseStrip(strip, half_space, weight)
 
 
 def stick_cholesky(scaled: Array, root: Array, stick: Mask, rhs: Array) -> Array:
