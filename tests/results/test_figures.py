@@ -14,8 +14,9 @@ from petcontact import InputError, MeshOptions, deformed_figure, field_on_grid, 
 from petcontact.commands.main import main
 from petcontact.fields.peak import corners, largest
 from petcontact.model.units import Units
-from petcontact.results import figures, style
+from petcontact.results import figures
 from petcontact.results.hdf5 import read_solution, write_solution
+from petcontact.runtime.figure_style import label
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 COARSE = MeshOptions(element_size=0.4)
@@ -64,7 +65,7 @@ def test_units_stand_on_every_axis(solution):
     for draw, expected in labels.items():
         axes = drawn(draw, solution).axes[0]
         assert [axes.get_xlabel(), axes.get_ylabel()] == expected
-    assert style.label("x", None) == "x"
+    assert label("x", None) == "x"
 
 
 def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
