@@ -5,8 +5,7 @@ from __future__ import annotations
 import itertools
 
 import numpy as np
-import scipy.optimize
-import scipy.sparse
+import scipy
 
 from ..arrays import Array, Index
 from .laws import Frictional

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from ..arrays import Array, Index, Mask
 from ..errors import SolverError

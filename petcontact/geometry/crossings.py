@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-import scipy.spatial
+import scipy
 
 from ..arrays import Array, Index
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-import meshio
 import numpy as np
 
 from ..arrays import Array
@@ -55,6 +54,8 @@ def read_msh(file: str) -> Any:
     """
     if not Path(file).is_file():
         raise InputError(f"{file}: no such file (geometry.file is relative to the config's folder)")
+    import meshio
+
     try:
         return meshio.gmsh.read(file)
     except Exception as error:  # meshio meets damaged files with whatever exception its parser runs into

@@ -5,9 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse
-import scipy.spatial
-from scipy.sparse.csgraph import connected_components
+import scipy
 
 from ..arrays import Array, Index
 from ..errors import InputError
@@ -130,7 +128,8 @@ def _orientation(points: Array, facets: Index, source: str) -> Index:
     # two copies of each facet, as it is and reversed: neighbours that agree join equal copies, else opposite ones
     rows = np.concatenate([one, one + n])
     columns = np.concatenate([np.where(agree, other, other + n), np.where(agree, other + n, other)])
-    count_of, label = connected_components(scipy.sparse.coo_matrix((np.ones(len(rows)), (rows, columns)), (2 * n, 2 * n)))
+    graph_of = scipy.sparse.coo_matrix((np.ones(len(rows)), (rows, columns)), (2 * n, 2 * n))
+    count_of, label = scipy.sparse.csgraph.connected_components(graph_of)
     if np.any(label[:n] == label[n:]):
         k = int(np.argmax(label[:n] == label[n:]))
         raise InputError(f"{source}: the surface has one side only (like a Moebius strip) at {_text(points[facets[k, 0]])}")
@@ -156,7 +155,7 @@ def _components(facets: Index) -> Index:
     n, k = len(facets), int(facets.max()) + 1
     rows = np.repeat(np.arange(n), 4)
     graph = scipy.sparse.coo_matrix((np.ones(4 * n), (rows, n + corners.ravel())), (n + k, n + k))
-    label = connected_components(graph, directed=False)[1][:n]
+    label = scipy.sparse.csgraph.connected_components(graph, directed=False)[1][:n]
     return np.asarray(np.unique(label, return_inverse=True)[1])
 
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from ..arrays import Array, Index
 from ..geometry.outline import Outline
@@ -182,7 +182,7 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
     side = np.repeat(numbers, counts)
     owner = np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])])
     before, after = outline.neighbours
-    tree, limits = cKDTree(cloud), np.full(len(points), np.inf)
+    tree, limits = scipy.spatial.cKDTree(cloud), np.full(len(points), np.inf)
     # most points next to an element are of its own side and of those next to it: look further until one is of another
     for first in range(0, len(points), CHUNK):
         left, k = np.arange(first, min(first + CHUNK, len(points))), 16

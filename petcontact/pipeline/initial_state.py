@@ -6,7 +6,7 @@ import functools
 from pathlib import Path
 
 import numpy as np
-import scipy.spatial
+import scipy
 
 from ..arrays import Index
 from ..contact.state import Start

@@ -16,7 +16,7 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.special
+import scipy
 
 from ...arrays import Array, Complex, Index, Mask
 from ...geometry.arcs import half_angles

@@ -6,8 +6,7 @@ from collections.abc import Callable
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
-import scipy.fft
-import scipy.linalg
+import scipy
 
 from ...arrays import Array, Complex, Index, Mask
 from ...linalg.matrix_free import Krylov
@@ -78,19 +77,19 @@ class DenseStrip:
 
 
 class _Reflected(NamedTuple):
-    """A transform and its inverse, their type, and which of the reflected loop's frequencies are theirs."""
+    """The names of a transform and of its inverse, their type, and which of the reflected loop's frequencies are theirs."""
 
-    to: Callable[[Array, int], Array]
-    back: Callable[[Array, int], Array]
+    to: str
+    back: str
     kind: int
     frequencies: slice
 
 
 REFLECTED = {
-    (1.0, 1.0): _Reflected(scipy.fft.dct, scipy.fft.idct, 2, slice(None, -1)),
-    (-1.0, -1.0): _Reflected(scipy.fft.dst, scipy.fft.idst, 2, slice(1, None)),
-    (1.0, -1.0): _Reflected(scipy.fft.dct, scipy.fft.idct, 4, slice(1, None, 2)),
-    (-1.0, 1.0): _Reflected(scipy.fft.dst, scipy.fft.idst, 4, slice(1, None, 2)),
+    (1.0, 1.0): _Reflected("dct", "idct", 2, slice(None, -1)),
+    (-1.0, -1.0): _Reflected("dst", "idst", 2, slice(1, None)),
+    (1.0, -1.0): _Reflected("dct", "idct", 4, slice(1, None, 2)),
+    (-1.0, 1.0): _Reflected("dst", "idst", 4, slice(1, None, 2)),
 }
 """By how a strip goes on at its start and end: even or odd."""
 
@@ -142,7 +141,8 @@ class FourierStrip:
     def _convolve(self, symbol: Array | Complex, x: Array) -> Array:
         if self._reflected is not None:
             to, back, kind, _ = self._reflected
-            return np.asarray(back(symbol[0, 0] * to(x, kind), kind))
+            spectrum = symbol[0, 0] * getattr(scipy.fft, to)(x, kind)
+            return np.asarray(getattr(scipy.fft, back)(spectrum, kind))
         # the transformed axis last and contiguous: scipy's transforms spend less on it than numpy's
         pieces = x.reshape(self._elements, self._nodes).T
         if self._open:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lapack
+import scipy
 
 from ...arrays import Array, Index
 from .block_batches import Batches, Block
@@ -292,9 +292,9 @@ def _inverse(block: Array, or_direction: bool) -> Array:
     if not len(block):
         return block
     # LAPACK sees the transpose, whose inverse is the transpose of ours
-    lu, places, info = lapack.dgetrf(block.T)
+    lu, places, info = scipy.linalg.lapack.dgetrf(block.T)
     if info == 0:
-        inverse, info = lapack.dgetri(lu, places, overwrite_lu=1)
+        inverse, info = scipy.linalg.lapack.dgetri(lu, places, overwrite_lu=1)
     if info == 0:
         return np.asarray(inverse.T)
     if not or_direction:

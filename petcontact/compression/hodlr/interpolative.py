@@ -6,7 +6,7 @@ import functools
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import lapack
+import scipy
 
 from ...arrays import Array, Index
 
@@ -38,7 +38,7 @@ class PivotedQR:
         # Columns kept beyond the numerical rank take no part: what they would contribute is noise over noise.
         z, known = np.zeros((rank, len(other))), min(rank, self.rank)
         if known and len(other):
-            z[:known], _ = lapack.dtrtrs(self.r[:known, :known], self.r[:known, rank:])
+            z[:known], _ = scipy.linalg.lapack.dtrtrs(self.r[:known, :known], self.r[:known, rank:])
         by_kept, by_other = np.argsort(kept), np.argsort(other)
         return kept[by_kept], other[by_other], np.ascontiguousarray(z[by_kept][:, by_other])
 
@@ -68,7 +68,7 @@ def pivoted_qr(block: Array, weights: Array, tolerance: float, guess: int) -> Pi
             sketch = (mixer * (weights / np.sqrt(rows))) @ block
         else:
             sketch = (block * weights[:, None])[weights > 0.0]
-        r, pivots, _, _, info = lapack.dgeqp3(np.asfortranarray(sketch), overwrite_a=1)
+        r, pivots, _, _, info = scipy.linalg.lapack.dgeqp3(np.asfortranarray(sketch), overwrite_a=1)
         assert info == 0
         pivot = np.abs(np.diagonal(r))
         scale = float(pivot[0])
