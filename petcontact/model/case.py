@@ -73,6 +73,10 @@ def read_toml(path: str | Path) -> dict[str, Any]:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file in UTF-8") from None
+    except InputError:
+        raise
+    except ValueError:  # a null byte, which no file name has
+        raise InputError(f"{str(path)!r}: is no file name") from None
 
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:
