@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import lazy_loader
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 # The public names and their types stand in __init__.pyi; each is imported when first used, so that `petcontact --help`
 # works without PETSc and starts at once.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
+from ...model.assembly import ONE_BODY
 from ...runtime.terminal import printable
 from ..summary import cost, wrapped
 from .solution import AssemblySolution, PairResult, StepResult
@@ -24,7 +25,7 @@ def verdict(solution: AssemblySolution) -> str:
         free = solution.info.get("motions", {}).get(name, 0)
         held = f", {free} motion{'s' if free > 1 else ''} held by contact only" if free else ""
         size = f"{mesh.n_elements} elements of order {order}, {2 * mesh.n_nodes} unknowns"
-        lines.append(f"  body {printable(name)}: {size}{held}")
+        lines.append(f"  {'' if name == ONE_BODY else f'body {printable(name)}: '}{size}{held}")
     ends = [k for k, step in enumerate(solution.steps) if step.load_factor == 1.0 or k == len(solution.steps) - 1]
     shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
     for before, k in zip([-1, *ends[:-1]], ends, strict=True):
