@@ -133,7 +133,7 @@ def step_result(
         slip = moved + before.slip[where, None]
         force = weight @ traction
         pairs[face.name] = PairResult(
-            x, face.normal, face.tangent[:, None, :], weight, mesh.arc_length[face.nodes], -sigma[:, 1], sigma[:, :1],
+            x, face.normal, face.tangent[:, None, :], weight, mesh.arc_length[face.nodes], 0.0 - sigma[:, 1], sigma[:, :1],
             radius[where], np.where(absent[where], np.inf, np.where(states[where] == OPEN, -v[:, 1], 0.0)), slip, moved,
             states[where], force,
             float(weight @ (x[:, 0] * traction[:, 1] - x[:, 1] * traction[:, 0])),

@@ -238,7 +238,7 @@ def _increment(
 def _finished(
     problem: SteppedProblem, results: list[StepResult], status: str, reason: str, timings: dict[str, float]
 ) -> AssemblySolution:
-    from .run import versions
+    from .run import petsc_options_of, versions
 
     discrete = problem.discrete
     if results and results[-1].status != "converged":
@@ -247,8 +247,8 @@ def _finished(
         reason = _reached(discrete, results)
     names = [body.name for body in discrete.assembly.body]
     info = {
-        "argv": " ".join(sys.argv), "versions": versions(), "ranks": problem.comm.getSize(),
-        "peak_memory": peak_memory(problem.comm), "warnings": discrete.warnings,
+        "argv": " ".join(sys.argv), "petsc_options": petsc_options_of(discrete.assembly.petsc), "versions": versions(),
+        "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm), "warnings": discrete.warnings,
         "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, problem.system.bodies, strict=True)},
     }  # fmt: skip

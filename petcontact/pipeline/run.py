@@ -183,7 +183,7 @@ def _finish(
         "method": case.method.resolved_name,
         "rule": type(rule).__name__ if rule is not None else (case.method.rule or "modified"),
         "argv": " ".join(sys.argv),
-        "petsc_options": _petsc_options(case),
+        "petsc_options": petsc_options_of(case.petsc),
         "versions": versions(),
         "elastic_solves": system.elastic_solves,
         "ranks": prepared.comm.getSize(),
@@ -216,8 +216,9 @@ def _remedy(solution: Solution) -> str:
     return f"use -{prefix}pc_type lu, or a smaller -{prefix}ksp_rtol"
 
 
-def _petsc_options(case: Case) -> str:
-    with options(case.petsc):
+def petsc_options_of(table: Mapping[str, Any]) -> str:
+    """All PETSc options in force, with those of a config's table."""
+    with options(dict(table)):
         return " ".join(f"-{key} {value}".strip() for key, value in sorted(petsc().Options().getAll().items()))
 
 

@@ -29,6 +29,8 @@ FORMAT = "petcontact result"
 FORMAT_VERSION = 1
 SEAL = b"\npetcontact sha256\n"
 """What stands after the HDF5 file, which does not mind, before the hash of its bytes: HDF5 may crash on damaged ones."""
+PROVENANCE = ("argv", "petsc_options", "versions")
+"""Entries of `info` that are attributes of their own as well."""
 DESCRIPTIONS = {
     "boundary/x": ("length", "nodes"),
     "boundary/normal": ("1", "outward unit normals"),
@@ -121,9 +123,14 @@ def write_group(group: Any, solution: Solution) -> None:
         "reason": solution.reason, "iterations": solution.iterations, "rho": solution.rho,
         "residual": solution.residual, "elastic_residual": solution.elastic_residual,
         "timings": json.dumps(solution.timings), "info": json.dumps(solution.info),
-        "zones": np.array([[z.start, z.end, z.sign] for z in solution.zones]).reshape(-1, 3),
-        "zone_parts": json.dumps([z.part for z in solution.zones]),
+        **zone_attributes(solution.zones), **{key: str(solution.info.get(key, "")) for key in PROVENANCE},
     })  # fmt: skip
+
+
+def zone_attributes(zones: list[Zone]) -> dict[str, Any]:
+    """Attributes `zones` (k, 3): start, end [length], sign; and `zone_parts`, their parts as JSON."""
+    return {"zones": np.array([[z.start, z.end, z.sign] for z in zones]).reshape(-1, 3),
+            "zone_parts": json.dumps([z.part for z in zones])}  # fmt: skip
 
 
 def _describe(group: Any, units: Units) -> None:

@@ -57,7 +57,7 @@ def test_round_trip_is_exact(solution, path):
     assert again.verdict() == solution.verdict()
 
 
-def test_h5py_alone_reads_the_layout(path):
+def test_h5py_alone_reads_the_layout(solution, path):
     with h5py.File(path) as file:
         n, m = len(file["boundary/x"]), len(file["contact/x"])
         assert file["boundary/u"].shape == file["boundary/traction"].shape == file["boundary/normal"].shape == (n, 2)
@@ -65,6 +65,7 @@ def test_h5py_alone_reads_the_layout(path):
         assert set(file["contact/state"][()]) <= {0, 1} and file["boundary/part"][0] == b"bottom"
         assert {len(rows) for rows in file["history"].values()} == {file.attrs["iterations"]}
         assert file.attrs["format"] == FORMAT and "young_modulus" in file.attrs["config"]
+        assert all(file.attrs[key] == solution.info[key] for key in ("argv", "petsc_options", "versions"))
 
 
 def test_a_config_of_more_than_64_kb(comm, tmp_path):

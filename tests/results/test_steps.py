@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import json
 import tomllib
 import xml.etree.ElementTree as ET
 
+import h5py
 import meshio
 import numpy as np
+import pytest
 
-from petcontact import Assembly, solve_assembly
+from petcontact import Assembly, Case, solve_assembly
 from petcontact.bem.kelvin2d import point_force
+from petcontact.model.assembly import assembly_of
 from petcontact.model.base import parse
 from petcontact.model.problem import Material
+from petcontact.results.hdf5 import write_solution
 from petcontact.results.steps.vtu import body_field, write_collection
 
 DISC = """
@@ -70,3 +75,60 @@ def test_a_disc_on_the_floor_under_its_weight(tmp_path):
     times = [row.get("timestep") for row in ET.parse(files[-1]).iter("DataSet")]
     assert times == ["1", "1", "1.5", "1.5", "2", "2"]
     assert "displacement" in meshio.read(files[1]).point_data
+
+
+BLOCK = """
+[material]
+young_modulus = 100.0
+poisson_ratio = 0.3
+plane = "PLANE"
+[geometry]
+shape = "rectangle"
+lower_left = [0.0, 0.0]
+upper_right = [2.0, 1.0]
+[mesh]
+element_size = 0.25
+order = 1
+[[boundary]]
+part = "bottom"
+condition = "contact"
+normal = "unilateral"
+gap = "where(x < 1.5, 0, 1)"
+[[boundary]]
+part = "left"
+condition = "displacement"
+value = [0.0, "free"]
+[[boundary]]
+part = "right"
+condition = "displacement"
+value = [0.0, "free"]
+[[boundary]]
+part = "top"
+condition = "traction"
+pressure = 1.0
+[petsc]
+ksp_rtol = 1e-9
+"""
+
+
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
+    """One body in unilateral contact: uniform pressure on a whole floor; open nodes carry 0.0, not -0.0, and are no zone."""
+    whole, broken = BLOCK.replace("PLANE", plane).replace("where(x < 1.5, 0, 1)", "0"), BLOCK.replace("PLANE", plane)
+    for text, name in ((whole, "whole.h5"), (broken, "broken.h5")):
+        solution = solve_assembly(assembly_of(parse(Case, tomllib.loads(text), "test")))
+        write_solution(tmp_path / name, solution)
+    with h5py.File(tmp_path / "whole.h5") as file:
+        contact, boundary, x = file["contact"], file["boundary"], file["boundary/x"][()]
+        # both sides on rollers: ε_xx = 0, and σ_zz is ν(σ_xx + σ_yy) or none
+        strain = (1.0 + 0.3) * (1.0 - 2 * 0.3) / (1.0 - 0.3) if plane == "strain" else 1.0 - 0.3**2
+        assert np.allclose(boundary["u"][()], np.column_stack([0 * x[:, 0], -strain / 100.0 * x[:, 1]]), atol=1e-12)
+        assert np.allclose(contact["sigma_n"], -1.0) and contact["u_t"].shape == contact["sigma_t"].shape == (16, 1)
+        assert np.allclose(contact["tangent"], [1.0, 0.0]) and np.all(contact["friction_bound"][()] == 0.0)
+        assert np.allclose(file["steps/1/contact/bottom"].attrs["force"], [0.0, 2.0])
+        assert all(file.attrs[key] for key in ("argv", "versions")) and "-ksp_rtol 1e-09" in file.attrs["petsc_options"]
+    with h5py.File(tmp_path / "broken.h5") as file:
+        contact, zones = file["contact"], file.attrs["zones"]
+        assert set(contact["state"][contact["x"][:, 0] > 1.5]) == {2} and not np.signbit(contact["pressure"]).any()
+        assert zones.shape[1] == 3 and set(json.loads(file.attrs["zone_parts"])) == {"bottom"}
+        assert np.isclose(zones[:, 1].max(), 1.5) and set(zones[:, 2]) <= {-1.0, 0.0, 1.0}

@@ -75,7 +75,9 @@ class Projection:
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
                 return ContactState(v, sigma, rho, True, reason, recorder.history, law=law)
             rho = self._updated(rules, law, rho, balance, len(recorder.history))
-        reason = f"max_iterations = {iteration.max_iterations} reached with change {change:.1e} > {criterion.tolerance:g}"
+        relative = relative_residual(law, system, v, sigma, float(np.max(rho)), recorder.largest)
+        reason = (f"max_iterations = {iteration.max_iterations} reached with change {change:.1e}, relative friction "
+                  f"residual {relative:.1e}; the tolerance is {criterion.tolerance:g}")  # fmt: skip
         return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)
 
     @staticmethod

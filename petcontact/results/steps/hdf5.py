@@ -10,13 +10,15 @@ import h5py
 import numpy as np
 
 from ...arrays import Array
+from ...contact.laws import OPEN, SLIP
 from ...errors import ResultError
 from ...mesh.curve_mesh import as_curve
 from ...mesh.storage import read_mesh, write_mesh
 from ...model.assembly import Assembly
 from ...model.base import parse
+from ...refinement.zones import Zone, zones_of
 from ..checks import check_fields, check_group, check_pair, read_table
-from ..hdf5 import FORMAT
+from ..hdf5 import FORMAT, PROVENANCE, zone_attributes
 from .solution import AssemblySolution, BodyResult, ObstacleResult, PairResult, StepResult
 
 FORMAT_VERSION = 2
@@ -46,7 +48,7 @@ def fill(group: Any, solution: AssemblySolution) -> None:
     group.attrs.update({
         "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.assembly.toml(), "status": solution.status,
         "reason": solution.reason, "iterations": solution.iterations, "timings": json.dumps(solution.timings),
-        "info": json.dumps(solution.info), **{key: solution.info.get(key, "") for key in ("argv", "versions")},
+        "info": json.dumps(solution.info), **{key: str(solution.info.get(key, "")) for key in PROVENANCE},
     })  # fmt: skip
 
 
@@ -74,7 +76,7 @@ def _fill_step(place: Any, solution: AssemblySolution, step: StepResult) -> None
 
 
 def _fill_shorthand(group: Any, solution: AssemblySolution, text: Any) -> None:
-    """/boundary, /mesh and /contact of the last increment, with the fields of the one-body format."""
+    """/boundary, /mesh, /contact and zones of the last increment, as in the one-body format; what is open is no zone."""
     (name, mesh), = solution.meshes.items()
     body, pairs = solution.last.bodies[name], solution.last.pairs
     names = np.array(mesh.part_names, dtype=object)
@@ -92,10 +94,16 @@ def _fill_shorthand(group: Any, solution: AssemblySolution, text: Any) -> None:
     columns: dict[str, Array] = {key: np.concatenate([getattr(pair, key) for pair in every]) for key in joined}
     columns |= {
         "nodes": nodes, "tangent": tangent, "u_t": np.sum(body.u[nodes] * tangent, axis=1)[:, None],
-        "sigma_n": -columns["pressure"], "friction_bound": np.concatenate([pair.bound for pair in every]),
+        "sigma_n": 0.0 - columns["pressure"], "friction_bound": np.concatenate([pair.bound for pair in every]),
     }  # fmt: skip
     for key, value in columns.items():
         contact[key] = value
+    zones: list[Zone] = []
+    for key, pair in pairs.items():
+        way = np.sign(pair.slip_increment[:, 0] - 1e-300 * pair.sigma_t[:, 0])
+        sign = np.where(pair.state == SLIP, way, pair.state)
+        zones += [zone for zone in zones_of(mesh, solution.nodes[key], sign) if zone.sign != OPEN]
+    group.attrs.update(zone_attributes(zones))
     parts = [solution.sides[key][1] for key, pair in pairs.items() for _ in pair.weight]
     contact.create_dataset("part", data=np.array(parts, dtype=object), dtype=text)
 
