@@ -191,6 +191,6 @@ def monitor_line(state: Any) -> str:
 def iteration_line(state: Any, tolerance: float) -> str:
     """The iteration, or the increment of a load step, that has just ended."""
     if not hasattr(state, "history"):
-        return f"step {state.step} ({state.name}): {state.load_factor:.4g}, {state.iterations} Newton iterations"
+        return f"step {state.step} ({state.name}): {state.load_factor:.4g}, {state.iterations} iterations"
     h = state.history
     return f"iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho {h.rho[-1]:.3g}"

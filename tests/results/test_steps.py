@@ -132,3 +132,12 @@ def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
         assert set(contact["state"][contact["x"][:, 0] > 1.5]) == {2} and not np.signbit(contact["pressure"]).any()
         assert zones.shape[1] == 3 and set(json.loads(file.attrs["zone_parts"])) == {"bottom"}
         assert np.isclose(zones[:, 1].max(), 1.5) and set(zones[:, 2]) <= {-1.0, 0.0, 1.0}
+
+
+def test_the_verdict_of_an_increment_that_failed():
+    """A load that pulls the block off the floor: where it failed is not called reached, and nothing that is 0 has a sign."""
+    text = BLOCK.replace("PLANE", "strain").replace("pressure = 1.0", "pressure = -1.0")
+    solution = solve_assembly(assembly_of(parse(Case, tomllib.loads(text), "test")))
+    verdict = " ".join(solution.verdict().split())
+    assert solution.status == "not converged" and "along +y beyond what contact and friction allow" in verdict
+    assert "failed at" in verdict and "reached" not in verdict and "-0" not in verdict.replace("e-0", "")

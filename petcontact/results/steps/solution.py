@@ -69,8 +69,8 @@ class PairResult:
 
     @property
     def tension_share(self) -> float:
-        """Share of the interface that is in tension [-]."""
-        level = 1e-9 * float(np.abs(self.pressure).max(initial=0.0))
+        """Share of the interface that is in tension by more than methods leave at the default tolerance [-]."""
+        level = 1e-6 * float(np.abs(self.pressure).max(initial=0.0))
         return float(self.weight[self.pressure < -level].sum() / self.weight.sum())
 
 
@@ -107,7 +107,7 @@ class StepResult:
     status : {"converged", "not converged"}
     reason : str
     iterations : int
-        Newton's.
+        Of the method.
     residuals : dict
         normal, tangential, balance, elastic [-].
     pairs, bodies, obstacles : dicts by name
@@ -165,7 +165,7 @@ class AssemblySolution:
 
     @property
     def iterations(self) -> int:
-        """Newton's iterations of all increments."""
+        """Iterations of all increments."""
         return sum(step.iterations for step in self.steps)
 
     @property

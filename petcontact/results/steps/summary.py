@@ -43,10 +43,11 @@ def verdict(solution: AssemblySolution) -> str:
 def _step(increments: list[StepResult]) -> list[str]:
     last = increments[-1]
     head = f"  step {last.step} ({printable(last.name)})"
-    reached = "" if last.load_factor == 1.0 else f", reached {last.load_factor:.4g}"
-    newton = sum(step.iterations for step in increments)
-    count = len(increments)
-    lines = [f"{head}{reached}: {count} increment{'s' if count > 1 else ''}, {newton} Newton iterations"]
+    way = "reached" if last.status == "converged" else "failed at"
+    reached = "" if (last.load_factor, way) == (1.0, "reached") else f", {way} {last.load_factor:.4g}"
+    iterations, count = sum(step.iterations for step in increments), len(increments)
+    counts = (f"{n} {name}{'s' if n > 1 else ''}" for n, name in ((count, "increment"), (iterations, "iteration")))
+    lines = [f"{head}{reached}: {', '.join(counts)}"]
     for name, pair in last.pairs.items():
         lines += _pair(name, pair, sum(step.pairs[name].dissipated for step in increments))
     for name, obstacle in last.obstacles.items():
@@ -71,7 +72,7 @@ def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
     faced = np.isfinite(pair.gap)
     if pair.tension_share > 0.0:
         items.append(f"IN TENSION on {100.0 * pair.tension_share:.3g} % of it, up to {-float(p.min()):.6g}")
-    penetration = -float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
+    penetration = 0.0 - float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
     excess = float(np.maximum(np.abs(pair.sigma_t[:, 0]) - pair.bound, 0.0).max(initial=0.0))
     if penetration > 0.0 or excess > 1e-9 * float(np.abs(p).max(initial=0.0)):
         items.append(f"penetration {penetration:.1e}, |q| over its bound by {excess:.1e}")
