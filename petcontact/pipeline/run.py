@@ -30,6 +30,7 @@ from ..results.solution import Solution, contact_fields
 from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc, reason_name, stage, timed
+from ..runtime.terminal import printable
 from .initial_state import initial_functions
 from .prepare import Prepared, prepare
 from .probe import ELASTIC_LIMIT, elastic_residual
@@ -182,7 +183,7 @@ def _finish(
         "ksp_reason": reason_name(system.ksp_reason) if system.ksp_reason else "",
         "method": case.method.resolved_name,
         "rule": type(rule).__name__ if rule is not None else (case.method.rule or "modified"),
-        "argv": " ".join(sys.argv),
+        "argv": printable(" ".join(sys.argv)),
         "petsc_options": petsc_options_of(case.petsc),
         "versions": versions(),
         "elastic_solves": system.elastic_solves,
