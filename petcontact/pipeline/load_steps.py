@@ -248,7 +248,8 @@ def _finished(
         reason = _reached(discrete, results)
     names = [body.name for body in discrete.assembly.body]
     info = {
-        "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.assembly.petsc), "versions": versions(),
+        "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.assembly.petsc),
+        "versions": versions(),
         "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm), "warnings": discrete.warnings,
         "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, problem.system.bodies, strict=True)},
