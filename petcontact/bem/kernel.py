@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ..arrays import Array, Index, Mask
+from ..model.problem import Material
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,7 @@ class Kernel(Protocol):
     ----------
     dim : int
         d.
+    material : Material
     traction_scale : float
         2µ/ℓ: tractions are unknowns times it [stress/length].
     half_space_compliance : float
@@ -68,6 +70,8 @@ class Kernel(Protocol):
 
     @property
     def dim(self) -> int: ...
+    @property
+    def material(self) -> Material: ...
     @property
     def traction_scale(self) -> float: ...
     @property

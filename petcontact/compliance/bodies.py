@@ -15,7 +15,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
-from .body import BodyCompliance
+from .body.base import BodyCompliance
 
 
 @dataclass(frozen=True)
@@ -110,6 +110,7 @@ class BodiesSystem:
         for number, body in enumerate(self.bodies):
             seen, spread = self._maps(number, body, m)
             self._spread.append(spread)
+            assert body.compliance is not None
             self.compliance += seen @ (spread.T @ body.compliance.T).T
             self.base += (seen @ body.u_0.reshape(states, -1).T).T
             modes.append(seen @ body.modes[body.contact].reshape(2 * len(body.contact), -1))

@@ -11,7 +11,8 @@ import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..compliance.bodies import BodiesSystem, Interface
-from ..compliance.body import BodyCompliance, Loading, eliminate
+from ..compliance.body.base import BodyCompliance, BodyOperators, Loading, free_motions
+from ..compliance.body.dense import DenseBody
 from ..contact.laws import Frictional
 from ..errors import InputError
 from ..geometry.outline import Outline, as_outline
@@ -311,6 +312,7 @@ def build(discrete: Discrete, comm: Any, timings: dict[str, float]) -> BodiesSys
 
 
 def _eliminated(discrete: Discrete, number: int, mesh: CurveMesh) -> BodyCompliance:
-    body, outline = discrete.assembly.body[number], discrete.outlines[number]
-    return eliminate(mesh, body.material, discrete.loadings[number], contact_nodes(discrete, number),
-                     infinite=outline.exterior)  # fmt: skip
+    loading = discrete.loadings[number]
+    material, contact = discrete.assembly.body[number].material, contact_nodes(discrete, number)
+    modes = free_motions(mesh, loading.traction_known, discrete.outlines[number].exterior)
+    return DenseBody(BodyOperators.of(mesh, material, loading, contact), modes)
