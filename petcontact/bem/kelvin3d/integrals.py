@@ -18,16 +18,12 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...mesh.panels import Panels
+from .compiled import available, compiled_integrals
 from .moments import FLAT, Moments
+from .rules import MOST_POINTS, point_counts
 
 TOLERANCE = 1e-11
 """Relative quadrature error of far panels."""
-MOST_POINTS = (64, 64, 100, 144)
-"""Gauss points up to which a panel of each order is far: as dear as the closed form, which loses digits farther off."""
-COUNTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)
-"""Numbers of points in one direction that are used."""
-RECTANGULAR = 0.9
-"""Panels that fill less of their frame's box have slanting lines of Gauss points: the same number in both directions."""
 NEAR_CHUNK = 4096
 """Pairs of a panel and a target whose closed forms are worked out at once."""
 FAR_CHUNK = 1 << 16
@@ -78,7 +74,13 @@ def integrals(
         ∫ T_ij L_b dS [-]; the principal value, without the free term, at a node of the panel itself.
     """
     shape = (3, 3, len(panels.index), panels.n_nodes, len(points))
-    result = Wanted(np.empty(shape) if displacement else None, np.empty(shape) if traction else None, poisson_ratio)
+    flat = (3, 3, shape[2] * shape[3], shape[4])
+    kernel_g, kernel_h = (np.empty(flat) if wanted else None for wanted in (displacement, traction))
+    if available():
+        compiled_integrals(points, panels, poisson_ratio, tolerance, MOST_POINTS, kernel_g, kernel_h)
+        return kernel_g, kernel_h
+    whole_g, whole_h = (None if k is None else k.reshape(shape) for k in (kernel_g, kernel_h))
+    result = Wanted(whole_g, whole_h, poisson_ratio)
     near: list[tuple[Index, Index]] = [(np.empty(0, dtype=np.int64),) * 2]
     for element in range(len(panels.index) if len(points) else 0):
         counts = point_counts(points, panels, element, tolerance)
@@ -93,30 +95,7 @@ def integrals(
     for first in range(0, len(elements), NEAR_CHUNK):
         some = slice(first, first + NEAR_CHUNK)
         _near(points[columns[some]], panels, elements[some], columns[some], result)
-    flat = (3, 3, shape[2] * shape[3], shape[4])
-    return tuple(None if k is None else k.reshape(flat) for k in (result.kernel_g, result.kernel_h))  # type: ignore[return-value]
-
-
-def point_counts(points: Array, panels: Panels, element: int, tolerance: float) -> Index:
-    """Gauss points (m, 2) along both directions of a panel that hold the tolerance at each target, out of `COUNTS`.
-
-    Along one direction the integrand is analytic inside the Bernstein ellipse of ρ whose foci are the ends, r vanishing at
-    position ± i distance; n points err by about ρ^(p-2n).
-    """
-    local = (points - panels.centre[element]) @ panels.frame[element].T / panels.size[element]
-    low, high = panels.polygon[element].min(axis=0), panels.polygon[element].max(axis=0)
-    half, offset = 0.5 * (high - low), local[:, :2] - 0.5 * (high + low)
-    beyond = np.maximum(np.abs(offset) - half, 0.0)
-    counts = np.empty((len(points), 2), dtype=np.int64)
-    for c in range(2):
-        z = (np.abs(offset[:, c]) + 1j * np.hypot(beyond[:, 1 - c], local[:, 2])) / half[c]
-        log_rho = np.maximum(np.log(np.abs(z + np.sqrt(z - 1.0) * np.sqrt(z + 1.0))), 1e-3)
-        asked = 0.5 * (-math.log(tolerance) / log_rho + panels.order + 2)
-        counts[:, c] = np.append(COUNTS, 999)[np.searchsorted(COUNTS, asked)]
-    x, y = panels.polygon[element].T
-    if abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < 2.0 * RECTANGULAR * np.prod(high - low):
-        counts[:] = counts.max(axis=1, keepdims=True)
-    return counts
+    return kernel_g, kernel_h
 
 
 def _far(points: Array, panels: Panels, element: int, target: Index, counts: tuple[int, int], result: Wanted) -> None:

@@ -16,8 +16,9 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...mesh.panels import Panels
-from .integrals import MOST_POINTS, NEAR_CHUNK, local_targets, point_counts, to_basis
+from .integrals import NEAR_CHUNK, local_targets, to_basis
 from .moments import Edges, Table, solid_angle
+from .rules import MOST_POINTS, point_counts
 
 TOLERANCE = 1e-10
 """Relative quadrature error of far panels."""

@@ -1,0 +1,113 @@
+"""Both kernels over flat panels by compiled code: at points as `integrals`, or whole blocks of the boundary operators."""
+
+from __future__ import annotations
+
+import functools
+import math
+from typing import Any
+
+import numpy as np
+
+from ... import native
+from ...arrays import Array, Index
+from ...mesh.basis import gauss
+from ...mesh.panels import HIGHEST_ORDER, Panels
+from ...mesh.surface_mesh import SurfaceMesh
+from ..kernel import ColumnData
+from .rules import COUNTS, MOST_POINTS
+
+TRIANGLE = 4
+"""Is added to the order of triangles: the kind of a panel."""
+ROOM = 144
+"""Gauss points of a panel that the compiled code has room for."""
+_panels = native.function("petcontact_panels", "ipiipdippp")
+_columns = native.function("petcontact_panel_columns", "ipippppppppppppp" + "ddpp")
+
+
+@functools.lru_cache(maxsize=16)
+def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
+    """The limits of the choice of Gauss points and their rules as `kelvin3d.c` reads them."""
+    least = [[_least_distance(count, order, tolerance) for count in COUNTS] for order in range(HIGHEST_ORDER + 1)]
+    points = np.zeros((2, len(COUNTS), COUNTS[-1]))
+    for row, count in enumerate(COUNTS):
+        points[:, row, :count] = gauss(count - 1)
+    return np.concatenate([np.minimum(most, ROOM), np.ravel(least), COUNTS, points.ravel()]).astype(np.float64)
+
+
+def _least_distance(count: int, order: int, tolerance: float) -> float:
+    """Half the sum of the distances from both ends of a panel, in half its length, from which on n points do.
+
+    That is (ρ + 1/ρ)/2 of the Bernstein ellipse: what `point_counts` asks of ρ, solved for it.
+    """
+    spare = 2 * count - order - 2
+    return math.cosh(min(-math.log(tolerance) / spare, 700.0)) if spare > 0 else math.inf
+
+
+def _records(panels: Panels) -> Array:
+    """Centre 3, frame 9, size 1, polygon 8 and coefficients k² of each panel, (n, 21 + k²)."""
+    n, corners = panels.corners.shape[:2]
+    polygon = np.zeros((n, 8))
+    polygon[:, : 2 * corners] = panels.polygon.reshape(n, -1)
+    parts = (panels.centre, panels.frame.reshape(n, 9), panels.size[:, None], polygon, panels.coefficients.reshape(n, -1))
+    return np.concatenate(parts, axis=1)
+
+
+def _kind(panels: Panels) -> int:
+    return panels.order + (TRIANGLE if panels.corners.shape[1] == 3 else 0)
+
+
+def available() -> bool:
+    """Whether anything was compiled."""
+    return _panels is not None
+
+
+def compiled_integrals(
+    points: Array, panels: Panels, poisson_ratio: float, tolerance: float, most: tuple[int, ...], kernel_g: Array | None,
+    kernel_h: Array | None,
+) -> None:  # fmt: skip
+    """Fill `integrals`' results (3, 3, n k, m), G and H or one of them; `most` are the Gauss points of far panels."""
+    assert _panels is not None
+    points, records, rules = native.contiguous(points), _records(panels), _rules(tolerance, most)
+    _panels(
+        len(records), native.pointer(records), records.shape[1], _kind(panels), native.pointer(rules), poisson_ratio,
+        len(points), *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
+    )  # fmt: skip
+
+
+class CompiledColumns:
+    """A `ColumnFiller` over one mesh, whose arrays stay where they are while this lives."""
+
+    def __init__(self, mesh: SurfaceMesh, data: ColumnData, poisson_ratio: float, length: float, tolerance: float) -> None:
+        self._constants = poisson_ratio, length
+        kind, first = np.zeros(mesh.n_elements, dtype=np.int64), np.zeros(mesh.n_elements, dtype=np.int64)
+        records, start = [], 0
+        for panels in (batch.elements for batch in mesh.batches()):
+            part = _records(panels)
+            kind[panels.index] = _kind(panels)
+            first[panels.index] = start + part.shape[1] * np.arange(len(part))
+            records.append(part.ravel())
+            start += part.size
+        real, whole = np.float64, np.int64
+        arrays: list[tuple[Any, type]] = [
+            (mesh.x, real), (mesh.element, whole), (mesh.first_node, whole), (kind, whole), (np.concatenate(records), real),
+            (first, whole), (_rules(tolerance, MOST_POINTS), real), (data.traction_known, whole), (data.frame, real),
+            (data.rhs_first, whole), (data.rhs_traction, real), (data.rhs_displacement, real),
+        ]  # fmt: skip
+        self._arrays = [native.contiguous(array, dtype) for array, dtype in arrays]
+        self._pointers = [native.pointer(array) for array in self._arrays]
+
+    def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
+        """As in `ColumnFiller`; columns of one panel beside each other cost its integrals once."""
+        assert _columns is not None
+        rows, columns = native.contiguous(rows, np.int64), native.contiguous(columns, np.int64)
+        _columns(
+            len(rows), native.pointer(rows), len(columns), native.pointer(columns), *self._pointers, *self._constants,
+            native.pointer(system), native.pointer(right_hand_sides),
+        )  # fmt: skip
+
+
+def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledColumns | None:
+    """None where nothing was compiled; the kernel is a `Kelvin3D`."""
+    if _columns is None:
+        return None
+    return CompiledColumns(mesh, data, kernel.material.poisson_ratio, kernel.unit_length, kernel.tolerance)

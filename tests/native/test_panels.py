@@ -1,0 +1,87 @@
+"""The compiled kernels of space against numpy's, which are the oracle and serve where nothing was compiled."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from petcontact import native
+from petcontact.bem import operators
+from petcontact.bem.kelvin3d import integrals as module
+from petcontact.bem.kelvin3d.integrals import integrals
+from petcontact.mesh.panels import make_panels
+from petcontact.model.case import load
+from petcontact.pipeline.prepare import discretise
+
+pytestmark = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+def panels_and_points(corners: int, order: int, unit: float):
+    """Three crooked panels in planes of their own; their nodes, points beside these, in their planes, near and far."""
+    rng = np.random.default_rng(10 * corners + order)
+    angle = np.sort(rng.uniform(0.0, 0.5, (3, corners)), axis=1) + 2.0 * np.pi * np.arange(corners) / corners
+    flat = np.stack([np.cos(angle), rng.uniform(0.3, 1.0, (3, 1)) * np.sin(angle), np.zeros_like(angle)], axis=-1)
+    turn = np.linalg.qr(rng.normal(size=(3, 3, 3)))[0]
+    panels, x, _ = make_panels(unit * (flat @ turn + rng.normal(size=(3, 1, 3))), order, np.arange(3))
+    nodes = x.reshape(-1, 3)
+    away = 10.0 ** rng.uniform(-1.0, 4.0, (150, 1)) * rng.normal(size=(150, 3))
+    flat = rng.normal(size=(20, 2)) @ panels.frame[0, :2]
+    beside = nodes + 1e-6 * unit * rng.normal(size=nodes.shape)
+    return panels, np.vstack([nodes, beside, panels.centre[0] + unit * flat, unit * away])
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-4])
+@pytest.mark.parametrize("corners", [3, 4])
+@pytest.mark.parametrize("order", range(4))
+def test_integrals_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: int, order: int, unit: float) -> None:
+    panels, points = panels_and_points(corners, order, unit)
+    ours = integrals(points, panels, 0.3)
+    monkeypatch.setattr(module, "available", lambda: False)
+    for one, other in zip(ours, integrals(points, panels, 0.3), strict=True):
+        assert one is not None and other is not None and one.shape == other.shape
+        # both recursions lose digits from afar, each its own
+        size = np.abs(other).max(axis=(0, 1, 2))
+        assert np.all(np.abs(one - other) <= 1e-12 * 10.0**order * size)
+
+
+@pytest.mark.parametrize("order", [0, 2, 3])
+def test_digits_do_not_depend_on_the_company(order: int) -> None:
+    """One target or many, one panel or many, G alone, H alone: the same bits."""
+    panels, points = panels_and_points(4, order, 1.0)
+    whole = integrals(points, panels, 0.3)
+    for rows in (slice(0, 1), slice(3, 5), slice(40, 110), slice(7, None, 9)):
+        for one, all_ in zip(integrals(points[rows], panels, 0.3), whole, strict=True):
+            assert one is not None and all_ is not None and np.array_equal(one, all_[..., rows])
+    alone = (integrals(points, panels, 0.3, traction=False)[0], integrals(points, panels, 0.3, displacement=False)[1])
+    k = panels.n_nodes
+    last = integrals(points, panels.take(slice(2, 3)), 0.3)
+    for one, part, all_ in zip(alone, last, whole, strict=True):
+        assert one is not None and part is not None and all_ is not None
+        assert np.array_equal(one, all_) and np.array_equal(part, all_[:, :, 2 * k :])
+
+
+@pytest.mark.parametrize(
+    ("name", "keys"),
+    [("space_b", {"mesh.element_size": 2.0, "mesh.order": 1}), ("space_b", {"boundary.1.value": [0.0, 0.01, -0.02]}),
+     ("space_bracket", {"mesh.order": 1})],
+)  # fmt: skip
+def test_columns_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, name: str, keys: dict[str, object]) -> None:
+    """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression asks for them."""
+    case = load(CONFIGS / f"{name}.toml", keys)
+    quick, slow = (discretise(case) for _ in range(2))
+    monkeypatch.setattr(operators, "column_filler", lambda *_: None)
+    assert slow._filler is None
+    monkeypatch.undo()
+    assert quick._filler is not None
+    every, rng = np.arange(quick.mesh.n_nodes), np.random.default_rng(3)
+    some = np.sort(rng.permutation(every)[:70])
+    monkeypatch.setattr(module, "available", lambda: False)
+    for rows, columns in ((some, some), (some[::20], every[1::7]), (every[::5], some[:9])):
+        for ours, theirs in zip(quick.all_entries(rows, columns), slow.all_entries(rows, columns), strict=True):
+            assert ours.shape == theirs.shape
+            assert np.abs(ours - theirs).max() <= 1e-12 * np.abs(theirs).max()
+        assert np.array_equal(quick.system_entries(rows, columns), quick.all_entries(rows, columns)[0])
+        assert np.array_equal(quick.outer_entries(rows, columns), quick.all_entries(rows, columns)[1])
