@@ -2,7 +2,8 @@
 
 All chunks are cut before the sweep starts, the same on every rank, and claimed in their order; so one atomic counter is all
 that the ranks share. A chunk is worth 1/(2R) of the work that is left for R teams, but never less than the preparation of
-its group, and it ends with a group where that makes it no longer than 1/R of the work left: then only one team prepares it.
+its group, and it takes in the rest of a group that is worth less than the preparation which another team would repeat.
+Groups whose preparation and single case are longest come first: what cannot be divided is not left for the end.
 """
 
 from __future__ import annotations
@@ -22,7 +23,7 @@ class Chunks:
     Attributes
     ----------
     order : (n,) array
-        Places of the cases; groups one after another, those with most work first.
+        Places of the cases; groups one after another, those whose preparation and single case are longest first.
     bounds : (K+1,) array
         Chunk k is `order[bounds[k]:bounds[k+1]]`.
     """
@@ -75,10 +76,10 @@ def make_chunks(places: Index, group: Index, case_cost: Array, prepare_cost: Arr
     if not len(places):
         return Chunks(np.zeros(0, np.int64), np.zeros(1, np.int64))
     here, members = np.unique(group, return_counts=True)
-    total = prepare_cost[here] + members * case_cost[here]
-    by_work = here[np.argsort(-total, kind="stable")]
+    unit = prepare_cost[here] + case_cost[here]
+    by_unit = here[np.argsort(-unit, kind="stable")]
     rank = np.empty(int(here.max()) + 1, np.int64)
-    rank[by_work] = np.arange(len(by_work))
+    rank[by_unit] = np.arange(len(by_unit))
     order = np.argsort(rank[group], kind="stable")
     places, group = places[order], group[order]
     starts = np.flatnonzero(np.diff(group, prepend=-1))
@@ -100,7 +101,9 @@ def _cut(done: Array, starts: Index, ends: Index, prepare: Array, teams: int) ->
         wanted = max(done[at] + left / (2 * teams), min(least, done[ends[own]]))
         cut = min(last, max(at + 1, int(np.searchsorted(done, wanted))))
         group = int(np.searchsorted(ends, cut - 1, side="right"))
-        if done[ends[group]] - done[at] <= left / teams or done[ends[group]] - done[cut] < prepare[group]:
+        rest = done[ends[group]] - done[cut]
+        closes = done[ends[group]] - done[at] <= left / teams
+        if rest < prepare[group] * (2.0 if closes else 1.0):
             cut = int(ends[group])
         elif starts[group] > at and done[cut] - done[starts[group]] - prepare[group] < prepare[group]:
             cut = int(starts[group])
