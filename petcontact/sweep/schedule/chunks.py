@@ -75,7 +75,7 @@ def make_chunks(places: Index, group: Index, case_cost: Array, prepare_cost: Arr
     """
     if not len(places):
         return Chunks(np.zeros(0, np.int64), np.zeros(1, np.int64))
-    here, members = np.unique(group, return_counts=True)
+    here = np.unique(group)
     unit = prepare_cost[here] + case_cost[here]
     by_unit = here[np.argsort(-unit, kind="stable")]
     rank = np.empty(int(here.max()) + 1, np.int64)

@@ -52,8 +52,8 @@ def test_a_group_is_not_prepared_for_less_than_its_preparation_is_worth():
 
 
 def test_costs_that_are_wrong_by_half_leave_the_teams_balanced():
-    # eight groups of one size, whose cases cost between 0.65 and 1.45 of what is believed: a chunk that took in the rest of a
-    # group up to a whole share of the work let nine teams of ten wait for a quarter of the time
+    # eight groups of one size, whose cases cost between 0.65 and 1.45 of what is believed: a chunk that took in the rest of
+    # a group up to a whole share of the work let nine teams of ten wait for a quarter of the time
     group = np.random.default_rng(0).integers(0, 8, 10_000)
     real = np.linspace(0.65, 1.45, 8)[::-1]
     chunks = make_chunks(np.arange(10_000), group, np.linspace(1.06, 0.94, 8), np.zeros(8), 10)
