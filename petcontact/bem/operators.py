@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from ..mesh.boundary_mesh import Batch, BoundaryMesh
 from .boundary_data import BoundaryData
 from .column_blocks import ColumnBlock, RightHandSides, as_slice, columns_of, common, contract, put
@@ -104,6 +104,16 @@ class BoundaryOperators:
         traction = np.vstack([contact.traction, self._known_traction[nodes] / self.load_scale])
         displacement = np.vstack([contact.displacement, self._known_displacement[nodes] / self.load_scale])
         return self._right_hand_sides(node[order], traction[order], displacement[order])
+
+    @functools.cached_property
+    def of_contact(self) -> Mask:
+        """Which right-hand sides are those of contact nodes, (q,)."""
+        return np.isin(self.right_hand_sides.node, self.data.contact_nodes)
+
+    @functools.cached_property
+    def amplitudes(self) -> Array:
+        """Right-hand sides to the load, or loads, (q, 1)."""
+        return np.where(self.of_contact, 0.0, self.load_scale)[:, None]
 
     def _right_hand_sides(self, node: Index, traction: Array, displacement: Array) -> RightHandSides:
         return RightHandSides(node, traction, displacement, self.mesh.n_nodes)

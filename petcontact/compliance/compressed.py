@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..bem.operators import BoundaryOperators
 from ..compression.hodlr import HODLR, compress, factor
 from ..errors import SolverError
@@ -21,6 +21,7 @@ from ..model.solver_options import Bem
 from ..runtime.petsc import petsc, stage
 from ..runtime.threads import one_blas_thread, threads_per_rank
 from .base import EliminatedSystem
+from .contact_vectors import ContactVectors
 from .layer.operator import RobinPreconditioner, robin_preconditioner
 
 ALLOWED_MISS = 100.0
@@ -34,8 +35,16 @@ THREADED = 20_000
 """Nodes from which a second thread pays: below, the threads mostly wait for Python's lock."""
 
 
-class CompressedSystem(EliminatedSystem):
-    """u_t = u_0 + S σ_t with HODLR operators; a Robin solve is a Krylov iteration on I + ρS.
+class CompressedOperators:
+    """A_0 compressed and factored, and beside it the columns of G_Ct and of the loads. All methods are collective.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+    comm : PETSc.Comm
+    bem : Bem
+    border : pair of (d n, r) and (r, d n) arrays, optional
+        Their product is added to an A_0 that is singular without it.
 
     Raises
     ------
@@ -43,22 +52,112 @@ class CompressedSystem(EliminatedSystem):
         If a compressed operator misses its tolerance on a random probe of exact rows.
     """
 
+    def __init__(
+        self, operators: BoundaryOperators, comm: Any, bem: Bem, border: tuple[Array, Array] | None = None
+    ) -> None:
+        self.operators, self.comm, self.bem = operators, comm, bem
+        self.contact = ContactVectors(operators, comm)
+        self._contact_here = slice(*self.contact.by_node[comm.getRank()])
+        # the threads are the compression's own: each works on a subtree, with one BLAS thread
+        with one_blas_thread():
+            with stage("assemble"):
+                self._system, self._outer = self._compress(border)
+                own = self._outer.first_node, self._outer.last_node
+                first, last = np.cumsum([0, *operators.right_hand_sides.count])[list(own)]
+                self._is_contact = operators.of_contact[first:last]
+                self.loads = self._outer @ operators.amplitudes[first:last]
+            with stage("factor"):
+                self._factor = factor(self._system, use_up=True)
+        self.here = slice(operators.kernel.dim * own[0], operators.kernel.dim * own[1])
+
+    def push(self, sigma: Array) -> Array:
+        """G_Ct σ on this rank's nodes for σ (m k,) or several (m k, s)."""
+        padded = np.zeros((len(self._is_contact), *sigma.shape[1:]))
+        padded[self._is_contact] = sigma[self._contact_here] / self.operators.traction_scale
+        return np.asarray(self._outer @ padded)
+
+    def solve(self, rhs: Array) -> Array:
+        """A_0⁻¹ times this rank's share of a right-hand side, or of several."""
+        return np.asarray(self._factor.solve(rhs))
+
+    def everywhere(self, unknowns: Array) -> Array:
+        """All unknowns from each rank's."""
+        return self.contact.everywhere(unknowns)
+
+    def on_contact(self, unknowns: Array) -> Array:
+        """u in the contact directions, (m k,) or (m k, s), out of each rank's unknowns."""
+        return self.contact.everywhere(unknowns[self.contact.local_unknowns])
+
+    @property
+    def nbytes(self) -> int:
+        """Of the compressed operators and the factorisation, on all ranks."""
+        return int(self._system.nbytes + self._outer.nbytes + self._factor.nbytes)
+
+    def describe(self) -> str:
+        """Tolerance, leaf, ranks, memory."""
+        rank = max((level.most for level in self._system.ranks()), default=0)
+        return (
+            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank {rank}, "
+            f"{self.nbytes / 1e6:.1f} MB"
+        )
+
+    def _compress(self, border: tuple[Array, Array] | None) -> tuple[HODLR, HODLR]:
+        operators, mesh = self.operators, as_curve(self.operators.mesh)
+        d = operators.kernel.dim
+
+        def bordered(entries: Array, rows: Index, columns: Index) -> Array:
+            if border is None:
+                return entries
+            left, right = (part.reshape(mesh.n_nodes, d, -1) for part in (border[0], border[1].T))
+            return entries + left[rows].reshape(d * len(rows), -1) @ right[columns].reshape(d * len(columns), -1).T
+
+        def system_entries(rows: Index, columns: Index) -> Array:
+            return bordered(operators.system_entries(rows, columns), rows, columns)
+
+        def all_entries(rows: Index, columns: Index) -> list[Array]:
+            system, outer = operators.all_entries(rows, columns)
+            return [bordered(system, rows, columns), outer]
+
+        sides = np.flatnonzero(np.diff(mesh.part[mesh.element]) | np.diff(mesh.line[mesh.element])) + 1
+        threads = threads_per_rank() if mesh.n_nodes >= THREADED else 1
+        pairs = d * np.arange(mesh.n_nodes + 1)
+        single = np.concatenate([[0], np.cumsum(operators.right_hand_sides.count)])
+        system = compress(
+            system_entries, mesh.x, pairs, pairs, self.bem.hodlr_tol, self.bem.hodlr_leaf, breaks=sides,
+            threads=threads, comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
+            serve=(all_entries, [pairs, single]),
+        )  # fmt: skip
+        outer = system.beside(operators.outer_entries, single)
+        for matrix, entries in ((system, system_entries), (outer, operators.outer_entries)):
+            missed = matrix.error_estimate(entries, np.random.default_rng(2019))
+            worst = max(missed.product, missed.entry)
+            if not worst <= ALLOWED_MISS * self.bem.hodlr_tol:
+                raise SolverError(
+                    "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {self.bem.hodlr_tol:g}",
+                    "use another -bem_hodlr_tol or -bem_mat_type dense",
+                )  # fmt: skip
+        return system, outer
+
+
+class CompressedSystem(EliminatedSystem):
+    """u_t = u_0 + S σ_t with HODLR operators; a Robin solve is a Krylov iteration on I + ρS.
+
+    Raises
+    ------
+    SolverError
+        As `CompressedOperators`.
+    """
+
     matrix_free = True
 
     def __init__(self, operators: BoundaryOperators, comm: Any, bem: Bem) -> None:
         super().__init__(operators, comm)
-        self.bem = bem
-        # the threads are the compression's own: each works on a subtree, with one BLAS thread
-        with one_blas_thread():
-            with stage("assemble"):
-                self._system, self._outer = self._compress()
-                self._load = self._outer @ np.where(self._is_contact, 0.0, operators.load_scale)
-            with stage("factor"):
-                self._factor = factor(self._system, use_up=True)
-                self._at_rest = self._elastic(self._load)
-        self._contact_here = slice(*self.contact.by_node[comm.getRank()])
+        self.compressed = CompressedOperators(operators, comm, bem)
+        self._load = self.compressed.loads[:, 0]
+        with one_blas_thread(), stage("factor"):
+            self._at_rest = self.compressed.solve(self._load)
         self.u_0 = self._contact_part(self._at_rest) + operators.data.sliding
-        self._shell = Shell(self.contact.layout, comm, self._apply_local, self.describe_operator())
+        self._shell = Shell(self.contact.layout, comm, self._apply_local, self.compressed.describe())
         self._products: list[tuple[Array, Array]] = []
         self._solver = LinearSolver(comm, "", "iterate", ksp_type="gmres", pc_type="python", rtol=ROBIN_RTOL)
         self._preconditioner: RobinPreconditioner | None = None
@@ -66,7 +165,7 @@ class CompressedSystem(EliminatedSystem):
     def apply(self, sigma_t: Array) -> Array:
         """S σ_t: a product with G_Ct, a solve with A_0."""
         self.applications += 1
-        return self._contact_part(self._elastic(self._push(sigma_t)))
+        return self._contact_part(self.compressed.solve(self.compressed.push(sigma_t.ravel())))
 
     def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
         """(I + ρS) δσ = r; δu = S δσ, so that both belong together whatever the KSP left."""
@@ -99,82 +198,37 @@ class CompressedSystem(EliminatedSystem):
 
     def compliance(self) -> Array:
         """S as a dense array, a block of columns at a time: for small problems and tests."""
-        m = self.contact.size
-        blocks = [self._push(np.eye(m, min(64, m - k), -k)) for k in range(0, m, 64)]
-        here = self.contact.local_unknowns
-        return self.contact.everywhere(np.hstack([self._elastic(block)[here] for block in blocks]))
+        m, operators = self.contact.size, self.compressed
+        blocks = [operators.push(np.eye(m, min(64, m - k), -k)) for k in range(0, m, 64)]
+        return np.hstack([operators.on_contact(operators.solve(block)) for block in blocks])
 
     def boundary(self, sigma_t: Array) -> tuple[Array, Array]:
         """One solve with A_0."""
-        unknowns = self.contact.everywhere(self._elastic(self._load + self._push(sigma_t)[:, 0]))
-        return self.operators.split(unknowns, sigma_t)
+        unknowns = self.compressed.solve(self._load + self.compressed.push(sigma_t.ravel()))
+        return self.operators.split(self.compressed.everywhere(unknowns), sigma_t)
 
     def memory(self) -> int:
         """Bytes of the compressed operators and the factorisation, on all ranks."""
-        return int(self._system.nbytes + self._outer.nbytes + self._factor.nbytes)
-
-    def describe_operator(self) -> str:
-        """One line for -ksp_view: tolerance, leaf, ranks, memory."""
-        rank = max((level.most for level in self._system.ranks()), default=0)
-        return (
-            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank {rank}, "
-            f"{self.memory() / 1e6:.1f} MB"
-        )
+        return self.compressed.nbytes
 
     def describe(self) -> str:
         """Formulation, operator and solver."""
-        return "; ".join(filter(None, [f"condensed, hodlr {self.bem.hodlr_tol:g}", self._solver.kind]))
+        return "; ".join(filter(None, [f"condensed, hodlr {self.compressed.bem.hodlr_tol:g}", self._solver.kind]))
 
     def close(self) -> None:
         """Free the PETSc objects and let go of the compressed operators."""
         self._solver.close()
         self._shell.matrix.destroy()
-        del self._system, self._outer, self._factor
-
-    def _push(self, sigma_t: Array) -> Array:
-        """G_Ct σ_t on this rank's nodes, (2 nodes, columns of σ_t)."""
-        padded = np.zeros((len(self._is_contact), sigma_t.shape[1]))
-        padded[self._is_contact] = sigma_t[self._contact_here] / self._scale
-        return np.asarray(self._outer @ padded)
-
-    def _elastic(self, rhs: Array) -> Array:
-        """A_0⁻¹ times this rank's share of a right-hand side, or of several."""
-        return np.asarray(self._factor.solve(rhs))
+        del self.compressed
 
     def _contact_part(self, unknowns: Array) -> Array:
-        return self.contact.everywhere(unknowns[self.contact.local_unknowns]).reshape(-1, 1)
+        return self.compressed.on_contact(unknowns).reshape(-1, 1)
 
     def _apply_local(self, x: Array) -> Array:
         whole = self.contact.everywhere(x).reshape(-1, 1)
         product = self.apply(whole)
         self._products.append((whole, product))
         return product[self.contact.owned, 0]
-
-    def _compress(self) -> tuple[HODLR, HODLR]:
-        """A_0, and beside it the columns of G_Ct and of the load."""
-        operators, mesh = self.operators, as_curve(self.operators.mesh)
-        sides = np.flatnonzero(np.diff(mesh.part[mesh.element]) | np.diff(mesh.line[mesh.element])) + 1
-        threads = threads_per_rank() if mesh.n_nodes >= THREADED else 1
-        pairs = operators.kernel.dim * np.arange(mesh.n_nodes + 1)
-        single = np.concatenate([[0], np.cumsum(operators.right_hand_sides.count)])
-        system = compress(
-            operators.system_entries, mesh.x, pairs, pairs, self.bem.hodlr_tol, self.bem.hodlr_leaf, breaks=sides,
-            threads=threads, comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
-            serve=(operators.all_entries, [pairs, single]),
-        )  # fmt: skip
-        outer = system.beside(operators.outer_entries, single)
-        own = np.arange(outer.first_node, outer.last_node)
-        is_contact = np.isin(own, operators.data.contact_nodes)
-        self._is_contact = np.repeat(is_contact, operators.right_hand_sides.count[own])
-        for matrix, entries in ((system, operators.system_entries), (outer, operators.outer_entries)):
-            missed = matrix.error_estimate(entries, np.random.default_rng(2019))
-            worst = max(missed.product, missed.entry)
-            if not worst <= ALLOWED_MISS * self.bem.hodlr_tol:
-                raise SolverError(
-                    "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {self.bem.hodlr_tol:g}",
-                    "use another -bem_hodlr_tol or -bem_mat_type dense",
-                )  # fmt: skip
-        return system, outer
 
 
 class Shell:

@@ -81,11 +81,6 @@ class BodyOperators(BoundaryOperators):
         return np.ascontiguousarray(values[:, self._wanted].T)
 
     @functools.cached_property
-    def of_contact(self) -> Mask:
-        """Which right-hand sides are those of contact nodes, (q,)."""
-        return np.isin(self.right_hand_sides.node, self.data.contact_nodes)
-
-    @functools.cached_property
     def point_loads(self) -> Array:
         """What point forces add to the load of each state, (d n, K)."""
         mesh, loads = self.mesh, np.zeros((self.n_unknowns, len(self.loading.value)))

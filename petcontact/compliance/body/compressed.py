@@ -1,0 +1,77 @@
+"""A body eliminated on hierarchically compressed operators: nothing of size n x n is ever stored."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...model.solver_options import Bem
+from ..compressed import CompressedOperators
+from .base import BodyCompliance, BodyOperators, gauge
+
+FORMED = 1000
+"""Contact unknowns up to which S is formed: its products are then next to nothing."""
+COLUMNS = 128
+"""Of S, solved for at a time."""
+
+
+class CompressedBody(BodyCompliance):
+    """HODLR operators of all ranks together; S by products, and formed where contact is small.
+
+    A of a body that is not held is singular. A + R C with C = RᵀW is not, and has the same solution where C x = 0: one
+    factorisation serves the bordered system, whose multipliers follow from r more solves.
+
+    Raises
+    ------
+    SolverError
+        As `CompressedOperators`.
+    """
+
+    def __init__(self, operators: BodyOperators, modes: Array, bem: Bem, comm: Any) -> None:
+        super().__init__(operators, modes)
+        n, r = operators.n_unknowns, modes.shape[2]
+        motions, rows = modes.reshape(n, r), gauge(self.mesh, self.loading.traction_known, modes)
+        self._compressed = CompressedOperators(operators, comm, bem, (motions, rows) if r else None)
+        here = self._compressed.here
+        self._gauge = rows[:, here]
+        self._moved = self._compressed.solve(motions[here]) if r else np.zeros((here.stop - here.start, 0))
+        self._seen = self._gauged(self._moved)
+        self._loads = self._compressed.loads + operators.point_loads[here]
+        at_rest = self._compressed.on_contact(self._bordered(self._loads)[0])
+        self.u_0 = at_rest.T.reshape(-1, *operators.data.contact_directions.shape)
+        size = len(at_rest)
+        self.compliance = None
+        if size <= FORMED:
+            columns = [self.apply(np.eye(size, min(COLUMNS, size - k), -k)) for k in range(0, size, COLUMNS)]
+            self.compliance = np.hstack(columns)
+
+    def apply(self, traction: Array) -> Array:
+        """S t: a product with G, a solve with A."""
+        if self.compliance is not None:
+            return np.asarray(self.compliance @ traction)
+        return self._compressed.on_contact(self._bordered(self._compressed.push(traction))[0])
+
+    def unknowns(self, shares: Array, traction: Array) -> Array:
+        """One solve with A."""
+        unknowns, beta = self._bordered(self._loads @ shares + self._compressed.push(traction.ravel()))
+        return np.concatenate([self._compressed.everywhere(unknowns), beta])
+
+    def describe(self) -> str:
+        """Tolerance, leaf, ranks, memory."""
+        return self._compressed.describe()
+
+    def _gauged(self, x: Array) -> Array:
+        """C x."""
+        own = self._gauge @ x
+        comm = self._compressed.comm
+        return np.asarray(own if comm.getSize() == 1 else comm.tompi4py().allreduce(own))
+
+    def _bordered(self, rhs: Array) -> tuple[Array, Array]:
+        """This rank's share of x, and β, of the bordered system."""
+        x = self._compressed.solve(rhs)
+        if not len(self._gauge):
+            return x, np.zeros(0)
+        beta = np.linalg.solve(self._seen, self._gauged(x))
+        return x - self._moved @ beta, beta
