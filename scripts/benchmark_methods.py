@@ -59,7 +59,7 @@ class Dual:
 
     def surrogate(self) -> LayerOperator:
         """T."""
-        return LayerOperator(self.operators)
+        return LayerOperator.of(self.operators)
 
     def robin(self, rho: float, f: Array) -> tuple[Array, Array]:
         """Robin solve from scratch."""

@@ -28,7 +28,7 @@ class SystemBase:
 
     def surrogate(self) -> LayerOperator | None:
         """T of an elastic layer; none on surfaces."""
-        return LayerOperator(self.operators) if isinstance(self.operators.mesh, CurveMesh) else None
+        return LayerOperator.of(self.operators) if isinstance(self.operators.mesh, CurveMesh) else None
 
     def _everywhere(self, unknowns: Any, sigma_t: Array) -> tuple[Array, Array]:
         """Displacement and traction on the whole boundary from a PETSc vector of unknowns."""

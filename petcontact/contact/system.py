@@ -76,8 +76,8 @@ class Surrogate(Protocol):
         """T x, (m, k) [length]."""
         ...
 
-    def solve(self, x: Array, rho: float | None = None) -> Array:
-        """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k)."""
+    def solve(self, x: Array, rho: float | Array | None = None) -> Array:
+        """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k); ρ may be a number for each component, (k,)."""
         ...
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:

@@ -41,8 +41,8 @@ def test_matrix_against_adaptive_quadrature(order, closed):
     start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
     total = length.sum()
     count = len(length) * (order + 1)
-    strip = Strip(np.arange(count), start, length, np.full(5, order), total if closed else 0.0, thickness=0.9)
-    matrix = layer_matrix(strip, 1.0)
+    strip = Strip(np.arange(count), start, length, np.full(5, order), total if closed else 0.0, layers=((1.0, 0.9),))
+    matrix = layer_matrix(strip)
     nodes = np.concatenate([s + 0.5 * k * (1 + np.polynomial.legendre.leggauss(order + 1)[0])
                             for s, k in zip(start, length, strict=True)])  # fmt: skip
 
@@ -62,7 +62,7 @@ def test_matrix_against_adaptive_quadrature(order, closed):
                              * lagrange(order, np.array([2 * (s - a) / h - 1]))[b, 0], a, a + h, breaks)  # fmt: skip
                 # across the kink half-way round a loop Gauss points do not see more than a few digits
                 assert matrix[i, e * (order + 1) + b] == pytest.approx(value, rel=1e-4, abs=5e-3 if closed else 1e-6)
-    part = layer_matrix(strip, 1.0, np.array([0, 3]), np.array([1, 2, count - 1]))
+    part = layer_matrix(strip, np.array([0, 3]), np.array([1, 2, count - 1]))
     assert np.allclose(part, matrix[np.ix_([0, 3], [1, 2, count - 1])], rtol=1e-13)
 
 
@@ -71,10 +71,10 @@ def test_convolution_has_the_layer_s_own_modes(order):
     """A layer of thickness H on a rigid base answers cos(kx) with πc tanh(kH)/k cos(kx)."""
     count, length, height = 64, 8.0, 1.0
     nodes, equal = np.arange(count * (order + 1)), np.full(count, 1 / 8)
-    strip = Strip(nodes, np.arange(count) / 8, equal, np.full(count, order), 0.0, height)
+    strip = Strip(nodes, np.arange(count) / 8, equal, np.full(count, order), 0.0, ((1.0, height),))
     xi, weight = gauss(order)
     x = ((np.arange(count)[:, None] + 0.5 * (1 + xi)) / 8).ravel()
-    convolution = FourierStrip(strip, 1.0, np.tile(weight, count) / 16)
+    convolution = FourierStrip(strip, np.tile(weight, count) / 16)
     for j in (1, 3, 7):
         k = j * np.pi / length
         assert np.allclose(convolution.apply(np.cos(k * x)), np.pi * np.tanh(k * height) / k * np.cos(k * x), atol=0.01)
@@ -95,7 +95,7 @@ def test_thickness_is_the_distance_through_the_body(number, thickness):
 def test_spectrum_of_s_against_t_knows_no_mesh(number, mesh, comm):
     prepared = prepare(example(number, mesh=mesh), comm)
     compliance = prepared.system.compliance()
-    values = np.linalg.eigvals(np.linalg.solve(LayerOperator(prepared.operators).matrix(), compliance))
+    values = np.linalg.eigvals(np.linalg.solve(LayerOperator.of(prepared.operators).matrix(), compliance))
     prepared.close()
     assert values.real.min() > 0.8 and values.real.max() < 1.8 and np.abs(values.imag).max() < 0.05
 
@@ -103,7 +103,7 @@ def test_spectrum_of_s_against_t_knows_no_mesh(number, mesh, comm):
 @pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), GRADED, MeshOptions(element_size=0.025),
                                   MeshOptions(element_size=0.05, order=2)])
 def test_operations_agree_with_the_matrix(mesh):
-    layer = LayerOperator(discretise(example(1, mesh=mesh)))
+    layer = LayerOperator.of(discretise(example(1, mesh=mesh)))
     layer.scale = 1.7
     matrix = layer.matrix()
     rng = np.random.default_rng(8)
@@ -118,9 +118,9 @@ def test_operations_agree_with_the_matrix(mesh):
 def test_compressed_strip_is_the_dense_one(monkeypatch):
     """To the tolerance of the compression; its own products and solves belong together to round-off."""
     operators = discretise(example(1, mesh=MeshOptions(order=3, element_size=0.2, grading=0.35)))
-    dense = LayerOperator(operators)
+    dense = LayerOperator.of(operators)
     monkeypatch.setattr(petcontact.compliance.layer.strips, "LONG_SIZE", 100)
-    compressed = LayerOperator(operators)
+    compressed = LayerOperator.of(operators)
     rng = np.random.default_rng(11)
     x, stick = rng.standard_normal((dense.size, 1)), rng.random((dense.size, 1)) < 0.7
     reference = dense.apply(np.ones((dense.size, 1)))
@@ -143,7 +143,7 @@ def test_held_neighbours_turn_the_reflection(mesh, held, comm):
     prepared = prepare(base.model_copy(update={"boundary": tuple(boundary)}), comm)
     (strip,) = strips(prepared.operators)
     assert strip.ends == tuple(-1.0 if side in held else 1.0 for side in ("left", "right"))
-    values = np.linalg.eigvals(np.linalg.solve(LayerOperator(prepared.operators).matrix(), prepared.system.compliance()))
+    values = np.linalg.eigvals(np.linalg.solve(LayerOperator.of(prepared.operators).matrix(), prepared.system.compliance()))
     prepared.close()
     assert values.real.min() > 0.6 and values.real.max() < 2.0
 
@@ -162,7 +162,7 @@ def test_parts_that_go_on_into_each_other_are_one_strip():
 
 
 def test_fit_scales_only_a_far_off_layer():
-    layer = LayerOperator(discretise(example(2)))
+    layer = LayerOperator.of(discretise(example(2)))
     sigma = np.ones((layer.size, 1))
     layer.fit(sigma, 1.2 * layer.apply(sigma))
     assert layer.scale == 1.0
@@ -205,15 +205,15 @@ def test_robin_preconditioner_makes_gmres_short_at_every_rho(mesh, comm):
 def test_reflections_by_transforms_are_the_folded_loop(ends, signs):
     """T of a strip is that of the loop of its copies, each the reflection of the one before, on vectors of that symmetry."""
     n, h, thickness = 21, 0.1, 0.7
-    strip = Strip(np.arange(n), h * np.arange(n), np.full(n, h), np.zeros(n, dtype=int), 0.0, thickness, ends)
+    strip = Strip(np.arange(n), h * np.arange(n), np.full(n, h), np.zeros(n, dtype=int), 0.0, ((1.0, thickness),), ends)
     copies = len(signs) * n
     loop = Strip(np.arange(copies), h * np.arange(copies), np.full(copies, h), np.zeros(copies, dtype=int),
-                 copies * h, thickness)  # fmt: skip
-    whole = layer_matrix(loop, 1.0)
+                 copies * h, ((1.0, thickness),))  # fmt: skip
+    whole = layer_matrix(loop)
     unit = np.eye(n)
     unfold = np.concatenate([sign * (unit if k % 2 == 0 else unit[::-1]) for k, sign in enumerate(signs)])
     expected = (whole @ unfold)[:n]
-    ours = FourierStrip(strip, 1.0, np.full(n, h))
+    ours = FourierStrip(strip, np.full(n, h))
     # the loop is as symmetric as its quadrature, and ours is its symmetric part
     assert np.abs(ours.matrix() - expected).max() <= 1e-8 * np.abs(expected).max()
     x = np.random.default_rng(5).standard_normal(n)

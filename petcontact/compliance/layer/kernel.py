@@ -3,7 +3,8 @@
 Shear traction on the face of a layer of thickness H on a rigid base moves that face by Tσ with the kernel
 T(x, s) = -2(1-ν²)/(πE) · ln tanh(π|x-s|/(4H)), x and s in arc length: close by it is Kelvin's logarithm on a half plane, far
 away it decays as the layer's does. T⁻¹S has eigenvalues in [0.8, 1.8] or so on any mesh, so T⁻¹ takes the place of ρ,
-and I + ρT preconditions I + ρS.
+and I + ρT preconditions I + ρS. Pressure moves a half plane as shear does: T serves both directions. Of two bodies it is the
+sum of their layers.
 """
 
 from __future__ import annotations
@@ -40,11 +41,13 @@ class Strip:
         Arc length at the start of each element, its length [length], and its order.
     closed : float
         Length of the loop where the part closes on itself, else 0: distances are then taken the short way.
-    thickness : float
-        H [length].
+    layers : tuple of (float, float)
+        2(1-ν²)/(πE) [1/stress], see `Kernel.half_space_compliance`, and H [length] of each body that the tractions act on.
     ends : (float, float)
-        How the strip goes on by reflection at its start and end: +1 beside a side that is free to move along it, -1
-        beside one whose displacement is known, where u_t vanishes.
+        How the strip goes on by reflection at its start and end: +1 beside a side that is free to move in the direction
+        of the tractions, -1 beside one whose displacement is known.
+    component : int
+        Of the contact vectors: the direction of the tractions.
     """
 
     nodes: Index
@@ -52,8 +55,9 @@ class Strip:
     length: Array
     order: Index
     closed: float
-    thickness: float
+    layers: tuple[tuple[float, float], ...]
     ends: tuple[float, float] = (1.0, 1.0)
+    component: int = 0
 
     @functools.cached_property
     def element(self) -> Index:
@@ -80,29 +84,45 @@ class Strip:
         return bool(np.ptp(self.length) <= 1e-9 * self.length[0] and np.ptp(self.order) == 0)
 
 
-def strips(operators: BoundaryOperators) -> list[Strip]:
-    """One strip for each smooth stretch of contact elements, over several parts where they go on into each other."""
-    mesh, nodes, tangent = as_curve(operators.mesh), operators.data.contact_nodes, operators.data.tangent[:, 0]
+def strips(
+    operators: BoundaryOperators, nodes: Index | None = None, directions: Array | None = None,
+    others: tuple[tuple[float, float], ...] = (),
+) -> list[Strip]:  # fmt: skip
+    """One strip for each direction and smooth stretch of contact elements, over several parts where they go on.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+    nodes : (m,) array, optional
+        Contact nodes, increasing; all by default.
+    directions : (m, k, d) array, optional
+        Of the tractions at each of them; those of the operators by default.
+    others : tuple of (float, float)
+        Layers of bodies that feel the same tractions.
+    """
+    mesh, data = as_curve(operators.mesh), operators.data
+    if nodes is None or directions is None:
+        nodes, directions = data.contact_nodes, data.contact_frame
     result = []
-    for elements in smooth_stretches(operators):
+    for elements in smooth_stretches(mesh, nodes):
         counts = mesh.order[elements] + 1
         local = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
         places = np.searchsorted(nodes, np.repeat(mesh.first_node[elements], counts) + local)
         first, last = elements[0], elements[-1]
         length = mesh.length[elements]
         closed = float(length.sum()) if _meet(mesh, elements[-1:], elements[:1])[0] else 0.0
-        ends = (_reflection(operators, mesh.end, mesh.start[first], tangent[places[0]]),
-                _reflection(operators, mesh.start, mesh.end[last], tangent[places[-1]]))  # fmt: skip
         start = np.concatenate([[0.0], np.cumsum(length)[:-1]])
-        thickness = body_thickness(mesh, nodes[places])
-        result.append(Strip(places, start, length, mesh.order[elements], closed, thickness, ends))
+        layers = ((operators.kernel.half_space_compliance, body_thickness(mesh, nodes[places])), *others)
+        for c in range(directions.shape[1]):
+            ends = (_reflection(operators, mesh.end, mesh.start[first], directions[places[0], c]),
+                    _reflection(operators, mesh.start, mesh.end[last], directions[places[-1], c]))  # fmt: skip
+            result.append(Strip(places, start, length, mesh.order[elements], closed, layers, ends, c))
     return result
 
 
-def smooth_stretches(operators: BoundaryOperators) -> list[Index]:
-    """Numbers of the contact elements of each stretch without corners, in order along the outline."""
-    mesh = as_curve(operators.mesh)
-    elements = np.unique(mesh.element[operators.data.contact_nodes])
+def smooth_stretches(mesh: CurveMesh, nodes: Index) -> list[Index]:
+    """Numbers of the elements of some nodes by stretches without corners, in order along the outline."""
+    elements = np.unique(mesh.element[nodes])
     runs = np.split(elements, np.flatnonzero(~_meet(mesh, elements[:-1], elements[1:])) + 1)
     if len(runs) > 1 and _meet(mesh, runs[-1][-1:], runs[0][:1])[0]:
         # the outline begins inside of a stretch
@@ -117,12 +137,12 @@ def _meet(mesh: CurveMesh, one: Index, other: Index) -> Mask:
     return np.asarray((gap <= 1e-9 * mesh.length[one]) & (turn > SMOOTH))
 
 
-def _reflection(operators: BoundaryOperators, points: Array, corner: Array, tangent: Array) -> float:
-    """-1 if the element one of whose `points` is the corner holds displacements along the tangent, else +1."""
+def _reflection(operators: BoundaryOperators, points: Array, corner: Array, direction: Array) -> float:
+    """-1 if the element one of whose `points` is the corner holds displacements in the direction, else +1."""
     neighbour = int(np.argmin(np.sum((points - corner) ** 2, axis=1)))
     node = int(operators.mesh.first_node[neighbour])
     held = ~operators.data.traction_known[node]
-    return -1.0 if float(held @ (operators.data.frame[node] @ tangent) ** 2) > 0.5 else 1.0
+    return -1.0 if float(held @ (operators.data.frame[node] @ direction) ** 2) > 0.5 else 1.0
 
 
 def body_thickness(mesh: CurveMesh, nodes: Index) -> float:
@@ -147,7 +167,7 @@ def _cross(a: Array, b: Array) -> Array:
     return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
-def layer_matrix(strip: Strip, half_space: float, rows: Index | None = None, columns: Index | None = None) -> Array:
+def layer_matrix(strip: Strip, rows: Index | None = None, columns: Index | None = None) -> Array:
     """T of one strip by collocation, (k, k) or the entries asked for [length/stress].
 
     An open strip goes on by reflection at its ends: next to a free side S is softer than a long layer.
@@ -155,8 +175,6 @@ def layer_matrix(strip: Strip, half_space: float, rows: Index | None = None, col
     Parameters
     ----------
     strip : Strip
-    half_space : float
-        2(1-ν²)/(πE), see `Kernel.half_space_compliance` [1/stress].
     rows, columns : arrays, optional
         Nodes of the strip (numbers from 0); all by default.
     """
@@ -164,22 +182,22 @@ def layer_matrix(strip: Strip, half_space: float, rows: Index | None = None, col
     every = columns is None or len(columns) == len(strip.nodes)
     wanted = np.arange(len(strip.order)) if every else np.unique(strip.element[columns])
     first = np.concatenate([[0], np.cumsum(strip.order[wanted] + 1)])
-    matrix = np.empty((len(targets), first[-1]))
+    matrix = np.zeros((len(targets), first[-1]))
     for order in np.unique(strip.order[wanted]):
         group = np.flatnonzero(strip.order[wanted] == order)
-        values = _columns(strip, int(order), wanted[group], targets)
-        for sign, place in images(strip, targets):
-            values += sign * _columns(strip, int(order), wanted[group], place)
-        slots = first[group][:, None] + np.arange(order + 1)
-        matrix[:, slots.ravel()] = values.reshape(len(targets), -1)
-    matrix *= -half_space
+        slots = (first[group][:, None] + np.arange(order + 1)).ravel()
+        for half_space, thickness in strip.layers:
+            values = _columns(strip, thickness, int(order), wanted[group], targets)
+            for sign, place in images(strip, thickness, targets):
+                values += sign * _columns(strip, thickness, int(order), wanted[group], place)
+            matrix[:, slots] -= half_space * values.reshape(len(targets), -1)
     if every:
         return matrix
     element = strip.element[columns]
     return matrix[:, first[np.searchsorted(wanted, element)] + columns - strip.first[element]]
 
 
-def images(strip: Strip, targets: Array) -> list[tuple[float, Array]]:
+def images(strip: Strip, thickness: float, targets: Array) -> list[tuple[float, Array]]:
     """Signs and places of the reflections of targets: one at each end, more beside fixed ends of a short strip.
 
     Reflections of one sign keep T positive however few there are; those of a fixed end need each other.
@@ -189,22 +207,22 @@ def images(strip: Strip, targets: Array) -> list[tuple[float, Array]]:
     (first, last), origin = strip.ends, strip.start[0]
     length = strip.start[-1] + strip.length[-1] - origin
     x = targets - origin
-    count = 0 if first == last == 1.0 else int(np.clip(np.ceil(2.0 * strip.thickness / length), 1, 20))
+    count = 0 if first == last == 1.0 else int(np.clip(np.ceil(2.0 * thickness / length), 1, 20))
     mirrored = range(min(-count + 1, 0), max(count, 1) + 1)
     found = [(first * (first * last) ** (k % 2), origin + 2 * k * length - x) for k in mirrored]
     moved = [k for k in range(-count, count + 1) if k]
     return found + [((first * last) ** (k % 2), origin + 2 * k * length + x) for k in moved]
 
 
-def _columns(strip: Strip, order: int, elements: Index, targets: Array) -> Array:
+def _columns(strip: Strip, thickness: float, order: int, elements: Index, targets: Array) -> Array:
     """∫ L_b ln tanh(π d/(4H)) over elements of one order, (targets, elements, p+1)."""
     half = 0.5 * strip.length[elements]
     offset = targets[:, None] - (strip.start[elements] + half)
     if strip.closed:
         offset -= strip.closed * np.rint(offset / strip.closed)
-    rate = 0.25 * np.pi / strip.thickness
+    rate = 0.25 * np.pi / thickness
     # ln tanh(ad) = ln d + a smooth function whose nearest singularity is 2iH away: long elements take more points
-    more = 4 * int(min(half.max() / strip.thickness, 16.0))
+    more = 4 * int(min(half.max() / thickness, 16.0))
     x = offset / half
     near = np.abs(x) < NEAR
     s, product = product_weights(order, order + FAR_POINTS + more)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 import numpy as np
@@ -10,7 +10,8 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...bem.operators import BoundaryOperators
 from ..contact_vectors import ContactVectors
-from .kernel import strips
+from .kernel import Strip
+from .kernel import strips as strips_of
 from .strips import FourierStrip, StripOperator, strip_operator
 
 TIGHT = 1e-11
@@ -31,26 +32,33 @@ class LayerOperator:
         Whether products with T cost next to nothing (Fourier transforms on all parts).
     """
 
-    def __init__(self, operators: BoundaryOperators) -> None:
-        self.scale, self.rtol = 1.0, TIGHT
-        half_space = operators.kernel.half_space_compliance
-        weight = operators.mesh.weight[operators.data.contact_nodes]
-        self.size, self._weight = len(weight), weight
-        self._parts: list[tuple[Index, StripOperator]] = []
-        for strip in strips(operators):
-            points = operators.mesh.x[operators.data.contact_nodes[strip.nodes]]
-            self._parts.append((strip.nodes, strip_operator(strip, half_space, weight[strip.nodes], points)))
-        self.fast = all(isinstance(part, FourierStrip) for _, part in self._parts)
+    def __init__(self, strips: Sequence[Strip], weight: Array, x: Array) -> None:
+        self.scale, self.rtol, self._weight = 1.0, TIGHT, weight
+        self._parts: list[tuple[Index, int, StripOperator]] = []
+        last: tuple[Strip, StripOperator] | None = None
+        for strip in strips:
+            # the directions of a stretch come one after another, and share an operator where their ends agree
+            if last is None or last[0].nodes is not strip.nodes or last[0].ends != strip.ends:
+                last = strip, strip_operator(strip, weight[strip.nodes], x[strip.nodes])
+            self._parts.append((strip.nodes, strip.component, last[1]))
+        self.fast = all(isinstance(part, FourierStrip) for *_, part in self._parts)
+
+    @classmethod
+    def of(cls, operators: BoundaryOperators) -> LayerOperator:
+        """That of one body."""
+        nodes = operators.data.contact_nodes
+        return cls(strips_of(operators), operators.mesh.weight[nodes], operators.mesh.x[nodes])
 
     def apply(self, x: Array) -> Array:
         """T x, (m, k) [length]."""
         return self.scale * self._by_part(x, lambda part, column, _: part.apply(column))
 
-    def solve(self, x: Array, rho: float | None = None) -> Array:
-        """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k)."""
+    def solve(self, x: Array, rho: float | Array | None = None) -> Array:
+        """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k); ρ may be a number for each component, (k,)."""
         if rho is None:
             return self._by_part(x, lambda part, column, _: part.solve(column) / self.scale)
-        return self._by_part(x, lambda part, column, _: part.solve(column, rho * self.scale))
+        each = np.broadcast_to(rho, x.shape[1]) * self.scale
+        return self._by_part(x, lambda part, column, place: part.solve(column, float(each[place[1]])))
 
     def stick_solve(self, stick: Mask, rhs: Array) -> Array:
         """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k) [stress]."""
@@ -62,19 +70,20 @@ class LayerOperator:
         return self._by_part(rhs, solve)
 
     def matrix(self) -> Array:
-        """T, (m, m)."""
-        result = np.zeros((self.size, self.size))
-        for nodes, part in self._parts:
-            result[nodes[:, None], nodes] = self.scale * part.matrix()
+        """T, (m k, m k)."""
+        k = 1 + max(component for _, component, _ in self._parts)
+        result = np.zeros((k * len(self._weight), k * len(self._weight)))
+        for nodes, component, part in self._parts:
+            rows = k * nodes + component
+            result[rows[:, None], rows] = self.scale * part.matrix()
         return result
 
     def _by_part(self, x: Array, work: Callable[[StripOperator, Array, tuple[Index, int]], Array]) -> Array:
         """What `work` makes of each component on each part."""
-        result = np.empty_like(x)
-        for nodes, part in self._parts:
-            for component in range(x.shape[1]):
-                place = nodes, component
-                result[place] = work(part, x[place], place)
+        result = np.zeros_like(x)
+        for nodes, component, part in self._parts:
+            place = nodes, component
+            result[place] = work(part, x[place], place)
         return result
 
     def fit(self, sigma: Array, displacement: Array) -> None:
@@ -123,7 +132,7 @@ def robin_preconditioner(system: DistributedSystem, rho: float, pc: Any) -> Robi
         [stress/length]
     pc : PETSc.PC
     """
-    context = RobinPreconditioner(LayerOperator(system.operators), system.contact, rho)
+    context = RobinPreconditioner(LayerOperator.of(system.operators), system.contact, rho)
     pc.setType("python")
     pc.setPythonContext(context)
     return context

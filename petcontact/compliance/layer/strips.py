@@ -30,14 +30,15 @@ class StripOperator(Protocol):
 
 
 class Inverses:
-    """By what T⁻¹ and the last (I + ρT)⁻¹ are applied; a new ρ takes the place of the one before."""
+    """By what T⁻¹ and the last two (I + ρT)⁻¹ are applied: two directions may have two ρ."""
 
     def __init__(self, make: Callable[[float | None], Any]) -> None:
         self._make, self._made = make, dict[float | None, Any]()
 
     def __call__(self, rho: float | None) -> Any:
         if rho not in self._made:
-            self._made = {key: made for key, made in self._made.items() if key is None}
+            stale = [key for key in self._made if key is not None][:-1]
+            self._made = {key: made for key, made in self._made.items() if key not in stale}
             self._made[rho] = self._make(rho)
         return self._made[rho]
 
@@ -49,9 +50,9 @@ class DenseStrip:
     a Cholesky factor.
     """
 
-    def __init__(self, strip: Strip, half_space: float, weight: Array) -> None:
+    def __init__(self, strip: Strip, weight: Array) -> None:
         self._root = np.sqrt(weight)
-        scaled = layer_matrix(strip, half_space) * (self._root[:, None] / self._root)
+        scaled = layer_matrix(strip) * (self._root[:, None] / self._root)
         self._scaled = 0.5 * (scaled + scaled.T)
         self._cholesky = Inverses(self._factored)
 
@@ -101,7 +102,7 @@ class FourierStrip:
     are the cosine and sine transforms of types II and IV, at a quarter to a half of the price.
     """
 
-    def __init__(self, strip: Strip, half_space: float, weight: Array) -> None:
+    def __init__(self, strip: Strip, weight: Array) -> None:
         self._elements, self._nodes = len(strip.length), int(strip.order[0]) + 1
         self._open, self._root, self._ends = not strip.closed, np.sqrt(weight), strip.ends
         loop = strip
@@ -110,9 +111,9 @@ class FourierStrip:
             count, total = copies * self._elements, copies * float(strip.length.sum())
             loop = Strip(
                 np.arange(count * self._nodes), strip.length[0] * np.arange(count), np.full(count, strip.length[0]),
-                np.full(count, strip.order[0]), total, strip.thickness,
+                np.full(count, strip.order[0]), total, strip.layers,
             )  # fmt: skip
-        blocks = layer_matrix(loop, half_space, np.arange(self._nodes)).reshape(self._nodes, -1, self._nodes)
+        blocks = layer_matrix(loop, np.arange(self._nodes)).reshape(self._nodes, -1, self._nodes)
         symbol = np.conj(np.fft.rfft(blocks, axis=1)).transpose(1, 0, 2)
         ratio = weight[: self._nodes] / weight[: self._nodes, None]
         symbol = 0.5 * (symbol + np.conj(symbol.transpose(0, 2, 1)) * ratio)
@@ -174,10 +175,10 @@ class FourierStrip:
 class HodlrStrip:
     """T compressed hierarchically, for long strips of unequal elements; symmetric only up to collocation."""
 
-    def __init__(self, strip: Strip, half_space: float, points: Array) -> None:
+    def __init__(self, strip: Strip, points: Array) -> None:
         from ...compression.hodlr import factor
 
-        self._strip, self._half_space, self._points = strip, half_space, points
+        self._strip, self._points = strip, points
         self._matrix = self._compress(None)
         self._factorisation = Inverses(lambda rho: factor(self._matrix if rho is None else self._compress(rho)))
         self._krylov = Krylov((len(points),), "layer_")
@@ -187,7 +188,7 @@ class HodlrStrip:
         from ...compression.hodlr import compress
 
         def entries(rows: Index, columns: Index) -> Array:
-            block = layer_matrix(self._strip, self._half_space, rows, columns)
+            block = layer_matrix(self._strip, rows, columns)
             return block if rho is None else rho * block + (rows[:, None] == columns)
 
         offsets = np.arange(len(self._points) + 1)
@@ -217,22 +218,20 @@ class HodlrStrip:
         return np.column_stack([self.apply(e) for e in np.eye(len(self._points))])
 
 
-def strip_operator(strip: Strip, half_space: float, weight: Array, points: Array) -> StripOperator:
+def strip_operator(strip: Strip, weight: Array, points: Array) -> StripOperator:
     """T of a strip in the form that suits its elements.
 
     Parameters
     ----------
     strip : Strip
-    half_space : float
-        2(1-ν²)/(πE), see `Kernel.half_space_compliance` [1/stress].
     weight, points : (k,) and (k, 2) arrays
         Node weights and nodes [length].
     """
     if strip.uniform:
-        return FourierStrip(strip, half_space, weight)
+        return FourierStrip(strip, weight)
     if len(weight) > LONG_SIZE:
-        return HodlrStrip(strip, half_space, points)
-    return DenseStrip(strip, half_space, weight)
+        return HodlrStrip(strip, points)
+    return DenseStrip(strip, weight)
 
 
 def stick_cholesky(scaled: Array, root: Array, stick: Mask, rhs: Array) -> Array:

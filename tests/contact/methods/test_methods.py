@@ -137,7 +137,7 @@ def test_symmetrised_problem_is_another_one(comm):
 
 def test_box_problem_of_the_layer_is_its_contact_problem():
     """Optimality of the projection in the metric of T, by a projected gradient that must not descend."""
-    layer = LayerOperator(prepare_operators())
+    layer = LayerOperator.of(prepare_operators())
     rng = np.random.default_rng(5)
     base, bound = rng.standard_normal((layer.size, 1)) * 1e-2, 150.0
     law, zero = Tresca(np.full(layer.size, bound)), np.zeros_like(base)
