@@ -33,7 +33,7 @@ class LayerOperator:
     """
 
     def __init__(self, strips: Sequence[Strip], weight: Array, x: Array) -> None:
-        self.scale, self.rtol, self._weight = 1.0, TIGHT, weight
+        self.scale, self.rtol, self.size, self._weight = 1.0, TIGHT, len(weight), weight
         self._parts: list[tuple[Index, int, StripOperator]] = []
         last: tuple[Strip, StripOperator] | None = None
         for strip in strips:
