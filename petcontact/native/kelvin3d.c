@@ -24,8 +24,9 @@ typedef struct {                           /* as numpy fills it: bem.kelvin3d.co
 
 typedef struct {
     const double *centre, *frame, *polygon, *coefficients;
-    double size, half[2], middle[2];
-    int corners, order, nodes, degree, rectangular;
+    double size, half[2], middle[2], area; /* area of the polygon in local coordinates */
+    int corners, order, nodes, degree;
+    int upright, regular;                  /* whether lines of Gauss points run along the frame; whether the table of weights holds */
 } Panel;
 
 /* A panel's numbers: centre 3, frame 9, size 1, polygon 8 and coefficients nodes²; kind: order, and 4 more for triangles. */
@@ -50,9 +51,11 @@ INLINE Panel panel_of(const double *record, int64_t kind)
     }
     for (int k = 0; k < p.corners; k++) {
         const double *a = p.polygon + 2 * k, *b = p.polygon + 2 * (k + 1 < p.corners ? k + 1 : 0);
-        area += a[0] * b[1] - a[1] * b[0];
+        area += 0.5 * (a[0] * b[1] - a[1] * b[0]);
     }
-    p.rectangular = area >= 1.8 * box;
+    p.area = area;
+    p.upright = area >= 0.9 * box;
+    p.regular = p.corners == 3 || area >= (1.0 - 1e-14) * box;
     return p;
 }
 
@@ -72,50 +75,68 @@ INLINE void monomials(const Panel *p, double x, double y, double *out)
 
 typedef struct {                           /* Gauss points; more without weight fill the last vector */
     int count;
-    double x[3][POINTS], weight[POINTS][NODES];
+    double scale, x[3][POINTS];
+    const double (*weight)[NODES];         /* over the scale */
 } Rule;
 
-INLINE void rule_of(const Panel *p, const Rules *rules, int first, int second, Rule *rule)
+/* `weights` are those of a panel of area 1 at each pair of numbers of points, `room` for those of another. */
+INLINE void rule_of(const Panel *p, const Rules *rules, const double *weights, int first, int second,
+                    double (*room)[NODES], Rule *rule)
 {
     const int nx = (int)rules->count[first], ny = (int)rules->count[second];
     const double *a = p->polygon, *b = a + 2, *c = b + 2, *d = p->corners == 4 ? c + 2 : c;
+    double local[4][2], global[4][3];      /* times 1, s, t and s t: bilinear, two corners of triangles in one */
+    for (int k = 0; k < 2; k++) {
+        local[0][k] = 0.25 * ((a[k] + b[k]) + (c[k] + d[k]));
+        local[1][k] = 0.25 * ((b[k] - a[k]) + (c[k] - d[k]));
+        local[2][k] = 0.25 * ((d[k] - a[k]) + (c[k] - b[k]));
+        local[3][k] = 0.25 * ((a[k] - b[k]) + (c[k] - d[k]));
+    }
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < 3; k++)
+            global[i][k] = (i ? 0.0 : p->centre[k]) + p->size * (local[i][0] * p->frame[k] + local[i][1] * p->frame[3 + k]);
+    rule->weight = p->regular ? (const double (*)[NODES])(weights + (first * RULES + second) * POINTS * NODES) : room;
+    rule->scale = p->size * p->size * (p->regular ? p->area : 1.0);
     int q = 0;
-    for (int i = 0; i < nx; i++)
-        for (int j = 0; j < ny; j++, q++) {
-            double s = rules->xi[first][i], t = rules->xi[second][j], local[2], along[2], up[2], power[NODES];
+    for (int i = 0; i < nx; i++) {
+        const double s = rules->xi[first][i], *xi = rules->xi[second];
+        for (int k = 0; k < 3; k++) {
+            const double along = global[0][k] + s * global[1][k], up = global[2][k] + s * global[3][k];
+            for (int j = 0; j < ny; j++)
+                rule->x[k][q + j] = along + xi[j] * up;
+        }
+        for (int j = 0; !p->regular && j < ny; j++) {
+            double at[2], along[2], up[2], power[NODES];
             for (int k = 0; k < 2; k++) {
-                local[k] = 0.25 * ((1 - s) * (1 - t) * a[k] + (1 + s) * (1 - t) * b[k] + (1 + s) * (1 + t) * c[k]
-                                   + (1 - s) * (1 + t) * d[k]);
-                along[k] = 0.25 * ((1 - t) * (b[k] - a[k]) + (1 + t) * (c[k] - d[k]));
-                up[k] = 0.25 * ((1 - s) * (d[k] - a[k]) + (1 + s) * (c[k] - b[k]));
+                along[k] = local[1][k] + xi[j] * local[3][k];
+                up[k] = local[2][k] + s * local[3][k];
+                at[k] = local[0][k] + s * local[1][k] + xi[j] * up[k];
             }
-            double area = (along[0] * up[1] - along[1] * up[0]) * rules->weight[first][i] * rules->weight[second][j];
-            for (int k = 0; k < 3; k++)
-                rule->x[k][q] = p->centre[k] + p->size * (local[0] * p->frame[k] + local[1] * p->frame[3 + k]);
-            monomials(p, local[0], local[1], power);
-            area *= p->size * p->size;
-            for (int n = 0; n < NODES; n++)
-                rule->weight[q][n] = 0.0;
-            for (int n = 0; n < p->nodes; n++) {
+            const double area = (along[0] * up[1] - along[1] * up[0]) * rules->weight[first][i] * rules->weight[second][j];
+            monomials(p, at[0], at[1], power);
+            for (int n = 0; n < NODES; n++) {
                 double value = 0.0;
-                for (int m = 0; m < p->nodes; m++)
+                for (int m = 0; n < p->nodes && m < p->nodes; m++)
                     value += p->coefficients[n * p->nodes + m] * power[m];
-                rule->weight[q][n] = area * value;
+                room[q + j][n] = area * value;
             }
         }
+        q += ny;
+    }
     for (; q % LANES; q++) {
         for (int k = 0; k < 3; k++)
             rule->x[k][q] = rule->x[k][q - 1];
-        for (int n = 0; n < NODES; n++)
-            rule->weight[q][n] = 0.0;
+        for (int n = 0; !p->regular && n < NODES; n++)
+            room[q][n] = 0.0;
     }
     rule->count = q;
 }
 
-/* r r/r³ (6), and w r r/r⁵ (6), r/r³ (3) at vectors r = (x, y, z). */
-INLINE void products_of(Vector x, Vector y, Vector z, const double *normal, int wants_g, int wants_h, Vector *out)
+/* r r/r³ (6), and w r r/r⁵ (6), r/r³ (3) at vectors r. */
+INLINE void products_of(const Vector *r, const double *normal, int wants_g, int wants_h, Vector *out)
 {
-    Vector square = x * x + y * y + z * z, over;
+    const Vector x = r[0], y = r[1], z = r[2], square = x * x + y * y + z * z;
+    Vector over = {0.0};
     for (int l = 0; l < LANES; l++)
         over[l] = sqrt(square[l]);
     over = 1.0 / over;
@@ -142,30 +163,33 @@ INLINE void products_of(Vector x, Vector y, Vector z, const double *normal, int 
     }
 }
 
-/* One target's integrals of the products against one basis function: 2µU (6, upper triangle) and T (9), at `stride`. */
-INLINE void kernels_of(const double *sums, const double *normal, double nu, int wants_g, int wants_h, double *out, int64_t stride)
+static const int PLACE[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+
+/* Integrals of the products against basis functions to 2µU (6, upper triangle) and T (9), in their place. */
+INLINE void kernels_of(Vector *sums, const double *normal, double nu, double factor, int wants_g, int wants_h)
 {
-    const double scale = 1.0 / (8.0 * PI * (1.0 - nu)), one_2nu = 1.0 - 2.0 * nu;
-    static const int place[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
+    const double scale = factor / (8.0 * PI * (1.0 - nu)), one_2nu = 1.0 - 2.0 * nu;
     if (wants_g) {
-        double part = (3.0 - 4.0 * nu) * (sums[0] + sums[3] + sums[5]);
+        const Vector part = (3.0 - 4.0 * nu) * (sums[0] + sums[3] + sums[5]);
         for (int c = 0; c < G; c++)
-            out[c * stride] = scale * (sums[c] + (c == 0 || c == 3 || c == 5 ? part : 0.0));
+            sums[c] = scale * (c == 0 || c == 3 || c == 5 ? sums[c] + part : sums[c]);
     }
     if (wants_h) {
-        const double *d = sums + G, *f = sums + 2 * G;
-        double part = one_2nu * (d[0] + d[3] + d[5]);
+        Vector d[6], f[3];
+        memcpy(d, sums + G, sizeof d);
+        memcpy(f, sums + 2 * G, sizeof f);
+        const Vector part = one_2nu * (d[0] + d[3] + d[5]);
         for (int i = 0; i < 3; i++)
             for (int j = 0; j < 3; j++) {
-                double twist = one_2nu * (f[i] * normal[j] - f[j] * normal[i]);
-                out[(G + 3 * i + j) * stride] = scale * (twist - 3.0 * d[place[i][j]] - (i == j ? part : 0.0));
+                const Vector value = one_2nu * (f[i] * normal[j] - f[j] * normal[i]) - 3.0 * d[PLACE[i][j]];
+                sums[G + 3 * i + j] = scale * (i == j ? value - part : value);
             }
     }
 }
 
 /* A rule's points as sources for some targets of a chunk: the same sums in the same order whatever the vectors hold. */
 INLINE void far(const Panel *p, const Rule *rule, double nu, int count, const int *target, double (*x)[CHUNK], int wants_g,
-                int wants_h, double *values)
+                int wants_h, double *values, int width)
 {
     const double *normal = p->frame + 6;
     const int low = wants_g ? 0 : G, high = wants_h ? ALL : G;
@@ -174,36 +198,40 @@ INLINE void far(const Panel *p, const Rule *rule, double nu, int count, const in
         const int some = count - first < LANES ? count - first : LANES;
         if (some < FEW) {
             for (int i = first; i < first + some; i++) {
-                const int t = target[i];
-                Vector sums[ALL][NODES / LANES];
-                const int wide = (p->nodes + LANES - 1) / LANES;
-                for (int c = low; c < high; c++)
-                    for (int n = 0; n < wide; n++)
-                        sums[c][n] = (Vector){0.0};
+                const int t = target[i], wide = (p->nodes + LANES - 1) / LANES;
+                Vector sums[NODES / LANES][ALL];
+                for (int n = 0; n < wide; n++)
+                    for (int c = low; c < high; c++)
+                        sums[n][c] = (Vector){0.0};
                 for (int q = 0; q < rule->count; q += LANES) {
                     Vector r[3];
                     for (int c = 0; c < 3; c++) {
                         memcpy(r + c, rule->x[c] + q, sizeof(Vector));
                         r[c] -= x[c][t];
                     }
-                    products_of(r[0], r[1], r[2], normal, wants_g, wants_h, k[0]);
-                    for (int n = 0; n < wide; n++)
-                        for (int l = 0; l < LANES; l++) {
-                            Vector weight;
-                            memcpy(&weight, rule->weight[q + l] + n * LANES, sizeof weight);
-                            for (int c = low; c < high; c++)
-                                sums[c][n] += weight * k[0][c][l];
+                    products_of(r, normal, wants_g, wants_h, k[0]);
+                    for (int n = 0; n < wide; n++) {
+                        Vector weight[LANES];
+                        for (int l = 0; l < LANES; l++)
+                            memcpy(weight + l, rule->weight[q + l] + n * LANES, sizeof(Vector));
+                        for (int c = low; c < high; c++) {
+                            Vector sum = sums[n][c];
+                            for (int l = 0; l < LANES; l++)
+                                sum += weight[l] * k[0][c][l];
+                            sums[n][c] = sum;
                         }
+                    }
                 }
-                for (int n = 0; n < p->nodes; n++) {
-                    double own[ALL];
-                    for (int c = low; c < high; c++)
-                        own[c] = sums[c][n / LANES][n % LANES];
-                    kernels_of(own, normal, nu, wants_g, wants_h, values + n * ALL * CHUNK + t, CHUNK);
+                for (int n = 0; n < wide; n++) {
+                    kernels_of(sums[n], normal, nu, rule->scale, wants_g, wants_h);
+                    for (int l = 0; l < LANES && n * LANES + l < p->nodes; l++)
+                        for (int c = low; c < high; c++)
+                            values[((n * LANES + l) * ALL + c) * width + t] = sums[n][c][l];
                 }
             }
             continue;
         }
+        const int together = some == LANES && target[first + LANES - 1] == target[first] + LANES - 1;
         Vector at[3] = {{0.0}}, sums[NODES][ALL];
         for (int c = 0; c < 3; c++)
             for (int l = 0; l < LANES; l++)
@@ -212,9 +240,10 @@ INLINE void far(const Panel *p, const Rule *rule, double nu, int count, const in
             for (int c = low; c < high; c++)
                 sums[n][c] = (Vector){0.0};
         for (int q = 0; q < rule->count; q += 4) {
-            for (int j = 0; j < 4; j++)
-                products_of(rule->x[0][q + j] - at[0], rule->x[1][q + j] - at[1], rule->x[2][q + j] - at[2], normal, wants_g,
-                            wants_h, k[j]);
+            for (int j = 0; j < 4; j++) {
+                const Vector r[3] = {rule->x[0][q + j] - at[0], rule->x[1][q + j] - at[1], rule->x[2][q + j] - at[2]};
+                products_of(r, normal, wants_g, wants_h, k[j]);
+            }
             for (int c = low; c < high; c++) {
                 const Vector k0 = k[0][c], k1 = k[1][c], k2 = k[2][c], k3 = k[3][c];
                 for (int n = 0; n < p->nodes; n++) {
@@ -225,13 +254,16 @@ INLINE void far(const Panel *p, const Rule *rule, double nu, int count, const in
                 }
             }
         }
-        for (int n = 0; n < p->nodes; n++)
-            for (int l = 0; l < some; l++) {
-                double own[ALL];
-                for (int c = low; c < high; c++)
-                    own[c] = sums[n][c][l];
-                kernels_of(own, normal, nu, wants_g, wants_h, values + n * ALL * CHUNK + target[first + l], CHUNK);
-            }
+        for (int n = 0; n < p->nodes; n++) {
+            double *out = values + n * ALL * width;
+            kernels_of(sums[n], normal, nu, rule->scale, wants_g, wants_h);
+            for (int c = low; c < high; c++)
+                if (together)
+                    memcpy(out + c * width + target[first], &sums[n][c], sizeof(Vector));
+                else
+                    for (int l = 0; l < some; l++)
+                        out[c * width + target[first + l]] = sums[n][c][l];
+        }
     }
 }
 
@@ -253,7 +285,7 @@ INLINE void shift(const Panel *p, double x, double y, double (*sums)[HIGHEST + 1
 }
 
 /* One pair in closed form; (x, y) the target in local coordinates, its plane by w above it. */
-INLINE void near(const Panel *p, double x, double y, double w, double nu, int wants_g, int wants_h, double *values)
+INLINE void near(const Panel *p, double x, double y, double w, double nu, int wants_g, int wants_h, double *values, int width)
 {
     enum { LOCAL = 14 };                   /* U: 6, T: 6 of its symmetric part and 2 of the other */
     const double one_2nu = 1.0 - 2.0 * nu, scale = 1.0 / (8.0 * PI * (1.0 - nu));
@@ -285,11 +317,10 @@ INLINE void near(const Panel *p, double x, double y, double w, double nu, int wa
         }
     const double *f = p->frame;
     const int low = wants_g ? 0 : G, high = wants_h ? LOCAL : G;
-    static const int place[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
     for (int c = low; c < high; c++)
         shift(p, x, y, local[c]);
     for (int n = 0; n < p->nodes; n++) {
-        double nodal[LOCAL], *out = values + n * ALL * CHUNK;
+        double nodal[LOCAL], *out = values + n * ALL * width;
         const double *coefficients = p->coefficients + n * p->nodes;
         for (int c = low; c < high; c++) {
             double sum = 0.0;
@@ -303,7 +334,7 @@ INLINE void near(const Panel *p, double x, double y, double w, double nu, int wa
             double half[3][3], turn[3];
             for (int i = 0; i < 3; i++)
                 for (int b = 0; b < 3; b++)
-                    half[i][b] = f[i] * t[place[0][b]] + f[3 + i] * t[place[1][b]] + f[6 + i] * t[place[2][b]];
+                    half[i][b] = f[i] * t[PLACE[0][b]] + f[3 + i] * t[PLACE[1][b]] + f[6 + i] * t[PLACE[2][b]];
             if (part)
                 for (int i = 0; i < 3; i++)
                     turn[i] = f[i] * nodal[12] + f[3 + i] * nodal[13];
@@ -311,17 +342,17 @@ INLINE void near(const Panel *p, double x, double y, double w, double nu, int wa
                 for (int j = part ? 0 : i; j < 3; j++) {
                     double value = half[i][0] * f[j] + half[i][1] * f[3 + j] + half[i][2] * f[6 + j];
                     if (part)
-                        out[(G + 3 * i + j) * CHUNK] = scale * ((turn[i] * f[6 + j] - turn[j] * f[6 + i]) - value);
+                        out[(G + 3 * i + j) * width] = scale * ((turn[i] * f[6 + j] - turn[j] * f[6 + i]) - value);
                     else
-                        out[place[i][j] * CHUNK] = scale * p->size * value;
+                        out[PLACE[i][j] * width] = scale * p->size * value;
                 }
         }
     }
 }
 
-/* Values (nodes, 15, CHUNK) of one panel at the targets of a chunk. */
-DISPATCHED void petcontact_panel(const double *record, int64_t kind, const Rules *rules, double nu, int64_t count,
-                                 double (*x)[CHUNK], int wants_g, int wants_h, double *values)
+/* Values (nodes, 15, width) of one panel at the targets of a chunk. */
+DISPATCHED void petcontact_panel(const double *record, int64_t kind, const Rules *rules, const double *weights, double nu,
+                                 int64_t count, double (*x)[CHUNK], int wants_g, int wants_h, double *values, int width)
 {
     const Panel p = panel_of(record, kind);
     const double *least = rules->least[p.order], over = 1.0 / p.size;
@@ -347,18 +378,19 @@ DISPATCHED void petcontact_panel(const double *record, int64_t kind, const Rules
             for (int n = 0; n < RULES; n++)
                 place[c] += mean < least[n];
         }
-        if (!p.rectangular)
+        if (!p.upright)
             place[0] = place[1] = place[0] > place[1] ? place[0] : place[1];
         int too_many = place[0] >= RULES || place[1] >= RULES
                        || rules->count[place[0]] * rules->count[place[1]] > rules->most[p.order];
         code[t] = too_many ? -1 : place[0] * RULES + place[1];
     }
     Rule rule;
+    double room[POINTS][NODES];
     for (int t = 0; t < count; t++) {
         const int own = code[t];
         if (own == -1) {
             double w = fabs(local[2][t]) <= FLAT ? 0.0 : -local[2][t];
-            near(&p, local[0][t], local[1][t], w, nu, wants_g, wants_h, values + t);
+            near(&p, local[0][t], local[1][t], w, nu, wants_g, wants_h, values + t, width);
         }
         if (own < 0)
             continue;
@@ -368,12 +400,10 @@ DISPATCHED void petcontact_panel(const double *record, int64_t kind, const Rules
                 together[alike++] = s;
                 code[s] = -2;
             }
-        rule_of(&p, rules, own / RULES, own % RULES, &rule);
-        far(&p, &rule, nu, alike, together, x, wants_g, wants_h, values);
+        rule_of(&p, rules, weights, own / RULES, own % RULES, room, &rule);
+        far(&p, &rule, nu, alike, together, x, wants_g, wants_h, values, width);
     }
 }
-
-static const int PLACE[3][3] = {{0, 1, 2}, {1, 3, 4}, {2, 4, 5}};
 
 static void load_targets(int count, const double *points, const int64_t *rows, double (*x)[CHUNK])
 {
@@ -383,40 +413,45 @@ static void load_targets(int count, const double *points, const int64_t *rows, d
 }
 
 /* G and H, (3, 3, n, nodes, m) each or null, of n panels of one kind at m points. */
-void petcontact_panels(int64_t n, const double *records, int64_t stride, int64_t kind, const Rules *rules, double nu, int64_t m,
-                       const double *points, double *g, double *h)
+void petcontact_panels(int64_t n, const double *records, int64_t stride, int64_t kind, const Rules *rules,
+                       const double *weights, double nu, int64_t m, const double *points, double *g, double *h)
 {
     const int order = (int)(kind & 3), nodes = kind < 4 ? (order + 1) * (order + 1) : (order + 1) * (order + 2) / 2;
     const int64_t plane = n * nodes * m;
     double x[3][CHUNK], values[NODES * ALL * CHUNK];
     for (int64_t first = 0; first < m; first += CHUNK) {
         const int count = m - first < CHUNK ? (int)(m - first) : CHUNK;
+        const int width = (count + LANES - 1) / LANES * LANES;
         load_targets(count, points + 3 * first, 0, x);
         for (int64_t e = 0; e < n; e++) {
-            petcontact_panel(records + e * stride, kind, rules, nu, count, x, g != 0, h != 0, values);
+            petcontact_panel(records + e * stride, kind, rules, weights, nu, count, x, g != 0, h != 0, values, width);
             for (int b = 0; b < nodes; b++)
                 for (int i = 0; i < 9; i++) {
-                    const double *from = values + b * ALL * CHUNK;
+                    const double *from = values + b * ALL * width;
                     const int64_t to = i * plane + (e * nodes + b) * m + first;
                     if (g)
-                        memcpy(g + to, from + PLACE[i / 3][i % 3] * CHUNK, count * sizeof(double));
+                        memcpy(g + to, from + PLACE[i / 3][i % 3] * width, count * sizeof(double));
                     if (h)
-                        memcpy(h + to, from + (G + i) * CHUNK, count * sizeof(double));
+                        memcpy(h + to, from + (G + i) * width, count * sizeof(double));
                 }
         }
     }
 }
 
-/* Three interleaved components a target: one node's values of G or of H times a vector. */
-DISPATCHED void petcontact_contract(int64_t count, const double *values, int is_h, double x, double y, double z, double *out)
+/* Three interleaved components a target: one node's values of G or of H times a vector; added, or instead. */
+INLINE void contract(int count, const double *values, int width, int is_h, double x, double y, double z, int adds, double *out)
 {
-    const double *k[3][3];
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3; i++) {
+        const double *k[3];
         for (int j = 0; j < 3; j++)
-            k[i][j] = values + (is_h ? G + 3 * i + j : PLACE[i][j]) * CHUNK;
-    for (int i = 0; i < 3; i++)
-        for (int t = 0; t < count; t++)
-            out[3 * t + i] += k[i][0][t] * x + k[i][1][t] * y + k[i][2][t] * z;
+            k[j] = values + (is_h ? G + 3 * i + j : PLACE[i][j]) * width;
+        if (adds)
+            for (int t = 0; t < count; t++)
+                out[3 * t + i] += k[0][t] * x + k[1][t] * y + k[2][t] * z;
+        else
+            for (int t = 0; t < count; t++)
+                out[3 * t + i] = k[0][t] * x + k[1][t] * y + k[2][t] * z;
+    }
 }
 
 /* Columns of the boundary operators of a mesh of flat panels.
@@ -425,10 +460,10 @@ DISPATCHED void petcontact_contract(int64_t count, const double *values, int is_
    its panels, which have their numbers at record[e]; node i has the right-hand sides rhs_first[i] to rhs_first[i+1]-1,
    each G times a traction less (½ + H) times a displacement. Filled are, where not null, system (k, 3, m, 3) and beside
    (number of the columns' right-hand sides, m, 3), G in units of the length. */
-void petcontact_panel_columns(
+DISPATCHED void petcontact_panel_columns(
     int64_t m, const int64_t *rows, int64_t k, const int64_t *columns, const double *points, const int64_t *element,
     const int64_t *first_node, const int64_t *kind, const double *records, const int64_t *record, const Rules *rules,
-    const int64_t *known, const double *frame, const int64_t *rhs_first, const double *rhs_traction,
+    const double *const *weights, const int64_t *known, const double *frame, const int64_t *rhs_first, const double *rhs_traction,
     const double *rhs_displacement, double nu, double length, double *system, double *beside)
 {
     const double unit = 1.0 / length;
@@ -436,6 +471,7 @@ void petcontact_panel_columns(
     for (int64_t first = 0; first < m; first += CHUNK) {
         const int count = m - first < CHUNK ? (int)(m - first) : CHUNK;
         const int64_t *row = rows + first;
+        const int width = (count + LANES - 1) / LANES * LANES;
         int64_t rhs = 0;
         load_targets(count, points, row, x);
         for (int64_t j = 0, last; j < k; j = last) {
@@ -451,31 +487,33 @@ void petcontact_panel_columns(
                 }
             }
             if (needs_g || needs_h)
-                petcontact_panel(records + record[e], kind[e], rules, nu, count, x, needs_g, needs_h, values);
+                petcontact_panel(records + record[e], kind[e], rules, weights[kind[e]], nu, count, x, needs_g, needs_h, values, width);
             for (int64_t i = j; i < last; i++) {
                 const int64_t node = columns[i];
-                const double *own_values = values + (node - first_node[e]) * ALL * CHUNK;
+                const double *own_values = values + (node - first_node[e]) * ALL * width;
                 int own = count;                               /* place of the node among the targets */
                 if (row[0] <= node && node <= row[count - 1])
                     for (own = 0; own < count && row[own] != node;)
                         own++;
                 for (int d = 0; system && d < 3; d++) {
                     const double *f = frame + 9 * node + 3 * d;
-                    const double s = known[3 * node + d] ? 1.0 : -unit;
+                    const int is_h = known[3 * node + d] != 0;
+                    const double s = is_h ? 1.0 : -unit;
                     double *out = system + ((3 * i + d) * m + first) * 3;
-                    memset(out, 0, 3 * count * sizeof(double));
-                    petcontact_contract(count, own_values, known[3 * node + d] != 0, s * f[0], s * f[1], s * f[2], out);
-                    for (int c = 0; known[3 * node + d] && own < count && c < 3; c++)
+                    contract(count, own_values, width, is_h, s * f[0], s * f[1], s * f[2], 0, out);
+                    for (int c = 0; is_h && own < count && c < 3; c++)
                         out[3 * own + c] += 0.5 * f[c];
                 }
                 for (int64_t q = rhs_first[node]; beside && q < rhs_first[node + 1]; q++, rhs++) {
                     const double *t = rhs_traction + 3 * q, *u = rhs_displacement + 3 * q;
                     double *out = beside + (rhs * m + first) * 3;
-                    memset(out, 0, 3 * count * sizeof(double));
-                    if (t[0] != 0.0 || t[1] != 0.0 || t[2] != 0.0)
-                        petcontact_contract(count, own_values, 0, unit * t[0], unit * t[1], unit * t[2], out);
+                    const int pushed = t[0] != 0.0 || t[1] != 0.0 || t[2] != 0.0;
+                    if (pushed)
+                        contract(count, own_values, width, 0, unit * t[0], unit * t[1], unit * t[2], 0, out);
+                    else
+                        memset(out, 0, 3 * count * sizeof(double));
                     if (u[0] != 0.0 || u[1] != 0.0 || u[2] != 0.0)
-                        petcontact_contract(count, own_values, 1, -u[0], -u[1], -u[2], out);
+                        contract(count, own_values, width, 1, -u[0], -u[1], -u[2], 1, out);
                     for (int c = 0; own < count && c < 3; c++)
                         out[3 * own + c] -= 0.5 * u[c];
                 }

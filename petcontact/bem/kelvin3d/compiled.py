@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 from ... import native
 from ...arrays import Array, Index
 from ...mesh.basis import gauss
-from ...mesh.panels import HIGHEST_ORDER, Panels
+from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import SurfaceMesh
 from ..kernel import ColumnData
 from .rules import COUNTS, MOST_POINTS
@@ -20,8 +21,8 @@ TRIANGLE = 4
 """Is added to the order of triangles: the kind of a panel."""
 ROOM = 144
 """Gauss points of a panel that the compiled code has room for."""
-_panels = native.function("petcontact_panels", "ipiipdippp")
-_columns = native.function("petcontact_panel_columns", "ipippppppppppppp" + "ddpp")
+_panels = native.function("petcontact_panels", "ipiippdippp")
+_columns = native.function("petcontact_panel_columns", "ipip" + 13 * "p" + "ddpp")
 
 
 @functools.lru_cache(maxsize=16)
@@ -32,6 +33,20 @@ def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
     for row, count in enumerate(COUNTS):
         points[:, row, :count] = gauss(count - 1)
     return np.concatenate([np.minimum(most, ROOM), np.ravel(least), COUNTS, points.ravel()]).astype(np.float64)
+
+
+@functools.cache
+def _weights(kind: int) -> Array:
+    """Gauss weights times the basis on a rectangle or triangle of area 1, (numbers of points, 144, 16), zero beyond."""
+    order, corners = kind % TRIANGLE, 3 if kind >= TRIANGLE else 4
+    corner = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
+    panels, _, weight = make_panels(corner[None, :corners], order, np.arange(1))
+    table = np.zeros((len(COUNTS), len(COUNTS), ROOM, (HIGHEST_ORDER + 1) ** 2))
+    for i, j in itertools.product(range(len(COUNTS)), repeat=2):
+        points = COUNTS[i] * COUNTS[j]
+        if points <= ROOM:
+            table[i, j, :points, : panels.n_nodes] = panels.rule((COUNTS[i], COUNTS[j]))[1][0].T / weight.sum()
+    return table
 
 
 def _least_distance(count: int, order: int, tolerance: float) -> float:
@@ -67,10 +82,11 @@ def compiled_integrals(
 ) -> None:  # fmt: skip
     """Fill `integrals`' results (3, 3, n k, m), G and H or one of them; `most` are the Gauss points of far panels."""
     assert _panels is not None
-    points, records, rules = native.contiguous(points), _records(panels), _rules(tolerance, most)
+    points, records, kind = native.contiguous(points), _records(panels), _kind(panels)
+    rules, weights = _rules(tolerance, most), _weights(kind)
     _panels(
-        len(records), native.pointer(records), records.shape[1], _kind(panels), native.pointer(rules), poisson_ratio,
-        len(points), *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
+        len(records), native.pointer(records), records.shape[1], kind, native.pointer(rules), native.pointer(weights),
+        poisson_ratio, len(points), *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
     )  # fmt: skip
 
 
@@ -87,11 +103,13 @@ class CompiledColumns:
             first[panels.index] = start + part.shape[1] * np.arange(len(part))
             records.append(part.ravel())
             start += part.size
+        self._weights = {number: _weights(number) for number in np.unique(kind).tolist()}
+        table = np.array([native.pointer(self._weights[k]) if k in self._weights else 0 for k in range(2 * TRIANGLE)])
         real, whole = np.float64, np.int64
         arrays: list[tuple[Any, type]] = [
             (mesh.x, real), (mesh.element, whole), (mesh.first_node, whole), (kind, whole), (np.concatenate(records), real),
-            (first, whole), (_rules(tolerance, MOST_POINTS), real), (data.traction_known, whole), (data.frame, real),
-            (data.rhs_first, whole), (data.rhs_traction, real), (data.rhs_displacement, real),
+            (first, whole), (_rules(tolerance, MOST_POINTS), real), (table, whole), (data.traction_known, whole),
+            (data.frame, real), (data.rhs_first, whole), (data.rhs_traction, real), (data.rhs_displacement, real),
         ]  # fmt: skip
         self._arrays = [native.contiguous(array, dtype) for array, dtype in arrays]
         self._pointers = [native.pointer(array) for array in self._arrays]
