@@ -26,7 +26,7 @@ def arc_lengths(chord: Array, alpha: Array | float) -> Array:
     return np.asarray(chord / np.sinc(alpha / np.pi))
 
 
-def on_arcs(start: Array, end: Array, alpha: Array | float, xi: Array) -> tuple[Array, Array]:
+def on_arcs(start: Array, end: Array, alpha: Array | float, xi: Array, tangent: Array | None = None) -> tuple[Array, Array]:
     """Points on arcs and outward unit normals there.
 
     Parameters
@@ -37,6 +37,8 @@ def on_arcs(start: Array, end: Array, alpha: Array | float, xi: Array) -> tuple[
         Half the angle through which each arc turns, |α| < π [rad].
     xi : (n,) array
         Places in [-1, 1], in proportion to arc length.
+    tangent : (n, 2) array, optional
+        Unit vectors along the chords, where they are known better than from end points that lie close to one another.
 
     Returns
     -------
@@ -44,7 +46,7 @@ def on_arcs(start: Array, end: Array, alpha: Array | float, xi: Array) -> tuple[
     """
     chord = end - start
     size = np.hypot(chord[..., 0], chord[..., 1])[..., None]
-    tangent = chord / size
+    tangent = chord / size if tangent is None else tangent
     left = np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
     half, turn = 0.5 * arc_lengths(size[..., 0], alpha), alpha * xi
     along = half * xi * np.sinc(turn / np.pi)

@@ -65,6 +65,11 @@ class Side:
         points = on_arcs(self.start, self.end, self.half_angle, 2.0 * t - 1.0)[0]
         return np.where(inner[:, None], points, straight)
 
+    def tangents(self, fraction: Array) -> Array:
+        """Unit vectors (n, 2) along the side at fractions (n,) of the arc length."""
+        nx, ny = on_arcs(self.start, self.end, self.half_angle, 2.0 * fraction - 1.0)[1].T
+        return np.column_stack([-ny, nx])
+
     def reversed(self) -> Side:
         """The same side run through the other way."""
         return Side(self.end, self.start, self.part, -self.curvature)

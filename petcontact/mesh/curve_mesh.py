@@ -39,6 +39,9 @@ class CurveMesh:
     unit_length : float
         Length that the kernel's logarithm is measured in (`Outline.log_length`); where it is not known, that of the
         nodes, since any will do where the boundary tractions are in equilibrium [length].
+    direction : (n_elements, 2) array
+        Unit vectors along the chords. Those of tiny elements lose digits in the difference of their ends: they are better
+        known from the side, and by default from the ends.
     x, normal : (n, 2) arrays
         Nodes and outward unit normals.
     weight : (n,) array
@@ -59,6 +62,7 @@ class CurveMesh:
     side_start: Array
     part_names: tuple[str, ...]
     unit_length: float = 0.0
+    direction: Array = field(default_factory=lambda: np.empty((0, 2)))
     dim: ClassVar[int] = 2
     x: Array = field(init=False)
     normal: Array = field(init=False)
@@ -79,11 +83,14 @@ class CurveMesh:
             points, weights = gauss(int(order))
             repeat = np.count_nonzero(chosen) // len(points)
             xi[chosen], reference_weight[chosen] = np.tile(points, repeat), np.tile(weights, repeat)
-        chord = np.hypot(*(self.end - self.start).T)
-        angle = half_angles(chord, self.curvature)
-        length = arc_lengths(chord, angle)
-        x, normal = on_arcs(self.start[element], self.end[element], angle[element], xi)
+        chord = self.end - self.start
+        size = np.hypot(*chord.T)
+        angle = half_angles(size, self.curvature)
+        length = arc_lengths(size, angle)
+        direction = self.direction if len(self.direction) else chord / size[:, None]
+        x, normal = on_arcs(self.start[element], self.end[element], angle[element], xi, direction[element])
         values = {
+            "direction": direction,
             "element": element, "first_node": first, "xi": xi, "half_angle": angle, "length": length,
             "x": x, "normal": normal, "weight": 0.5 * length[element] * reference_weight,
         }  # fmt: skip
@@ -178,7 +185,7 @@ class CurveMesh:
 
     def on_element(self, number: int, xi: Array) -> tuple[Array, Array]:
         """Points (k, 2) of an element at places ξ in [-1, 1] and outward normals there."""
-        return on_arcs(self.start[number], self.end[number], self.half_angle[number], xi)
+        return on_arcs(self.start[number], self.end[number], self.half_angle[number], xi, self.direction[number])
 
 
 def as_curve(mesh: BoundaryMesh) -> CurveMesh:
@@ -206,7 +213,7 @@ def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index
         Orders of the elements of each side.
     """
     names = outline.parts
-    start, end, curvature, part, line, side_start = [], [], [], [], [], []
+    start, end, curvature, part, line, side_start, direction = [], [], [], [], [], [], []
     travelled = dict.fromkeys(names, 0.0)
     numbers = line_numbers(outline)
     for number, (side, fractions) in enumerate(zip(outline.sides, breaks, strict=True)):
@@ -214,6 +221,7 @@ def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index
         count = len(fractions) - 1
         start.append(points[:-1])
         end.append(points[1:])
+        direction.append(side.tangents(0.5 * (fractions[1:] + fractions[:-1])))
         curvature.append(np.full(count, side.curvature))
         part.append(np.full(count, names.index(side.part)))
         line.append(np.full(count, numbers[number]))
@@ -223,7 +231,7 @@ def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index
         start=np.vstack(start), end=np.vstack(end), curvature=np.concatenate(curvature),
         order=np.concatenate(list(orders)).astype(np.int64), part=np.concatenate(part),
         line=np.concatenate(line), side_start=np.concatenate(side_start), part_names=names,
-        unit_length=outline.log_length,
+        unit_length=outline.log_length, direction=np.vstack(direction),
     )  # fmt: skip
 
 

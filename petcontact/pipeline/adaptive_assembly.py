@@ -49,8 +49,8 @@ LADDER = (
     ContactRung(Grading(3, 0.30), 5e-3, 1e-4),
     ContactRung(Grading(4, 0.30), 1e-3, 1e-5),
     ContactRung(Grading(5, 0.33), 2e-4, 1e-6),
-    ContactRung(Grading(5, 0.38), 4e-5, 1e-7),
-    ContactRung(Grading(5, 0.45), 1e-5, 2e-8),
+    ContactRung(Grading(5, 0.38), 3e-5, 1e-7),
+    ContactRung(Grading(5, 0.45), 5e-6, 2e-8),
 )
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same rung."""
@@ -181,8 +181,8 @@ def found_edges(solution: AssemblySolution, smallest: float) -> dict[str, list[E
 
 def _edges(pair: PairResult) -> list[Edge]:
     order = np.argsort(pair.arc_length)
-    return edges(pair.arc_length[order], pair.pressure[order], pair.sigma_t[order, 0], pair.bound[order],
-                 pair.state[order].astype(np.int64))  # fmt: skip
+    return edges(pair.arc_length[order], pair.pressure[order], pair.sigma_t[order, 0], pair.bound[order], pair.gap[order],
+                 pair.slip_increment[order, 0], pair.state[order].astype(np.int64))  # fmt: skip
 
 
 def step_ends(solution: AssemblySolution) -> list[StepResult]:

@@ -1,7 +1,8 @@
 """Edges of contact and of stick along an interface, by extrapolation, and what lies between them.
 
-Next to the edge of a contact p vanishes like the root of the distance, and next to the edge of a stick zone µp - |q| does:
-their squares are linear, and vanish at the edge.
+Next to the edge of a contact the gap opens like d^(3/2), d the distance, and p vanishes like the root of d; next to the edge
+of a stick zone |δw| and µp - |q| do the same. Those of their powers that are linear vanish at the edge. Displacements are
+the smoother ones: they show it ten times better than tractions, whose last element is the worst of all.
 """
 
 from __future__ import annotations
@@ -15,6 +16,8 @@ from ..arrays import Array, Index
 
 SPECK = 4e-3
 """Zones narrower than this fraction of all that is closed have no edges of their own."""
+SKIPPED, FITTED = 2, 4
+"""Nodes next to an edge that do not show it, and those after them that do."""
 
 
 @dataclass(frozen=True)
@@ -33,7 +36,7 @@ class Edge:
     width: float
 
 
-def edges(s: Array, pressure: Array, shear: Array, bound: Array, state: Index) -> list[Edge]:
+def edges(s: Array, pressure: Array, shear: Array, bound: Array, gap: Array, moved: Array, state: Index) -> list[Edge]:
     """Edges between nodes of different states.
 
     Parameters
@@ -42,6 +45,8 @@ def edges(s: Array, pressure: Array, shear: Array, bound: Array, state: Index) -
         Arc lengths, increasing [length].
     pressure, shear, bound : (m,) arrays
         p, q and the bound of |q| [stress].
+    gap, moved : (m,) arrays
+        g and δw [length].
     state : (m,) array
         0 stick, 1 slip, 2 open.
     """
@@ -51,15 +56,14 @@ def edges(s: Array, pressure: Array, shear: Array, bound: Array, state: Index) -
     for k in np.flatnonzero(np.diff(state)):
         low, high = float(s[k]), float(s[k + 1])
         if 2 in (state[k], state[k + 1]):
-            values, inward = pressure**2, (-1 if closed[k] else 1)
+            opening, values, inward = gap, pressure, (-1 if closed[k] else 1)
         else:
-            values, inward = (bound - np.abs(shear)) ** 2, (-1 if state[k] == 0 else 1)
-        inner = k if inward < 0 else k + 1
-        place = _vanishes(s, values, state, inner, inward)
+            opening, values, inward = moved, bound - np.abs(shear), (-1 if state[k] == 0 else 1)
+        inner, outer = (k, k + 1) if inward < 0 else (k + 1, k)
         reach = high - low
-        if place is None or not low - reach <= place <= high + reach:
-            place = 0.5 * (low + high)
-        found.append(Edge(place, _half_width(s, closed, inner)))
+        places = (_opens(s, np.abs(opening), state, outer, -inward), _vanishes(s, values**2, state, inner, inward))
+        near = [place for place in places if place is not None and low - reach <= place <= high + reach]
+        found.append(Edge(near[0] if near else 0.5 * (low + high), _half_width(s, closed, inner)))
     return found
 
 
@@ -74,6 +78,20 @@ def _without_specks(s: Array, state: Index) -> Index:
         if high - low < SPECK * total:
             state[first:last] = state[first - 1] if first > 0 else state[min(last, len(s) - 1)]
     return state
+
+
+def _opens(s: Array, opening: Array, state: Index, k: int, outward: int) -> float | None:
+    """Where the line through opening^(2/3) in a zone vanishes; k is its first node, `outward` the way to the others."""
+    nodes = k + outward * np.arange(SKIPPED, SKIPPED + FITTED)
+    if nodes.min() < 0 or nodes.max() >= len(s) or np.any(state[nodes] != state[k]):
+        return None
+    values = opening[nodes] ** (2.0 / 3.0)
+    if not np.all(np.isfinite(values)) or values[0] <= 0.0 or np.any(np.diff(values) <= 0.0):
+        return None
+    # of least relative deviations
+    terms = np.column_stack([np.ones(FITTED), s[nodes] - s[k]]) / values[:, None]
+    level, slope = np.linalg.lstsq(terms, np.ones(FITTED), rcond=None)[0]
+    return float(s[k] - level / slope)
 
 
 def _vanishes(s: Array, values: Array, state: Index, k: int, inward: int) -> float | None:

@@ -1,0 +1,66 @@
+"""Persson's pin in the hole of an infinite plate: the pressure and the angle of contact in closed form.
+
+A. Persson, On the stress distribution of cylindrical elastic bodies in contact, Gothenburg 1964: with b = tan(ε/2) and
+y = tan(φ/2), c = √(b²+1), d = √(b²-y²): pR/P = 2d/(πc(1+y²)) + ln[(c+d)/(c-d)]/(2πb²c²); the play ΔR that makes ±ε is below.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from petcontact import Assembly, solve_assembly
+from petcontact.model.base import parse
+from petcontact.pipeline.adaptive_assembly import adapt_assembly
+
+E, NU = 100.0, 0.3
+
+
+def pin(angle, **mesh):
+    """A pin of radius 1 that a force 1 at its centre presses down, frictionless."""
+    b = np.tan(0.5 * angle)
+    play = (2.0 * (1.0 - b**4) - np.log1p(b * b)) / (np.pi * b * b * (1.0 + b * b)) * (1.0 - NU**2) / E
+    circle = {"center": [0.0, 0.0], "radius": 1.0}
+    material = {"young_modulus": E, "poisson_ratio": NU}
+    data = {
+        "body": [
+            {"name": "pin", "material": material, "mesh": mesh, "point_force": [{"at": [0.0, 0.0], "force": [0.0, -1.0]}],
+             "geometry": {"shape": "outline", "loops": [{"part": "rim", **circle}]}},
+            {"name": "plate", "material": material,
+             "geometry": {"shape": "outline", "exterior": True, "loops": [{"part": "hole", **circle}]}},
+        ],
+        "contact": [{"name": "fit", "secondary": "pin.rim", "primary": "plate.hole",
+                     "gap": f"{play!r}*(1 + sin(atan2(y, x)))"}],
+    }  # fmt: skip
+    return parse(Assembly, data, "pin")
+
+
+def error(solution, angle):
+    """Relative L2 error of the pressure."""
+    pair = solution.last.pairs["fit"]
+    b, y = np.tan(0.5 * angle), np.tan(0.5 * np.arctan2(pair.x[:, 0], -pair.x[:, 1]))
+    c, d = np.sqrt(b * b + 1.0), np.sqrt(np.maximum(b * b - y * y, 0.0))
+    exact = 2.0 * d / (np.pi * c * (1.0 + y * y)) + np.log((c + d) / (c - d)) / (2.0 * np.pi * (b * c) ** 2)
+    return float(np.sqrt(pair.weight @ (pair.pressure - exact) ** 2 / (pair.weight @ exact**2)))
+
+
+@pytest.mark.parametrize("degrees", [20.0, 60.0, 84.0])
+def test_pressure_and_angle_are_found(degrees):
+    angle = np.radians(degrees)
+    solution = adapt_assembly(pin(angle), 1e-5)
+    assert solution.converged and error(solution, angle) < 2e-6 < solution.info["estimated_error"]
+    edges = np.degrees(solution.info["edges"]["fit"])
+    assert edges == pytest.approx([270.0 - degrees, 270.0 + degrees], abs=2e-6)
+
+
+def test_elements_of_a_ten_millionth_add_no_rotation():
+    """Rounded chords turn the normals of tiny arcs: the pin's free rotation is not to press it into the hole.
+
+    The normals were those of the chords: the pin turned 13 times round, and p was off by 1e-3 (and 13 at some nodes).
+    """
+    angle = np.radians(84.0)
+    edges = [[-np.sin(angle), -np.cos(angle)], [np.sin(angle), -np.cos(angle)]]
+    solution = solve_assembly(pin(angle, levels=12, order=5, grading=0.3, graded_points=edges))
+    assert solution.converged and error(solution, angle) < 5e-6
+    assert np.abs(solution.last.alpha[2]) < 1e-12
+    assert solution.last.pairs["fit"].pressure.max() < 0.65
