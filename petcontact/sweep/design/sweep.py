@@ -123,8 +123,6 @@ class Sweep(Sequence[SweepCase]):
         bases = ["-".join(filter(None, (base.problem, base.variant and value_word(base.variant)))) for base in self.bases]
         inner = ["-".join(words) for words in itertools.product(*(axis.words for axis in self._words))]
         if self._words != self.axes:
-            shape = [len(axis.values) for axis in self._words]
-            order = [self._words.index(axis) for axis in self.axes]
             shape, order = [len(axis.words) for axis in self._words], [self._words.index(axis) for axis in self.axes]
             inner = [inner[k] for k in np.arange(len(inner)).reshape(shape).transpose(order).ravel()]
         return [f"{base}-{word}" if word else base for base in bases for word in inner]

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 Column = NDArray[Any]
 Columns = dict[str, Column]
-BLOCK = 10_000
+BLOCK = 1000
 """Rows that are held as Python objects at once."""
 
 
