@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import gc
 import importlib
+import os
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
@@ -126,4 +128,10 @@ def _command(arguments: Sequence[str]) -> int:
 
 def entry() -> NoReturn:
     """The console script."""
-    sys.exit(main())
+    # start-up makes 1e5 objects that live as long as the process: to look for rubbish among them again and again costs more
+    # than all the rubbish weighs, and at the end most
+    gc.set_threshold(20_000, 20, 20)
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would read the metadata of every installed package
+    status = main()
+    gc.freeze()
+    sys.exit(status)

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from ..arrays import Array, Index
 from ..geometry.arcs import end_tangents
@@ -66,7 +66,7 @@ class Joints:
     def __init__(self, mesh: CurveMesh, u: Array, traction: Array) -> None:
         self._mesh = mesh
         _, after = mesh.neighbours()
-        self._after, self._tree = after, cKDTree(mesh.end)
+        self._after, self._tree = after, scipy.spatial.cKDTree(mesh.end)
         self._reach = REACH * np.minimum(mesh.length, mesh.length[after])
         first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
         runs_on = np.sum(last * first[after], axis=1) > SMOOTH

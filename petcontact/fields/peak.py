@@ -58,8 +58,8 @@ def largest(field: Field, mesh: CurveMesh) -> Peak:
 def corners(mesh: CurveMesh) -> tuple[Array, list[str]]:
     """Where the outline turns or one part ends and another begins, (k, 2) [length], and the parts that meet there."""
     before, _ = mesh.neighbours()
-    ends = [mesh.on_element(k, np.array([-1.0, 1.0]))[1] for k in range(mesh.n_elements)]
-    turns = np.array([ends[b][1] @ ends[k][0] < SMOOTH for k, b in enumerate(before.tolist())])
+    first, last = mesh.on_elements(np.arange(mesh.n_elements), np.array([-1.0, 1.0]))[1].transpose(1, 0, 2)
+    turns = np.sum(last[before] * first, axis=1) < SMOOTH
     found = np.flatnonzero(turns | (mesh.part != mesh.part[before]))
     names = [[mesh.part_names[mesh.part[j]] for j in (before[k], k)] for k in found]
     return mesh.start[found], [f"two sides of {a}" if a == b else f"{a} and {b}" for a, b in names]

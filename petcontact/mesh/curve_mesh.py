@@ -187,6 +187,12 @@ class CurveMesh:
         """Points (k, 2) of an element at places ξ in [-1, 1] and outward normals there."""
         return on_arcs(self.start[number], self.end[number], self.half_angle[number], xi, self.direction[number])
 
+    def on_elements(self, numbers: Index, xi: Array) -> tuple[Array, Array]:
+        """Points (m, k, 2) of m elements at the same k places ξ and outward normals there."""
+        each, shape = np.repeat(numbers, len(xi)), (len(numbers), len(xi), 2)
+        points, normals = on_arcs(self.start[each], self.end[each], self.half_angle[each], np.tile(xi, len(numbers)))
+        return points.reshape(shape), normals.reshape(shape)
+
 
 def as_curve(mesh: BoundaryMesh) -> CurveMesh:
     """A mesh of which arc length and neighbours are asked.

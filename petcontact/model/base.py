@@ -109,7 +109,7 @@ class _OneLine(ModelMetaclass):
 class Model(pydantic.BaseModel, metaclass=_OneLine):
     """A frozen input model; unknown keys are errors."""
 
-    model_config = pydantic.ConfigDict(frozen=True, extra="forbid")
+    model_config = pydantic.ConfigDict(frozen=True, extra="forbid", defer_build=True)
 
 
 def parse(cls: type[Model], data: dict[str, Any], source: str) -> Any:

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Mask
+from ..arrays import Array, Index, Mask
 from ..mesh.basis import lagrange
 from ..mesh.curve_mesh import CurveMesh, as_curve
 from ..mesh.surface_mesh import SurfaceMesh
@@ -117,18 +117,29 @@ def place(axes: Any, solution: Solution) -> None:
 
 def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Array]]:
     """Closed curves (k, 2), initial and deformed, one pair a loop; arcs are round."""
-    pairs = []
-    for loop in mesh.loops():
-        initial, deformed = [], []
-        for k in loop.tolist():
-            order = int(mesh.order[k])
-            # constant elements by their middle, which is where their displacement is accurate
-            xi = np.linspace(-1.0, 1.0, 7) if order else np.zeros(1)
-            values = lagrange(order, xi).T @ u[mesh.first_node[k] : mesh.first_node[k + 1]]
-            initial.append(mesh.on_element(k, np.linspace(-1.0, 1.0, 7))[0])
-            deformed.append(mesh.on_element(k, xi)[0] + factor * values)
-        pairs.append((closed(initial), closed(deformed)))
-    return pairs
+    everywhere = np.linspace(-1.0, 1.0, 7)
+    number, initial, moved, deformed = [], [], [], []
+    curved = mesh.curvature != 0.0
+    for order, bent in sorted({*zip(mesh.order.tolist(), curved.tolist(), strict=True)}):
+        chosen = np.flatnonzero((mesh.order == order) & (curved == bent))
+        # constant elements by their middle, which is where their displacement is accurate
+        at, xi = everywhere if bent else everywhere[:1], everywhere if order else np.zeros(1)
+        nodal = u[mesh.first_node[chosen][:, None] + np.arange(order + 1)]
+        values = np.einsum("jk,ejc->ekc", lagrange(order, xi), nodal)
+        number.append(np.repeat(chosen, len(at)))
+        initial.append(mesh.on_elements(chosen, at)[0].reshape(-1, 2))
+        moved.append(np.repeat(chosen, len(xi)))
+        deformed.append((mesh.on_elements(chosen, xi)[0] + factor * values).reshape(-1, 2))
+    starts = [int(loop[0]) for loop in mesh.loops()]
+    return list(zip(_curves(number, initial, starts), _curves(moved, deformed, starts), strict=True))
+
+
+def _curves(numbers: list[Index], points: list[Array], starts: list[int]) -> list[Array]:
+    """Closed curves, one a loop, through points given by the number of their element."""
+    number = np.concatenate(numbers)
+    order = np.argsort(number, kind="stable")
+    pieces = np.split(np.concatenate(points)[order], np.searchsorted(number[order], starts[1:]))
+    return [closed([piece]) for piece in pieces]
 
 
 def draw_displacement(figure: Any, solution: Solution) -> None:
@@ -193,6 +204,7 @@ def draw_history(figure: Any, solution: Solution) -> None:
     for axes in (left, right):
         axes.set_xlabel("iteration")
         axes.xaxis.get_major_locator().set_params(integer=True)
+        axes.minorticks_off()
         axes.grid(alpha=0.3, lw=0.5)
         legend_below(axes, 3)
 

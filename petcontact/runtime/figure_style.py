@@ -53,10 +53,11 @@ def save(path: Path, draw: Callable[..., None], *arguments: Any) -> None:
         FigureCanvasAgg(figure)
         draw(figure, *arguments)
         stamp = {"svg": "Date", "pdf": "CreationDate"}.get(suffix)
+        # zlib's own choice takes three times as long for an eighth less
+        how: dict[str, Any] = {"dpi": 150, "pil_kwargs": {"compress_level": 3}} if suffix == "png" else {"dpi": DOTS}
         with temporary_name(path) as temporary:
             # no date: the same result is the same file
-            figure.savefig(temporary, format=suffix, metadata={stamp: None} if stamp else None,
-                           dpi=150 if suffix == "png" else DOTS)  # fmt: skip
+            figure.savefig(temporary, format=suffix, metadata={stamp: None} if stamp else None, **how)
 
 
 def figure_format(path: str | Path) -> str:
@@ -81,6 +82,7 @@ def style() -> dict[str, Any]:
         "axes.prop_cycle": cycler(color=COLOURS), "font.size": 9.0, "axes.titlesize": 10.0, "legend.fontsize": 8.0,
         "legend.frameon": False, "lines.linewidth": 1.4, "axes.linewidth": 0.7, "pdf.fonttype": 42,
         "svg.hashsalt": "petcontact", "axes.formatter.useoffset": False,
+        "axes.titley": 1.0,  # where titles are anyway: to look for ticks above the axes takes a third of the layout
     }  # fmt: skip
 
 

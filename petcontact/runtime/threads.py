@@ -10,6 +10,8 @@ from collections.abc import Iterator
 from typing import Any
 
 VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
+SOON_ASLEEP = ("OPENBLAS_THREAD_TIMEOUT", "4")
+"""OpenBLAS lets threads that have nothing to do spin for 2^26 ticks of the clock after every product, unless told 2^4."""
 _LOCAL_SIZE = ("OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_NTASKS_PER_NODE", "PMI_LOCAL_SIZE")
 
 
@@ -66,6 +68,7 @@ def cap_blas_threads() -> None:
 
     Libraries that are loaded later read the variables of the environment; those that are there already are told.
     """
+    os.environ.setdefault(*SOON_ASLEEP)
     given = [name for name in VARIABLES if name in os.environ]
     for name in VARIABLES:
         os.environ.setdefault(name, str(threads_per_rank()))

@@ -13,6 +13,8 @@ from matplotlib.figure import Figure
 from petcontact import InputError, MeshOptions, deformed_figure, field_on_grid, load, plot_all, solve
 from petcontact.commands.main import main
 from petcontact.fields.peak import corners, largest
+from petcontact.mesh.curve_mesh import build_mesh
+from petcontact.model.shapes import Rectangle
 from petcontact.model.units import Units
 from petcontact.results import figures
 from petcontact.results.hdf5 import read_solution, write_solution
@@ -89,6 +91,16 @@ def test_arcs_are_round_and_outlines_closed(plate):
     radius = np.hypot(*(initial - centre).T)
     assert np.ptp(radius) < 1e-9 * radius.mean() and len(initial) > 100
     assert np.array_equal(initial[0], initial[-1])
+
+
+def test_outlines_run_round_over_elements_of_mixed_orders():
+    square = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 2.0)).outline()
+    orders = [np.array(side) for side in ([2, 0, 1], [1, 0, 3], [1, 1, 0, 2], [4])]
+    mesh = build_mesh(square, [np.linspace(0.0, 1.0, len(side) + 1) for side in orders], orders)
+    ((initial, deformed),) = figures.outlines(mesh, mesh.x, 0.5)  # grows by half: area 9
+    for curve, area in ((initial, 4.0), (deformed, 9.0)):
+        (x, y), (x_after, y_after) = curve[:-1].T, curve[1:].T
+        assert 0.5 * np.sum(x * y_after - x_after * y) == pytest.approx(area, rel=1e-12)
 
 
 def test_states_differ_by_shape_and_colour(plate):

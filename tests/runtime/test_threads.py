@@ -24,6 +24,7 @@ petcontact.initialise()
 import numpy
 pools = [pool["num_threads"] for pool in threadpoolctl.threadpool_info() if pool["user_api"] == "blas"]
 assert pools and max(pools) == 1 and os.environ["OPENBLAS_NUM_THREADS"] == "1", pools
+assert os.environ["OPENBLAS_THREAD_TIMEOUT"] == "4"
 """
 ASKED = """
 import os
