@@ -9,7 +9,7 @@ enum {
     NODES = 16,                            /* of a panel, at most */
     RULES = 12,                            /* numbers of points in one direction that are used, */
     LONGEST = 24,                          /* the greatest of them, */
-    POINTS = 144,                          /* and of both */
+    POINTS = 256,                          /* and of both */
     G = 6, H = 9, ALL = G + H,
     FEW = 3                                /* targets below which a vector holds points of a rule instead */
 };
@@ -74,7 +74,7 @@ INLINE void monomials(const Panel *p, double x, double y, double *out)
 }
 
 typedef struct {                           /* Gauss points; more without weight fill the last vector */
-    int count;
+    int count, nodal;                      /* whether the points are the nodes, each of weight in its own function only */
     double scale, x[3][POINTS];
     const double (*weight)[NODES];         /* over the scale */
 } Rule;
@@ -97,6 +97,7 @@ INLINE void rule_of(const Panel *p, const Rules *rules, const double *weights, i
             global[i][k] = (i ? 0.0 : p->centre[k]) + p->size * (local[i][0] * p->frame[k] + local[i][1] * p->frame[3 + k]);
     rule->weight = p->regular ? (const double (*)[NODES])(weights + (first * RULES + second) * POINTS * NODES) : room;
     rule->scale = p->size * p->size * (p->regular ? p->area : 1.0);
+    rule->nodal = p->regular && p->corners == 4 && nx == p->order + 1 && ny == nx;
     int q = 0;
     for (int i = 0; i < nx; i++) {
         const double s = rules->xi[first][i], *xi = rules->xi[second];
@@ -189,7 +190,7 @@ INLINE void kernels_of(Vector *sums, const double *normal, double nu, double fac
 
 /* A rule's points as sources for some targets of a chunk: the same sums in the same order whatever the vectors hold. */
 INLINE void far(const Panel *p, const Rule *rule, double nu, int count, const int *target, double (*x)[CHUNK], int wants_g,
-                int wants_h, double *values, int width)
+                int wants_h, int node, int last_node, double *values, int width)
 {
     const double *normal = p->frame + 6;
     const int low = wants_g ? 0 : G, high = wants_h ? ALL : G;
@@ -210,6 +211,14 @@ INLINE void far(const Panel *p, const Rule *rule, double nu, int count, const in
                         r[c] -= x[c][t];
                     }
                     products_of(r, normal, wants_g, wants_h, k[0]);
+                    if (rule->nodal) {
+                        Vector weight = {0.0};
+                        for (int l = 0; l < LANES && q + l < p->nodes; l++)
+                            weight[l] = rule->weight[q + l][q + l];
+                        for (int c = low; c < high; c++)
+                            sums[q / LANES][c] = weight * k[0][c];
+                        continue;
+                    }
                     for (int n = 0; n < wide; n++) {
                         Vector weight[LANES];
                         for (int l = 0; l < LANES; l++)
@@ -236,17 +245,24 @@ INLINE void far(const Panel *p, const Rule *rule, double nu, int count, const in
         for (int c = 0; c < 3; c++)
             for (int l = 0; l < LANES; l++)
                 at[c][l] = x[c][target[first + (l < some ? l : some - 1)]];
-        for (int n = 0; n < p->nodes; n++)
+        for (int n = node; n < last_node; n++) {
             for (int c = low; c < high; c++)
                 sums[n][c] = (Vector){0.0};
-        for (int q = 0; q < rule->count; q += 4) {
+            if (rule->nodal) {
+                const Vector r[3] = {rule->x[0][n] - at[0], rule->x[1][n] - at[1], rule->x[2][n] - at[2]};
+                products_of(r, normal, wants_g, wants_h, k[0]);
+                for (int c = low; c < high; c++)
+                    sums[n][c] = rule->weight[n][n] * k[0][c];
+            }
+        }
+        for (int q = 0; !rule->nodal && q < rule->count; q += 4) {
             for (int j = 0; j < 4; j++) {
                 const Vector r[3] = {rule->x[0][q + j] - at[0], rule->x[1][q + j] - at[1], rule->x[2][q + j] - at[2]};
                 products_of(r, normal, wants_g, wants_h, k[j]);
             }
             for (int c = low; c < high; c++) {
                 const Vector k0 = k[0][c], k1 = k[1][c], k2 = k[2][c], k3 = k[3][c];
-                for (int n = 0; n < p->nodes; n++) {
+                for (int n = node; n < last_node; n++) {
                     Vector sum = sums[n][c] + rule->weight[q][n] * k0;
                     sum += rule->weight[q + 1][n] * k1;
                     sum += rule->weight[q + 2][n] * k2;
@@ -254,7 +270,7 @@ INLINE void far(const Panel *p, const Rule *rule, double nu, int count, const in
                 }
             }
         }
-        for (int n = 0; n < p->nodes; n++) {
+        for (int n = node; n < last_node; n++) {
             double *out = values + n * ALL * width;
             kernels_of(sums[n], normal, nu, rule->scale, wants_g, wants_h);
             for (int c = low; c < high; c++)
@@ -285,7 +301,8 @@ INLINE void shift(const Panel *p, double x, double y, double (*sums)[HIGHEST + 1
 }
 
 /* One pair in closed form; (x, y) the target in local coordinates, its plane by w above it. */
-INLINE void near(const Panel *p, double x, double y, double w, double nu, int wants_g, int wants_h, double *values, int width)
+INLINE void near(const Panel *p, double x, double y, double w, double nu, int wants_g, int wants_h, int node,
+                 int last_node, double *values, int width)
 {
     enum { LOCAL = 14 };                   /* U: 6, T: 6 of its symmetric part and 2 of the other */
     const double one_2nu = 1.0 - 2.0 * nu, scale = 1.0 / (8.0 * PI * (1.0 - nu));
@@ -319,7 +336,7 @@ INLINE void near(const Panel *p, double x, double y, double w, double nu, int wa
     const int low = wants_g ? 0 : G, high = wants_h ? LOCAL : G;
     for (int c = low; c < high; c++)
         shift(p, x, y, local[c]);
-    for (int n = 0; n < p->nodes; n++) {
+    for (int n = node; n < last_node; n++) {
         double nodal[LOCAL], *out = values + n * ALL * width;
         const double *coefficients = p->coefficients + n * p->nodes;
         for (int c = low; c < high; c++) {
@@ -350,9 +367,10 @@ INLINE void near(const Panel *p, double x, double y, double w, double nu, int wa
     }
 }
 
-/* Values (nodes, 15, width) of one panel at the targets of a chunk. */
+/* Values (nodes, 15, width) of one panel at the targets of a chunk, of the nodes from `node` to before `last_node`. */
 DISPATCHED void petcontact_panel(const double *record, int64_t kind, const Rules *rules, const double *weights, double nu,
-                                 int64_t count, double (*x)[CHUNK], int wants_g, int wants_h, double *values, int width)
+                                 int64_t count, double (*x)[CHUNK], int wants_g, int wants_h, int node, int last_node,
+                                 double *values, int width)
 {
     const Panel p = panel_of(record, kind);
     const double *least = rules->least[p.order], over = 1.0 / p.size;
@@ -390,7 +408,7 @@ DISPATCHED void petcontact_panel(const double *record, int64_t kind, const Rules
         const int own = code[t];
         if (own == -1) {
             double w = fabs(local[2][t]) <= FLAT ? 0.0 : -local[2][t];
-            near(&p, local[0][t], local[1][t], w, nu, wants_g, wants_h, values + t, width);
+            near(&p, local[0][t], local[1][t], w, nu, wants_g, wants_h, node, last_node, values + t, width);
         }
         if (own < 0)
             continue;
@@ -401,7 +419,7 @@ DISPATCHED void petcontact_panel(const double *record, int64_t kind, const Rules
                 code[s] = -2;
             }
         rule_of(&p, rules, weights, own / RULES, own % RULES, room, &rule);
-        far(&p, &rule, nu, alike, together, x, wants_g, wants_h, values, width);
+        far(&p, &rule, nu, alike, together, x, wants_g, wants_h, node, last_node, values, width);
     }
 }
 
@@ -424,7 +442,7 @@ void petcontact_panels(int64_t n, const double *records, int64_t stride, int64_t
         const int width = (count + LANES - 1) / LANES * LANES;
         load_targets(count, points + 3 * first, 0, x);
         for (int64_t e = 0; e < n; e++) {
-            petcontact_panel(records + e * stride, kind, rules, weights, nu, count, x, g != 0, h != 0, values, width);
+            petcontact_panel(records + e * stride, kind, rules, weights, nu, count, x, g != 0, h != 0, 0, nodes, values, width);
             for (int b = 0; b < nodes; b++)
                 for (int i = 0; i < 9; i++) {
                     const double *from = values + b * ALL * width;
@@ -445,7 +463,9 @@ INLINE void contract(int count, const double *values, int width, int is_h, doubl
         const double *k[3];
         for (int j = 0; j < 3; j++)
             k[j] = values + (is_h ? G + 3 * i + j : PLACE[i][j]) * width;
-        if (adds)
+        if (count == 1)
+            out[i] = (adds ? out[i] : 0.0) + (k[0][0] * x + k[1][0] * y + k[2][0] * z);
+        else if (adds)
             for (int t = 0; t < count; t++)
                 out[3 * t + i] += k[0][t] * x + k[1][t] * y + k[2][t] * z;
         else
@@ -487,7 +507,8 @@ DISPATCHED void petcontact_panel_columns(
                 }
             }
             if (needs_g || needs_h)
-                petcontact_panel(records + record[e], kind[e], rules, weights[kind[e]], nu, count, x, needs_g, needs_h, values, width);
+                petcontact_panel(records + record[e], kind[e], rules, weights[kind[e]], nu, count, x, needs_g, needs_h,
+                                 (int)(columns[j] - first_node[e]), (int)(columns[last - 1] - first_node[e]) + 1, values, width);
             for (int64_t i = j; i < last; i++) {
                 const int64_t node = columns[i];
                 const double *own_values = values + (node - first_node[e]) * ALL * width;

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 import itertools
-import math
 from typing import Any
 
 import numpy as np
@@ -15,11 +14,11 @@ from ...mesh.basis import gauss
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import SurfaceMesh
 from ..kernel import ColumnData
-from .rules import COUNTS, MOST_POINTS
+from .rules import COUNTS, MOST_POINTS, least_log_rho
 
 TRIANGLE = 4
 """Is added to the order of triangles: the kind of a panel."""
-ROOM = 144
+ROOM = 256
 """Gauss points of a panel that the compiled code has room for."""
 _panels = native.function("petcontact_panels", "ipiippdippp")
 _columns = native.function("petcontact_panel_columns", "ipip" + 13 * "p" + "ddpp")
@@ -28,7 +27,8 @@ _columns = native.function("petcontact_panel_columns", "ipip" + 13 * "p" + "ddpp
 @functools.lru_cache(maxsize=16)
 def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
     """The limits of the choice of Gauss points and their rules as `kelvin3d.c` reads them."""
-    least = [[_least_distance(count, order, tolerance) for count in COUNTS] for order in range(HIGHEST_ORDER + 1)]
+    # half the sum of the distances from both ends over half the length is (ρ + 1/ρ)/2
+    least = [np.cosh(np.minimum(least_log_rho(order, tolerance), 700.0)) for order in range(HIGHEST_ORDER + 1)]
     points = np.zeros((2, len(COUNTS), COUNTS[-1]))
     for row, count in enumerate(COUNTS):
         points[:, row, :count] = gauss(count - 1)
@@ -37,7 +37,7 @@ def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
 
 @functools.cache
 def _weights(kind: int) -> Array:
-    """Gauss weights times the basis on a rectangle or triangle of area 1, (numbers of points, 144, 16), zero beyond."""
+    """Gauss weights times the basis on a rectangle or triangle of area 1, (numbers of points, 256, 16), zero beyond."""
     order, corners = kind % TRIANGLE, 3 if kind >= TRIANGLE else 4
     corner = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
     panels, _, weight = make_panels(corner[None, :corners], order, np.arange(1))
@@ -47,15 +47,6 @@ def _weights(kind: int) -> Array:
         if points <= ROOM:
             table[i, j, :points, : panels.n_nodes] = panels.rule((COUNTS[i], COUNTS[j]))[1][0].T / weight.sum()
     return table
-
-
-def _least_distance(count: int, order: int, tolerance: float) -> float:
-    """Half the sum of the distances from both ends of a panel, in half its length, from which on n points do.
-
-    That is (ρ + 1/ρ)/2 of the Bernstein ellipse: what `point_counts` asks of ρ, solved for it.
-    """
-    spare = 2 * count - order - 2
-    return math.cosh(min(-math.log(tolerance) / spare, 700.0)) if spare > 0 else math.inf
 
 
 def _records(panels: Panels) -> Array:
