@@ -105,7 +105,7 @@ def evaluate_boundary(
         variables = mesh.variables(nodes)
         key = f"boundary[{number}] ({condition.part})"
         if isinstance(condition, Displacement):
-            _check_components(condition.value, mesh, key)
+            check_components(condition.value, mesh, key)
             for c, component in enumerate(condition.value):
                 if component == "free":
                     known[nodes, c] = True
@@ -113,7 +113,7 @@ def evaluate_boundary(
                     value[nodes, c] = evaluate(component, variables, len(nodes), f"{key}.value[{c}]")
         elif isinstance(condition, Traction):
             known[nodes] = True
-            _check_components(condition.value or (0.0,) * d, mesh, key)
+            check_components(condition.value or (0.0,) * d, mesh, key)
             value[nodes] = _traction(condition, variables, mesh.normal[nodes], key)
         else:
             bound[nodes] = _friction_bound(condition, variables, mesh.x[nodes], key)
@@ -148,7 +148,8 @@ def _traction(condition: Traction, variables: dict[str, Array], normal: Array, k
     ])
 
 
-def _check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> None:
+def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> None:
+    """Refuse a vector that has not as many components as the body has dimensions."""
     if len(value) != mesh.dim:
         raise InputError(f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components")
 

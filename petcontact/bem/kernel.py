@@ -108,3 +108,11 @@ class Kernel(Protocol):
             [-]; the stress component comes first (xx, yy, xy in the plane, xx, yy, zz, xy, xz, yz in space).
         """
         ...
+
+    def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
+        """u (n, d) [length] at points x (n, d) for forces (f, d) at points (f, d) of infinite space."""
+        ...
+
+    def point_stress(self, x: Array, at: Array, force: Array) -> Array:
+        """Stress (n, d(d+1)/2) of the same forces, components as in `stress_integrals` [stress]."""
+        ...

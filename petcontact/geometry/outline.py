@@ -8,6 +8,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 import shapely
@@ -100,6 +101,7 @@ class Outline:
 
     loops: tuple[tuple[Side, ...], ...]
     exterior: bool = False
+    dim: ClassVar[int] = 2
 
     def __post_init__(self) -> None:
         for loop in self.loops:

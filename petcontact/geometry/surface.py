@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar, Protocol
 
 import numpy as np
 import scipy
@@ -19,13 +20,44 @@ SAME = 1e-10
 """Points closer than this fraction of the surface's size are one point given twice."""
 
 
+class Boundary(Protocol):
+    """What is asked of the boundary of any body, an outline or a surface.
+
+    Attributes
+    ----------
+    dim : int
+    parts : tuple of str
+        Names of its parts.
+    diameter : float
+        Of its bounding box [length].
+    exterior : bool
+        Whether the body is what lies outside.
+    """
+
+    @property
+    def dim(self) -> int: ...
+    @property
+    def parts(self) -> tuple[str, ...]: ...
+    @property
+    def diameter(self) -> float: ...
+    @property
+    def exterior(self) -> bool: ...
+
+
 @dataclass(frozen=True)
 class BoxSurface:
     """The six faces of [lower, upper], parts left x-, right x+, front y-, back y+, bottom z-, top z+ [length]."""
 
     lower: Array
     upper: Array
-    part_names: tuple[str, ...] = tuple(BOX_PARTS)
+    parts: tuple[str, ...] = tuple(BOX_PARTS)
+    dim: ClassVar[int] = 3
+    exterior: ClassVar[bool] = False
+
+    @property
+    def diameter(self) -> float:
+        """Length of the diagonal [length]."""
+        return float(np.linalg.norm(self.upper - self.lower))
 
 
 @dataclass(frozen=True)
@@ -39,14 +71,21 @@ class FacetSurface:
     facets : (k, 4) int array
         Corners; -1 comes last in triangles.
     part : (k,) int array
-        Number of each facet's part in `part_names`.
-    part_names : tuple of str
+        Number of each facet's part in `parts`.
+    parts : tuple of str
     """
 
     points: Array
     facets: Index
     part: Index
-    part_names: tuple[str, ...]
+    parts: tuple[str, ...]
+    dim: ClassVar[int] = 3
+    exterior: ClassVar[bool] = False
+
+    @property
+    def diameter(self) -> float:
+        """Length of the diagonal of the bounding box [length]."""
+        return float(np.linalg.norm(np.ptp(self.points, axis=0)))
 
 
 def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
@@ -72,7 +111,7 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
     place = first_crossing(points, _triangles(facets)[0])
     if place is not None:
         raise InputError(f"{source}: the surface crosses itself near {_text(place)}")
-    return FacetSurface(points, facets, surface.part, surface.part_names)
+    return FacetSurface(points, facets, surface.part, surface.parts)
 
 
 def _check_points(points: Array, source: str) -> None:

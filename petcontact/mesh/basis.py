@@ -8,6 +8,9 @@ import numpy as np
 
 from ..arrays import Array
 
+COINCIDE = 1e-7
+"""Local coordinates that differ by less are one node."""
+
 
 @functools.cache
 def gauss(order: int) -> tuple[Array, Array]:

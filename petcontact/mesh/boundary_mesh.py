@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ..arrays import Array, Index
+from .pairs.curves import Hits
 
 
 @dataclass(frozen=True)
@@ -14,6 +15,26 @@ class Batch:
 
     elements: Any
     nodes: Index
+
+
+class Faces(Protocol):
+    """Curves or panels of a part that points of another one face; `pairs.curves.Hits` says where."""
+
+    def at(self, number: Index, place: Array) -> tuple[Array, Array]:
+        """Points (k, d) and outward normals (k, d) at places of some faces."""
+        ...
+
+    def stretch(self, number: Index, distance: Array) -> Array:
+        """Length or area at a distance along the normals over that of the faces themselves, (k,)."""
+        ...
+
+    def cast(self, x: Array, direction: Array) -> Hits:
+        """The nearest meeting of the lines x + t·direction with faces whose outward normal points against it."""
+        ...
+
+    def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
+        """From where points with outward normals (m, d) are met, by perpendiculars or against a direction."""
+        ...
 
 
 class BoundaryMesh(Protocol):
@@ -78,8 +99,20 @@ class BoundaryMesh(Protocol):
         """Orthonormal tangents at nodes, (m, d-1, d)."""
         ...
 
+    def tangents_to(self, normal: Array) -> Array:
+        """Orthonormal tangents (m, d-1, d) to unit vectors (m, d)."""
+        ...
+
     def variables(self, nodes: Index) -> dict[str, Array]:
         """What expressions may name at nodes, (m,) each: x, y (and z), nx, ny (and nz), and s on curves."""
+        ...
+
+    def faces(self, part: str) -> tuple[Index, Faces]:
+        """Numbers of the elements of a part, and these as what may be faced."""
+        ...
+
+    def basis_at(self, element: Index, place: Array) -> Any:
+        """Nodal values to values at places, as `Hits` has them, of elements (q,): a sparse array (q, n)."""
         ...
 
     def batches(self) -> list[Batch]:

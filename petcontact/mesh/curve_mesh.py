@@ -8,15 +8,17 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
+import scipy
 import shapely
 
 from ..arrays import Array, Index
 from ..errors import InputError
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..geometry.outline import Outline, Side, hull_scale, round_loops
-from .basis import gauss
+from .basis import COINCIDE, gauss, lagrange
 from .boundary_mesh import Batch, BoundaryMesh
 from .elements import Elements, Targets
+from .pairs.curves import Curves
 
 
 @dataclass(frozen=True)
@@ -130,13 +132,41 @@ class CurveMesh:
 
     def tangents(self, nodes: Index) -> Array:
         """Outward normals turned by +90° (counter-clockwise), (m, 1, 2)."""
-        normal = self.normal[nodes]
+        return self.tangents_to(self.normal[nodes])
+
+    @staticmethod
+    def tangents_to(normal: Array) -> Array:
+        """Unit vectors (m, 2) turned by +90°, (m, 1, 2)."""
         return np.asarray(np.stack([-normal[:, 1], normal[:, 0]], axis=1)[:, None])
 
     def variables(self, nodes: Index) -> dict[str, Array]:
         """What expressions may name: x, y, nx, ny and the arc length s along the part, (m,) each."""
         (x, y), (nx, ny) = self.x[nodes].T, self.normal[nodes].T
         return {"x": x, "y": y, "nx": nx, "ny": ny, "s": self.arc_length[nodes]}
+
+    def faces(self, part: str) -> tuple[Index, Curves]:
+        """Numbers of the elements of a part, and these as curves that may be faced."""
+        numbers = np.flatnonzero(self.part == self.part_names.index(part))
+        return numbers, Curves(self.start[numbers], self.end[numbers], self.curvature[numbers])
+
+    def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
+        """Nodal values to values at fractions (q,) of the arc lengths of elements (q,), as a sparse array (q, n)."""
+        rows, columns, entries = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
+        xi = 2.0 * place - 1.0
+        for order in np.unique(self.order[element]):
+            chosen = np.flatnonzero(self.order[element] == order)
+            nodes = self.first_node[element[chosen]][:, None] + np.arange(order + 1)
+            gap = np.abs(xi[chosen][:, None] - self.xi[nodes])
+            hit = gap.min(axis=1) < COINCIDE
+            basis = lagrange(int(order), xi[chosen])
+            basis[:, hit] = np.where(gap[hit] < COINCIDE, 1.0, 0.0).T
+            rows.append(np.repeat(chosen, order + 1))
+            columns.append(nodes.ravel())
+            entries.append(basis.T.ravel())
+        triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
+        result = scipy.sparse.csr_array(scipy.sparse.coo_array(triples, shape=(len(element), self.n_nodes)))
+        result.eliminate_zeros()
+        return result
 
     def elements(self, numbers: Index) -> Elements:
         """The kernels' view of elements of one order."""

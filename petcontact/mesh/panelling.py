@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..geometry.surface import BOX_PARTS, BoxSurface, FacetSurface
 from .surface_mesh import SurfaceMesh
 
@@ -16,6 +16,11 @@ def graded(count: int, exponent: float) -> Array:
     t = np.arange(count + 1) / count
     left = 0.5 * (2.0 * np.minimum(t, 1.0 - t)) ** exponent
     return np.where(t <= 0.5, left, 1.0 - left)
+
+
+def face_axes(axis: int, side: int) -> tuple[int, int]:
+    """The two axes of a face of a box, so that they and the outward normal are right-handed."""
+    return ((axis + 1) % 3, (axis + 2) % 3) if side else ((axis + 2) % 3, (axis + 1) % 3)
 
 
 def box_mesh(box: BoxSurface, size_of: Callable[[str], float], order: int, exponent: float) -> SurfaceMesh:
@@ -31,24 +36,40 @@ def box_mesh(box: BoxSurface, size_of: Callable[[str], float], order: int, expon
     exponent : float
         1 for equal panels; greater for panels that shrink towards the edges.
     """
-    corners, part = [], []
-    for number, (name, (axis, side)) in enumerate(BOX_PARTS.items()):
-        u, v = ((axis + 1) % 3, (axis + 2) % 3) if side else ((axis + 2) % 3, (axis + 1) % 3)
+    extent = box.upper - box.lower
+    lines = [graded(max(1, round(float(extent[c]) / size_of(name))), exponent)
+             for name, face in BOX_PARTS.items() for c in face_axes(*face)]  # fmt: skip
+    return box_of_lines(box, lines, [np.full(len(line) - 1, order) for line in lines])
+
+
+def box_of_lines(box: BoxSurface, lines: Sequence[Array], orders: Sequence[Index]) -> SurfaceMesh:
+    """The mesh of a box with given grids.
+
+    Parameters
+    ----------
+    box : BoxSurface
+    lines : 12 arrays (n + 1,)
+        Fractions from 0 to 1 along the two axes of each face, in the order of `BOX_PARTS` and `face_axes`.
+    orders : 12 arrays (n,)
+        A panel has the smaller of the orders along its two axes.
+    """
+    corners, part, order = [], [], []
+    for number, (axis, side) in enumerate(BOX_PARTS.values()):
+        u, v = face_axes(axis, side)
         extent = box.upper - box.lower
-        lines = [box.lower[c] + extent[c] * graded(max(1, round(float(extent[c]) / size_of(name))), exponent)
-                 for c in (u, v)]  # fmt: skip
-        grid = np.empty((len(lines[0]), len(lines[1]), 3))
-        grid[..., u], grid[..., v] = np.meshgrid(*lines, indexing="ij")
+        along = [box.lower[c] + extent[c] * lines[2 * number + k] for k, c in enumerate((u, v))]
+        grid = np.empty((len(along[0]), len(along[1]), 3))
+        grid[..., u], grid[..., v] = np.meshgrid(*along, indexing="ij")
         grid[..., axis] = (box.lower, box.upper)[side][axis]
         cells = np.stack([grid[:-1, :-1], grid[1:, :-1], grid[1:, 1:], grid[:-1, 1:]], axis=2).reshape(-1, 4, 3)
         corners.append(cells)
         part.append(np.full(len(cells), number))
-    everything = np.vstack(corners)
-    return SurfaceMesh(everything, np.full(len(everything), order), np.concatenate(part), box.part_names)
+        order.append(np.minimum.outer(orders[2 * number], orders[2 * number + 1]).ravel())
+    return SurfaceMesh(np.vstack(corners), np.concatenate(order), np.concatenate(part), box.parts)
 
 
 def facet_mesh(surface: FacetSurface, order: int) -> SurfaceMesh:
     """A panel on each facet of a surface."""
     corners = surface.points[surface.facets]
     corners[surface.facets < 0] = np.nan
-    return SurfaceMesh(corners, np.full(len(corners), order), surface.part, surface.part_names)
+    return SurfaceMesh(corners, np.full(len(corners), order), surface.part, surface.parts)

@@ -106,6 +106,11 @@ class Panels:
         """Of the basis' monomials, (k, 2)."""
         return reference_nodes(self.corners.shape[1], self.order)[1]
 
+    @property
+    def nodes(self) -> Array:
+        """Nodes in local coordinates, (n, k, 2)."""
+        return _mapped(self.polygon, reference_nodes(self.corners.shape[1], self.order)[0])
+
     def take(self, chosen: Index | slice) -> Panels:
         """Some of the panels."""
         return Panels(

@@ -6,9 +6,12 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
+import scipy
 
 from ..arrays import Array, Index
+from .basis import COINCIDE
 from .boundary_mesh import Batch
+from .pairs.flat_panels import FlatPanels
 from .panels import Panels, make_panels
 
 
@@ -84,8 +87,12 @@ class SurfaceMesh:
         return np.flatnonzero(self.node_part == self.part_names.index(part))
 
     def tangents(self, nodes: Index) -> Array:
-        """Orthonormal tangents at nodes, (m, 2, 3): near the two coordinate axes that the normal is farthest from."""
-        normal = self.normal[nodes]
+        """Orthonormal tangents at nodes, (m, 2, 3)."""
+        return self.tangents_to(self.normal[nodes])
+
+    @staticmethod
+    def tangents_to(normal: Array) -> Array:
+        """Orthonormal tangents (m, 2, 3) to unit vectors: near the two coordinate axes that they are farthest from."""
         away = np.abs(normal).argmax(axis=1)
         axes = np.eye(3)
         i, j = np.where(away == 0, 1, 0), np.where(away == 2, 1, 2)
@@ -105,6 +112,29 @@ class SurfaceMesh:
         """All panels, grouped by shape and order."""
         return [Batch(panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel())
                 for panels in self._groups.values()]  # fmt: skip
+
+    def faces(self, part: str) -> tuple[Index, FlatPanels]:
+        """Numbers of the panels of a part, and these as panels that may be faced."""
+        numbers = np.flatnonzero(self.part == self.part_names.index(part))
+        return numbers, FlatPanels.of(list(self._groups.values()), numbers)
+
+    def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
+        """Nodal values to values at local coordinates (q, 2) of panels (q,), as a sparse array (q, n)."""
+        rows, columns, entries = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
+        for number in np.unique(self.kind[element]):
+            chosen = np.flatnonzero(self.kind[element] == number)
+            panels = self.elements(element[chosen])
+            basis = panels.basis(place[chosen][:, None])[:, 0]
+            gap = np.abs(place[chosen][:, None] - panels.nodes).max(axis=2)
+            hit = gap.min(axis=1) < COINCIDE
+            basis[hit] = gap[hit] < COINCIDE
+            rows.append(np.repeat(chosen, panels.n_nodes))
+            columns.append((self.first_node[element[chosen]][:, None] + np.arange(panels.n_nodes)).ravel())
+            entries.append(basis.ravel())
+        triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
+        result = scipy.sparse.csr_array(scipy.sparse.coo_array(triples, shape=(len(element), self.n_nodes)))
+        result.eliminate_zeros()
+        return result
 
     def elements(self, numbers: Index) -> Panels:
         """The kernels' view of panels of one kind."""

@@ -7,8 +7,8 @@ from typing import Annotated, Any
 import pydantic
 import tomli_w
 
-from .base import Expression, Finite, Model, Options, Point, nearest
-from .load_steps import Freedom, Step
+from .base import Coordinate, Expression, Finite, Model, Options, nearest
+from .load_steps import Loads, Motions, Step, Vector, spread
 from .mesh_options import MeshOptions
 from .problem import Condition, Contact, Displacement, Geometry, Material, Normal, Traction
 from .solver_options import Bem, Method
@@ -20,20 +20,20 @@ Name = Annotated[str, pydantic.Field(min_length=1, pattern=r"^[^./]+$")]
 
 
 class PointForce(Model):
-    """A force at a point of the body [force/length of thickness].
+    """A force at a point of the body [force/length of thickness, in space force].
 
     Attributes
     ----------
     at : point
         Inside the body, not on its boundary [length].
-    force : (fx, fy)
-        [force/length]
+    force : (fx, fy), in space (fx, fy, fz)
+        [force/length, in space force]
     name : str
         For load steps that change it.
     """
 
-    at: Point
-    force: tuple[Finite, Finite]
+    at: Annotated[tuple[Coordinate, ...], Vector]
+    force: Annotated[tuple[Finite, ...], Vector]
     name: str = ""
 
 
@@ -71,28 +71,51 @@ class Body(Model):
 class Obstacle(Model):
     """A rigid body without a mesh: it moves by given components, or by those that are "free" under its force and moment.
 
+    One number stands for every component where it is 0 or "free".
+
     Attributes
     ----------
     name : str
         Of the obstacle.
-    displacement : pair of float or "free"
+    displacement : a number or "free" a component
         Of the centre [length].
-    rotation : float or "free"
-        About the centre, counter-clockwise [rad].
+    rotation : number or "free", in space one about each of x, y, z
+        About the centre, counter-clockwise, small [rad].
     centre : point
         What it turns about [length].
-    force : (fx, fy)
-        From outside, where the component is free [force/length].
-    moment : float
-        From outside about the centre, where the rotation is free [force].
+    force : a number a component
+        From outside, where the component is free [force/length, in space force].
+    moment : number, in space one about each of x, y, z
+        From outside about the centre, where the rotation is free [force, in space force · length].
     """
 
     name: Name
-    displacement: tuple[Freedom, Freedom] = (0.0, 0.0)
-    rotation: Freedom = 0.0
-    centre: Point = (0.0, 0.0)
-    force: tuple[Finite, Finite] = (0.0, 0.0)
-    moment: Finite = 0.0
+    displacement: Motions = 0.0
+    rotation: Motions = 0.0
+    centre: Loads = 0.0
+    force: Loads = 0.0
+    moment: Loads = 0.0
+
+    def motions(self, d: int) -> list[Any]:
+        """Displacement and rotation in d dimensions, component by component, each a number or "free".
+
+        Raises
+        ------
+        InputError
+            If one has another number of components.
+        """
+        return self._each("displacement", d) + self._each("rotation", d * (d - 1) // 2)
+
+    def loads(self, d: int) -> list[float]:
+        """Force and moment, likewise."""
+        return self._each("force", d) + self._each("moment", d * (d - 1) // 2)
+
+    def centre_in(self, d: int) -> list[float]:
+        """The centre, likewise."""
+        return self._each("centre", d)
+
+    def _each(self, key: str, count: int) -> list[Any]:
+        return spread(getattr(self, key), count, f"obstacle {self.name!r}: {key}")
 
 
 class Pair(Model):
@@ -109,7 +132,8 @@ class Pair(Model):
     normal : {"unilateral", "bilateral", "bonded"}
         May open, stays closed but may slip, or neither.
     gap : "geometry" or expression
-        Initial gap [length]: the distance along the direction, or an expression in the secondary's x, y, nx, ny, s.
+        Initial gap [length]: the distance along the direction, or an expression in the secondary's x, y, nx, ny, s (in space x, y,
+        z, nx, ny, nz).
         "geometry" is 0 against an obstacle, and where the contact is bilateral or bonded.
     direction : vector, optional
         From the secondary to the primary; the secondary's outward normal by default [-].
@@ -124,14 +148,14 @@ class Pair(Model):
     primary: str
     normal: Normal = "unilateral"
     gap: Expression = "geometry"
-    direction: tuple[Finite, Finite] | None = None
+    direction: Annotated[tuple[Finite, ...], Vector] | None = None
     friction_coefficient: Expression | None = None
     friction_bound: Expression | None = None
 
     @pydantic.field_validator("direction")
     @classmethod
-    def _points_somewhere(cls, value: tuple[float, float] | None) -> tuple[float, float] | None:
-        if value is not None and not 1e-300 < value[0] ** 2 + value[1] ** 2 < 1e300:
+    def _points_somewhere(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        if value is not None and not 1e-300 < sum(component**2 for component in value) < 1e300:
             raise ValueError("must be a vector other than zero")
         return value
 
@@ -224,7 +248,7 @@ class Assembly(Model):
 
     def point_forces(self, number: int, step: int, factor: float) -> list[PointForce]:
         """Point forces of a body at a load factor of a step (from 1), linear from the end of the step before."""
-        last = [f.model_copy(update={"force": (0.0, 0.0)}) for f in self.body[number].point_force]
+        last = [f.model_copy(update={"force": (0.0,) * len(f.force)}) for f in self.body[number].point_force]
         wanted = list(self.body[number].point_force)
         for k in range(1, step + 1):
             changes = {change.name: change.force for change in (self.step[k - 1].point_force if self.step else ())}
@@ -257,6 +281,8 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
         return Traction(part=old.part, value=change.value, pressure=change.pressure)
     if change.pressure is not None:
         raise ValueError(f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = [ux, uy]")
+    if len(change.value) != len(old.value):
+        raise ValueError(f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, got {len(change.value)}")
     for new, before in zip(change.value, old.value, strict=True):
         if (new == "free") != (before == "free"):
             raise ValueError(f"{key}.value: a component of {change.part!r} that is free stays free, and a known one known; "

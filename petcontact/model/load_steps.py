@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
 import pydantic
 
+from ..errors import InputError
 from .base import Expression, Finite, Model
 
 
@@ -19,16 +21,52 @@ def _increments(value: Any) -> int | str:
 
 
 Increments = Annotated[int | Literal["auto"], pydantic.BeforeValidator(_increments)]
-Freedom = Annotated[float | Literal["free"], pydantic.BeforeValidator(lambda value: _freedom(value))]
-"""A number, or "free"."""
+
+
+def _number(value: Any) -> float:
+    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < float("inf"):
+        return float(value)
+    raise ValueError("must be a finite number or an array of them, one a component")
 
 
 def _freedom(value: Any) -> float | str:
-    if value == "free":
-        return "free"
-    if isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) < float("inf"):
-        return float(value)
-    raise ValueError('must be a finite number or "free"')
+    try:
+        return "free" if isinstance(value, str) and value == "free" else _number(value)
+    except ValueError:
+        raise ValueError('must be a finite number or "free", or an array of them, one a component') from None
+
+
+def _components(one: Callable[[Any], Any]) -> pydantic.BeforeValidator:
+    """One check of a number or an array instead of a union, whose report would name every branch."""
+    return pydantic.BeforeValidator(
+        lambda value: tuple(map(one, value)) if isinstance(value, (list, tuple)) else one(value)
+    )  # fmt: skip
+
+
+Motions = Annotated[float | Literal["free"] | tuple[float | Literal["free"], ...], _components(_freedom)]
+"""A number or "free" for every component, or an array of them."""
+Loads = Annotated[float | tuple[float, ...], _components(_number)]
+"""A number for every component, or an array of them."""
+Vector = pydantic.Field(min_length=2, max_length=3)
+"""As many components as the body has dimensions."""
+
+
+def spread(value: Any, count: int, key: str) -> list[Any]:
+    """The `count` components of a vector that is given by them, or by one number where this is 0 or "free".
+
+    Raises
+    ------
+    InputError
+        If it has another number of components.
+    """
+    if isinstance(value, tuple):
+        if len(value) != count:
+            needed = "a number" if count == 1 else f"{count} components"
+            raise InputError(f"{key}: needs {needed} here, got {len(value)} components")
+        return list(value)
+    if count > 1 and value not in (0.0, "free"):
+        raise InputError(f"{key}: needs {count} components here, got {value!r}")
+    return [value] * count
 
 
 class BoundaryChange(Model):
@@ -46,7 +84,7 @@ class BoundaryChange(Model):
 
     body: str | None = None
     part: str
-    value: tuple[Expression, Expression] | None = None
+    value: Annotated[tuple[Expression, ...], Vector] | None = None
     pressure: Expression | None = None
 
     @pydantic.model_validator(mode="after")
@@ -63,21 +101,14 @@ class ObstacleChange(Model):
     ----------
     name : str
         Of the obstacle.
-    displacement : pair of float or "free"
-        [length]
-    rotation : float or "free"
-        [rad]
-    force : (fx, fy)
-        [force/length]
-    moment : float
-        [force]
+    displacement, rotation, force, moment : as of the obstacle
     """
 
     name: str
-    displacement: tuple[Freedom, Freedom] | None = None
-    rotation: Freedom | None = None
-    force: tuple[Finite, Finite] | None = None
-    moment: Finite | None = None
+    displacement: Motions | None = None
+    rotation: Motions | None = None
+    force: Loads | None = None
+    moment: Loads | None = None
 
 
 class PointForceChange(Model):
@@ -87,12 +118,12 @@ class PointForceChange(Model):
     ----------
     name : str
         Of the point force.
-    force : (fx, fy)
-        [force/length]
+    force : (fx, fy), in space (fx, fy, fz)
+        [force/length, in space force]
     """
 
     name: str
-    force: tuple[Finite, Finite]
+    force: Annotated[tuple[Finite, ...], Vector]
 
 
 class Step(Model):

@@ -12,17 +12,19 @@ import numpy as np
 from ..arrays import Array, Index
 from ..contact.laws import OPEN, SLIP
 from ..contact.state import Start
-from ..geometry.outline import Outline
+from ..geometry.outline import Outline, as_outline
+from ..geometry.surface import Boundary
 from ..mesh.basis import lagrange
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.curve_mesh import CurveMesh, as_curve
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.assembly import Assembly
 from ..model.problem import Problem
 from ..refinement.contact_edges import Edge, edges, merged, zone_at
 from ..refinement.marks import UNSEEN, Body, marks_for
 from ..results.steps.solution import AssemblySolution, PairResult, StepResult
-from .assemble import Discrete, discretise, interfaces_of
+from .assemble import Discrete, discretise
 from .load_steps import Monitor, prepare_assembly, run_steps
+from .sides import interfaces_of
 
 
 @dataclass(frozen=True)
@@ -129,9 +131,9 @@ def _level(
     """The solution on the mesh of a rung, and the edges that it shows."""
     names = {(side.body, side.part): side.name for side in interfaces_of(assembly)}
 
-    def make(number: int, problem: Problem, outline: Outline) -> CurveMesh:
+    def make(number: int, problem: Problem, boundary: Boundary) -> CurveMesh:
         mine = {part: found.get(name, []) for (body, part), name in names.items() if body == number}
-        return _mesh(problem, outline, rung, mine, before is None)
+        return _mesh(problem, as_outline(boundary, "--adapt"), rung, mine, before is None)
 
     discrete = discretise(assembly, make)
     problem = prepare_assembly(assembly, comm, discrete)
@@ -205,7 +207,7 @@ def _warm(before: AssemblySolution, discrete: Discrete) -> Start:
     for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
         pair = first.pairs[side.name]
         way = np.where(pair.state == SLIP, -np.sign(pair.sigma_t[:, 0]), 0.0).astype(np.int64)
-        s = discrete.meshes[side.body].arc_length[interface.nodes]
+        s = as_curve(discrete.meshes[side.body]).arc_length[interface.nodes]
         own, state = _edges(pair), pair.state.astype(np.int64)
         state, way = (zone_at(pair.arc_length, values, own, s) for values in (state, way))
         open_, slip = 1.0 * (state == OPEN), np.where(state == SLIP, np.where(way == 0, 1, way), 0)
@@ -223,7 +225,7 @@ def relative_difference(coarse: AssemblySolution, fine: AssemblySolution) -> flo
     for one, other in zip(step_ends(coarse), step_ends(fine), strict=True):
         for name, pair in other.pairs.items():
             mesh = coarse.meshes[coarse.sides[name][0]]
-            place = _interpolation(mesh, coarse.sides[name][1], coarse.nodes[name], pair.arc_length)
+            place = _interpolation(as_curve(mesh), coarse.sides[name][1], coarse.nodes[name], pair.arc_length)
             old, s = one.pairs[name], pair.arc_length
             length = float(pair.weight.sum())
             weight = pair.weight * np.minimum(1.0, np.minimum(s, length - s) / (FADE * length)) ** 2

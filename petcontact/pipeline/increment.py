@@ -15,6 +15,7 @@ from ..contact.equilibrium import unheld
 from ..contact.laws import OPEN
 from ..contact.state import ContactState, Start
 from ..contact.system import Modes
+from ..geometry.rotation import axial, moment
 from ..model.load_steps import Step
 from ..results.steps.solution import BodyResult, ObstacleResult, PairResult, StepResult
 from .assemble import Discrete
@@ -22,15 +23,21 @@ from .assemble import Discrete
 ELASTIC_LIMIT = 1e-7
 """Largest accepted defect of the boundary integral equations, relative to the largest displacement."""
 
+MOTIONS = {
+    2: ("along x", "along y", "to turn"),
+    3: ("along x", "along y", "along z", "to turn about x", "to turn about y", "to turn about z"),
+}  # fmt: skip
+"""Of an obstacle, by the number of dimensions."""
+
 
 @dataclass
 class Freedoms:
-    """One obstacle on its way through a step: its three motions, given or free under loads.
+    """One obstacle on its way through a step: its q = d(d+1)/2 motions, given or free under loads.
 
     Attributes
     ----------
-    free : (3,) bool array
-    position, load : (2, 3) arrays
+    free : (q,) bool array
+    position, load : (2, q) arrays
         At the start and the end of the step: displacement and rotation where given, force and moment where free.
     """
 
@@ -45,13 +52,13 @@ class Progress:
 
     Attributes
     ----------
-    slip : (M,) array
+    slip : (M, d-1) array
         w [length].
-    start : pair of (M, 2) arrays, optional
+    start : pair of (M, d) arrays, optional
         v (its tangential part since the increment before) and σ.
     alpha : (r,) array
         Motions of the bodies.
-    positions, loads : (o, 3) arrays
+    positions, loads : (o, q) arrays
         Of the obstacles; loads from outside.
     """
 
@@ -80,8 +87,8 @@ class SteppedProblem:
 def reduced_problem(
     system: BodiesSystem, freedoms: list[Freedoms], progress: Progress, number: int, target: float
 ) -> ReducedSystem:
+    """The contact problem at a load factor of a step."""
     base = (1.0 - target) * system.base[number - 1] + target * system.base[number]
-    base[1::2] -= np.where(np.isfinite(system.gap), system.gap, 0.0)
     modes, balance = [system.modes], [system.balance]
     resultant = [(1.0 - target) * system.resultant[number - 1] + target * system.resultant[number]]
     for freedom, mode in zip(freedoms, system.obstacle_modes, strict=True):
@@ -90,8 +97,9 @@ def reduced_problem(
         modes.append(mode[:, freedom.free])
         balance.append(system.weighted(mode)[freedom.free])
         resultant.append(load[freedom.free])
-    u_0 = base.reshape(-1, 2)
-    u_0[:, 0] -= progress.slip
+    u_0 = base.reshape(-1, system.dim)
+    u_0[:, -1] -= np.where(np.isfinite(system.gap), system.gap, 0.0)
+    u_0[:, :-1] -= progress.slip
     motion, load = np.concatenate(modes, axis=1), np.concatenate(resultant)
     rigid = Modes(motion.reshape(*u_0.shape, -1), np.concatenate(balance).reshape(-1, *u_0.shape), load)
     return ReducedSystem(u_0, system.compliance, system.weight, rigid)
@@ -101,7 +109,7 @@ def step_result(
     problem: SteppedProblem, freedoms: list[Freedoms], step: Step, number: int, target: float, outcome: ContactState,
     before: Progress, after: Progress, *, checked: bool,
 ) -> StepResult:  # fmt: skip
-    discrete, system = problem.discrete, problem.system
+    discrete, system, d = problem.discrete, problem.system, problem.system.dim
     assembly = discrete.assembly
     shares = np.zeros(len(system.base))
     shares[number - 1] += 1.0 - target
@@ -122,26 +130,25 @@ def step_result(
         status, reason = "not converged", f"elastic residual {elastic:.1e} > {ELASTIC_LIMIT:g}"
     if not outcome.converged:
         reason = _why(problem, freedoms, before, number, target, outcome)
-    pairs, states, radius = {}, outcome.states, discrete.law.radius(-outcome.sigma[:, 1])
+    pairs, states, radius = {}, outcome.states, discrete.law.radius(-outcome.sigma[:, -1])
     absent = ~np.isfinite(system.gap)
     for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
         mesh = discrete.meshes[side.body]
         sigma, v = outcome.sigma[where], outcome.v[where]
         weight, x = mesh.weight[face.nodes], mesh.x[face.nodes]
-        traction = sigma[:, :1] * face.tangent + sigma[:, 1:] * face.normal
-        moved = v[:, :1]
-        slip = moved + before.slip[where, None]
-        force = weight @ traction
+        traction = np.einsum("mt,mtc->mc", sigma[:, :-1], face.tangent) + sigma[:, -1:] * face.normal
+        moved = v[:, :-1]
+        slip = moved + before.slip[where]
         pairs[face.name] = PairResult(
-            x, face.normal, face.tangent[:, None, :], weight, mesh.arc_length[face.nodes], 0.0 - sigma[:, 1], sigma[:, :1],
-            radius[where], np.where(absent[where], np.inf, np.where(states[where] == OPEN, -v[:, 1], 0.0)), slip, moved,
-            states[where], force,
-            float(weight @ (x[:, 0] * traction[:, 1] - x[:, 1] * traction[:, 0])),
-            float(-weight @ (sigma[:, 0] * moved[:, 0])),
+            x, face.normal, face.tangent, weight, mesh.variables(face.nodes).get("s", np.zeros(len(x))),
+            0.0 - sigma[:, -1], sigma[:, :-1], radius[where],
+            np.where(absent[where], np.inf, np.where(states[where] == OPEN, -v[:, -1], 0.0)), slip, moved, states[where],
+            weight @ traction, moment(x, weight[:, None] * traction),
+            float(-weight @ np.sum(sigma[:, :-1] * moved, axis=1)),
         )  # fmt: skip
     obstacles = {
-        o.name: ObstacleResult(after.positions[k][:2], float(after.positions[k][2]), after.loads[k][:2],
-                               float(after.loads[k][2]))
+        o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],
+                               axial(after.loads[k, d:]))
         for k, o in enumerate(assembly.obstacle)
     }  # fmt: skip
     return StepResult(
@@ -182,7 +189,7 @@ def _pushed(problem: SteppedProblem, freedoms: list[Freedoms], push: Array) -> s
             text = f"body {assembly.body[b].name!r} cannot be held: the load {_direction(motion, weight)}"
     taken = system.modes.shape[1]
     for k, freedom in enumerate(freedoms):
-        names = np.array(["along x", "along y", "to turn"])[freedom.free]
+        names = np.array(MOTIONS[system.dim])[freedom.free]
         mine = push[taken : taken + len(names)]
         taken += len(names)
         if np.abs(mine).max(initial=0.0) > worst:
@@ -195,9 +202,9 @@ def _pushed(problem: SteppedProblem, freedoms: list[Freedoms], push: Array) -> s
 def _direction(motion: Array, weight: Array) -> str:
     mean = weight @ motion
     spread = float(np.sqrt(weight @ np.sum((motion - mean) ** 2, axis=1)))
-    if spread > np.hypot(*mean):
+    if spread > np.linalg.norm(mean):
         return "turns it"
     axis = int(np.argmax(np.abs(mean)))
-    if abs(mean[1 - axis]) < 1e-6 * abs(mean[axis]):
-        return f"pushes it along {'-' if mean[axis] < 0 else '+'}{'xy'[axis]}"
-    return "pushes it along ({:.3g}, {:.3g})".format(*(mean / np.hypot(*mean)))
+    if np.abs(np.delete(mean, axis)).max() < 1e-6 * abs(mean[axis]):
+        return f"pushes it along {'-' if mean[axis] < 0 else '+'}{'xyz'[axis]}"
+    return f"pushes it along ({', '.join(f'{component:.3g}' for component in mean / np.linalg.norm(mean))})"

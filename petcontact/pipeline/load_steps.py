@@ -45,7 +45,7 @@ def prepare_assembly(assembly: Assembly, comm: Any = None, discrete: Discrete | 
     began = time.perf_counter()
     discrete = discrete if discrete is not None else discretise(assembly)
     timings = {"mesh": time.perf_counter() - began}
-    largest = max(2 * mesh.n_nodes for mesh in discrete.meshes)
+    largest = max(mesh.x.size for mesh in discrete.meshes)
     with options(assembly.petsc), threads.suited_to(largest):
         system = build(discrete, comm, timings)
     return SteppedProblem(discrete, system, comm, timings)
@@ -77,7 +77,7 @@ def run_steps(problem: SteppedProblem, *, warm: Start | None = None, monitor: Mo
     began = time.perf_counter()
     results = finished_before(problem)
     status, reason = "converged", ""
-    with threads.suited_to(2 * len(problem.system.weight)):
+    with threads.suited_to(problem.system.dim * len(problem.system.weight)):
         for result in _increments(problem, warm, list(results)):
             results.append(result)
             stop = monitor(result) if monitor is not None else None
@@ -98,7 +98,7 @@ def _increments(problem: SteppedProblem, warm: Start | None, done: list[StepResu
         if reached >= 1.0:
             continue
         begun = progress_after(problem, [r for r in done if r.step < number], warm) if reached > 0.0 else progress
-        freedoms = [_freedoms(o, begun, k) for k, o in enumerate(current)]
+        freedoms = [_freedoms(o, begun, k, problem.system.dim) for k, o in enumerate(current)]
         auto = step.increments == "auto"
         whole = 1.0 if auto else 1.0 / int(step.increments)
         size, doubt = whole, False
@@ -153,19 +153,19 @@ def finished_before(problem: SteppedProblem) -> list[StepResult]:
 
 def progress_after(problem: SteppedProblem, done: list[StepResult], warm: Start | None) -> Progress:
     """What the last of some increments hands on; the unloaded state where there is none."""
-    system, m = problem.system, len(problem.system.weight)
+    system, m, d = problem.system, len(problem.system.weight), problem.system.dim
     obstacles = problem.discrete.assembly.obstacle
     if not done:
-        still = np.zeros((len(obstacles), 3))
-        return Progress(np.zeros(m), warm, np.zeros(system.modes.shape[1]), still, still.copy())
+        still = np.zeros((len(obstacles), d * (d + 1) // 2))
+        return Progress(np.zeros((m, d - 1)), warm, np.zeros(system.modes.shape[1]), still, still.copy())
     pairs = [done[-1].pairs[face.name] for face in system.interfaces]
-    slip, moved = (np.concatenate([getattr(pair, key)[:, 0] for pair in pairs]) for key in ("slip", "slip_increment"))
+    slip, moved = (np.concatenate([getattr(pair, key) for pair in pairs]) for key in ("slip", "slip_increment"))
     gap = np.concatenate([pair.gap for pair in pairs])
     sigma = np.concatenate([np.column_stack([pair.sigma_t, -pair.pressure]) for pair in pairs])
     v = np.column_stack([moved, -np.where(np.isfinite(gap), gap, 0.0)])
     places = [done[-1].obstacles[o.name] for o in obstacles]
-    positions = np.array([[*p.displacement, p.rotation] for p in places]).reshape(-1, 3)
-    loads = np.array([[*p.force, p.moment] for p in places]).reshape(-1, 3)
+    positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(len(places), -1)
+    loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(len(places), -1)
     return Progress(slip, (v, sigma), done[-1].alpha, positions, loads)
 
 
@@ -204,12 +204,11 @@ def _changed(obstacle: Obstacle, step: Step) -> Obstacle:
     return obstacle
 
 
-def _freedoms(obstacle: Obstacle, progress: Progress, k: int) -> Freedoms:
+def _freedoms(obstacle: Obstacle, progress: Progress, k: int, d: int) -> Freedoms:
     """From where the obstacle is and what it feels to what the step wants."""
-    wanted = [*obstacle.displacement, obstacle.rotation]
+    wanted, load = obstacle.motions(d), np.array(obstacle.loads(d))
     free = np.array([value == "free" for value in wanted])
     end = np.array([0.0 if value == "free" else float(value) for value in wanted])
-    load = np.array([*obstacle.force, obstacle.moment])
     return Freedoms(free, np.array([progress.positions[k], end]), np.array([progress.loads[k], load]))
 
 
@@ -232,7 +231,7 @@ def _increment(
         taken += free
         feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
         positions[k], loads[k] = position, np.where(freedom.free, load, -feels)
-    slip = progress.slip + outcome.v[:, 0]
+    slip = progress.slip + outcome.v[:, :-1]
     return outcome, Progress(slip, (outcome.v, outcome.sigma), alpha[:r], positions, loads)
 
 
@@ -271,7 +270,7 @@ def _reached(discrete: Discrete, results: list[StepResult]) -> str:
                           for side, d in zip(discrete.sides, discrete.distance, strict=True))  # fmt: skip
         text += f"; no contact anywhere ({apart})"
     for side, d in zip(discrete.sides, discrete.distance, strict=True):
-        if np.isfinite(d) and d > FAR * discrete.outlines[side.body].diameter:
+        if np.isfinite(d) and d > FAR * discrete.boundaries[side.body].diameter:
             text += f"; pair {side.name!r} lies {d:.3g} apart, far for the theory of small displacements"
     return text
 

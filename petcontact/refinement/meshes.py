@@ -60,8 +60,8 @@ def _(boundary: Outline, problem: Problem) -> BoundaryMesh:
 def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
     options, order = problem.mesh, _order(problem.mesh)
     for name in options.element_sizes:
-        if name not in boundary.part_names:
-            raise InputError(f"mesh.element_sizes: no part {name!r}; parts are {', '.join(boundary.part_names)}")
+        if name not in boundary.parts:
+            raise InputError(f"mesh.element_sizes: no part {name!r}; parts are {', '.join(boundary.parts)}")
     extent = boundary.upper - boundary.lower
     usual = options.element_size or float(extent.min()) / PANELS
     finest = min([usual, *options.element_sizes.values()])

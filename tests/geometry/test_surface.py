@@ -85,7 +85,7 @@ def test_cells_of_second_order_become_flat_facets(kind: str) -> None:
     mesh = meshio.Mesh(np.array(points), [(kind, np.array(cells))], cell_data=tags, field_data={"skin": np.array([1, 2])})
     assert is_surface(mesh)
     found = gmsh_surface(mesh, "cube.msh")
-    assert found.part_names == ("skin",)
+    assert found.parts == ("skin",)
     volume = {"quad8": 1.0, "quad9": 1.0 + 0.1 / 3.0, "triangle6": 1.0 + 0.1 / 3.0}[kind]
     assert enclosed(found) == pytest.approx(volume, abs=0.02)
     assert (enclosed(found) > 1.001) == (volume > 1.0)

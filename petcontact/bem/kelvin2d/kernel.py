@@ -9,6 +9,7 @@ from typing import ClassVar
 from ...arrays import Array
 from ...mesh.elements import Elements, Targets
 from ...model.problem import Material
+from . import point_force
 from .integrals import integrals
 from .stress import stress_integrals
 
@@ -55,3 +56,11 @@ class Kelvin2D:
         kernel_d, kernel_s = stress_integrals(targets.point, elements, self.material.plane_strain_ratio)
         kernel_s *= self.unit_length
         return kernel_d, kernel_s
+
+    def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
+        """As in `Kernel`, the forces per length of thickness."""
+        return point_force.displacement(x, at, force, self.material, self.unit_length)
+
+    def point_stress(self, x: Array, at: Array, force: Array) -> Array:
+        """As in `Kernel`."""
+        return point_force.stress(x, at, force, self.material)

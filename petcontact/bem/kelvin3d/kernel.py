@@ -9,6 +9,7 @@ from typing import ClassVar
 from ...arrays import Array
 from ...mesh.panels import Panels
 from ...model.problem import Material
+from . import point_force
 from .integrals import TOLERANCE, integrals
 from .stress import stress_integrals
 
@@ -58,3 +59,11 @@ class Kelvin3D:
         """Stress at points (m, 3) off the boundary; xx, yy, zz, xy, xz, yz come first."""
         kernel_d, kernel_s = stress_integrals(targets, elements, self.material.poisson_ratio)
         return kernel_d, kernel_s * self.unit_length
+
+    def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
+        """As in `Kernel`."""
+        return point_force.displacement(x, at, force, self.material)
+
+    def point_stress(self, x: Array, at: Array, force: Array) -> Array:
+        """As in `Kernel`."""
+        return point_force.stress(x, at, force, self.material)

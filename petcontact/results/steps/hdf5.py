@@ -12,7 +12,6 @@ import numpy as np
 from ...arrays import Array
 from ...contact.laws import OPEN, SLIP
 from ...errors import ResultError
-from ...mesh.curve_mesh import as_curve
 from ...mesh.storage import read_mesh, write_mesh
 from ...model.assembly import Assembly
 from ...model.base import parse
@@ -89,11 +88,13 @@ def _fill_shorthand(group: Any, solution: AssemblySolution, text: Any) -> None:
     contact = group.create_group("contact")
     every = list(pairs.values())
     nodes = np.concatenate([solution.nodes[key] for key in pairs])
-    tangent = np.concatenate([pair.tangent[:, 0] for pair in every])
+    tangent = np.concatenate([pair.tangent for pair in every])
     joined = ("x", "weight", "arc_length", "sigma_t", "pressure", "gap", "state", "slip")
     columns: dict[str, Array] = {key: np.concatenate([getattr(pair, key) for pair in every]) for key in joined}
     columns |= {
-        "nodes": nodes, "tangent": tangent, "u_t": np.sum(body.u[nodes] * tangent, axis=1)[:, None],
+        # a single tangent has no axis of its own
+        "nodes": nodes, "tangent": tangent[:, 0] if tangent.shape[1] == 1 else tangent,
+        "u_t": np.sum(body.u[nodes][:, None] * tangent, axis=2),
         "sigma_n": 0.0 - columns["pressure"], "friction_bound": np.concatenate([pair.bound for pair in every]),
     }  # fmt: skip
     for key, value in columns.items():
@@ -119,7 +120,7 @@ def read_assembly(group: Any, source: str) -> AssemblySolution:
     attributes = dict(group.attrs)
     try:
         check_group(group, source)
-        meshes = {name: as_curve(read_mesh(group[f"bodies/{name}/mesh"], source)) for name in group["bodies"]}
+        meshes = {name: read_mesh(group[f"bodies/{name}/mesh"], source) for name in group["bodies"]}
         nodes = {name: place["nodes"][()] for name, place in group["pairs"].items()}
         sides = {name: (str(p.attrs["body"]), str(p.attrs["part"])) for name, p in group["pairs"].items()}
         count = len(group["steps"]) if "steps" in group else 0
@@ -146,8 +147,7 @@ def _read_step(place: Any) -> StepResult:
     pairs = {name: _read_pair(here) for name, here in place.get("contact", {}).items()}
     bodies = {name: BodyResult(here["u"][()], here["traction"][()]) for name, here in place.get("body", {}).items()}
     obstacles = {
-        name: ObstacleResult(here.attrs["displacement"], float(here.attrs["rotation"]), here.attrs["force"],
-                             float(here.attrs["moment"]))
+        name: ObstacleResult(*(here.attrs[key] for key in ("displacement", "rotation", "force", "moment")))
         for name, here in place.get("obstacle", {}).items()
     }  # fmt: skip
     residuals = {key: float(facts[f"residual_{key}"]) for key in ("normal", "tangential", "balance", "elastic")}
@@ -159,5 +159,5 @@ def _read_step(place: Any) -> StepResult:
 
 def _read_pair(here: Any) -> PairResult:
     fields = {key: here[key][()] for key in PAIR_ARRAYS}
-    return PairResult(**fields, force=here.attrs["force"], moment=float(here.attrs["moment"]),
+    return PairResult(**fields, force=here.attrs["force"], moment=here.attrs["moment"],
                       dissipated=float(here.attrs["dissipated"]))  # fmt: skip

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index, States
-from ...mesh.curve_mesh import CurveMesh
+from ...geometry.rotation import Axial
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.assembly import Assembly
 
 
@@ -18,32 +19,32 @@ class PairResult:
 
     Attributes
     ----------
-    x, normal : (m, 2) arrays
+    x, normal : (m, d) arrays
         Nodes [length], and n, from the secondary to the primary.
-    tangent : (m, 1, 2) array
-        τ: n turned by +90°.
+    tangent : (m, d-1, d) array
+        τ: in the plane n turned by +90°.
     weight : (m,) array
-        Quadrature weights [length].
+        Quadrature weights [length, in space area].
     arc_length : (m,) array
-        Along the secondary's part [length].
+        Along the secondary's part, 0 in space [length].
     pressure : (m,) array
         p = -σ_n [stress].
-    sigma_t : (m, 1) array
+    sigma_t : (m, d-1) array
         Shear traction on the secondary along τ [stress].
     bound : (m,) array
         Of |σ_t|: µp, g, the smaller, 0, or infinite where bonded [stress].
     gap : (m,) array
         What is left of the gap, infinite where nothing is faced [length].
-    slip, slip_increment : (m, 1) arrays
+    slip, slip_increment : (m, d-1) arrays
         w, relative tangential displacement, and what this increment added [length].
     state : (m,) array
         0 stick, 1 slip, 2 open.
-    force : (2,) array
-        On the secondary [force/length].
-    moment : float
-        Of it about the origin [force].
+    force : (d,) array
+        On the secondary [force/length, in space force].
+    moment : float, in space (3,) array
+        Of it about the origin [force, in space force · length].
     dissipated : float
-        Energy that friction took in this increment [force].
+        Energy that friction took in this increment [force, in space force · length].
     """
 
     x: Array
@@ -59,12 +60,12 @@ class PairResult:
     slip_increment: Array
     state: States
     force: Array
-    moment: float
+    moment: Axial
     dissipated: float
 
     @property
     def area(self) -> float:
-        """Length of the closed part of the interface [length]."""
+        """Length, in space area, of the closed part of the interface [length]."""
         return float(self.weight[self.state != 2].sum())
 
     @property
@@ -76,7 +77,7 @@ class PairResult:
 
 @dataclass(frozen=True)
 class BodyResult:
-    """Displacement [length] and traction [stress] (n, 2) on the boundary of one body."""
+    """Displacement [length] and traction [stress] (n, d) on the boundary of one body."""
 
     u: Array
     traction: Array
@@ -84,12 +85,15 @@ class BodyResult:
 
 @dataclass(frozen=True)
 class ObstacleResult:
-    """Where an obstacle is, and the force and moment about its centre that act on it from outside."""
+    """Where an obstacle is, and the force and moment about its centre that act on it from outside.
+
+    Displacement and force are (d,), rotation and moment numbers, in space (3,).
+    """
 
     displacement: Array
-    rotation: float
+    rotation: Axial
     force: Array
-    moment: float
+    moment: Axial
 
 
 @dataclass(frozen=True)
@@ -135,7 +139,7 @@ class AssemblySolution:
     Attributes
     ----------
     assembly : Assembly
-    meshes : dict of CurveMesh by body
+    meshes : dict of BoundaryMesh by body
     nodes : dict of (m,) arrays by interface
         Numbers of the secondary's nodes in its body's mesh.
     sides : dict of (body, part) by interface
@@ -149,7 +153,7 @@ class AssemblySolution:
     """
 
     assembly: Assembly
-    meshes: dict[str, CurveMesh]
+    meshes: dict[str, BoundaryMesh]
     nodes: dict[str, Index]
     sides: dict[str, tuple[str, str]]
     steps: list[StepResult]

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
+from ...contact.friction_law import lengths
+from ...geometry.rotation import Axial
 from ...model.assembly import ONE_BODY
 from ...runtime.terminal import printable
 from ..summary import cost, wrapped
@@ -51,10 +53,9 @@ def _step(increments: list[StepResult]) -> list[str]:
     for name, pair in last.pairs.items():
         lines += _pair(name, pair, sum(step.pairs[name].dissipated for step in increments))
     for name, obstacle in last.obstacles.items():
-        u, v = obstacle.displacement
         lines += wrapped(f"    {printable(name)}: ", [
-            f"moved ({u:.6g}, {v:.6g})", f"turned {obstacle.rotation:.6g}",
-            "held by ({:.6g}, {:.6g})".format(*_clean(obstacle.force)), f"moment {obstacle.moment:.6g}",
+            f"moved {_shown(obstacle.displacement)}", f"turned {_shown(obstacle.rotation)}",
+            f"held by {_shown(_clean(obstacle.force))}", f"moment {_shown(obstacle.moment)}",
         ])  # fmt: skip
     return lines
 
@@ -64,19 +65,26 @@ def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
     closed = pair.state != 2
     p, total = pair.pressure, float(pair.weight.sum())
     items = [
-        "force ({:.6g}, {:.6g})".format(*_clean(pair.force)), f"moment {pair.moment:.6g}",
+        f"force {_shown(_clean(pair.force))}", f"moment {_shown(pair.moment)}",
         f"closed {pair.area:.6g} of {total:.6g}", f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
-        f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {float(np.abs(pair.slip[closed]).max(initial=0.0)):.4g}",
+        f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {float(lengths(pair.slip[closed]).max(initial=0.0)):.4g}",
         f"dissipated {dissipated:.6g}",
     ]
     faced = np.isfinite(pair.gap)
     if pair.tension_share > 0.0:
         items.append(f"IN TENSION on {100.0 * pair.tension_share:.3g} % of it, up to {-float(p.min()):.6g}")
     penetration = 0.0 - float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
-    excess = float(np.maximum(np.abs(pair.sigma_t[:, 0]) - pair.bound, 0.0).max(initial=0.0))
+    excess = float(np.maximum(lengths(pair.sigma_t) - pair.bound, 0.0).max(initial=0.0))
     if penetration > 0.0 or excess > 1e-9 * float(np.abs(p).max(initial=0.0)):
         items.append(f"penetration {penetration:.1e}, |q| over its bound by {excess:.1e}")
     return wrapped(f"    {printable(name)}: ", items)
+
+
+def _shown(value: Axial) -> str:
+    """A number, or a vector in brackets."""
+    components = np.atleast_1d(value)
+    text = ", ".join(f"{component:.6g}" for component in components)
+    return text if np.ndim(value) == 0 else f"({text})"
 
 
 def _clean(force: Array) -> Array:

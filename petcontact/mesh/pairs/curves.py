@@ -6,11 +6,35 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Index
-from ..geometry.arcs import half_angles, on_arcs
+from ...arrays import Array, Index
+from ...geometry.arcs import half_angles, on_arcs
 
 SLACK = 1e-9
 """Fractions beyond an end by less still meet it."""
+
+
+def along(direction: Array | None, normal: Array) -> Array:
+    """The direction at points with outward normals (m, d): these, or the one that is given."""
+    return normal if direction is None else np.broadcast_to(direction / np.linalg.norm(direction), normal.shape)
+
+
+@dataclass(frozen=True)
+class Hits:
+    """Where m points meet the faces of a part.
+
+    Attributes
+    ----------
+    face : (m,) array
+        Number of the face, -1 where none is met.
+    place : (m,) or (m, 2) array
+        Fraction of the arc length of a curve, or local coordinates of a panel.
+    distance : (m,) array
+        Along the direction, negative behind the point; infinite where none is met [length].
+    """
+
+    face: Index
+    place: Array
+    distance: Array
 
 
 @dataclass(frozen=True)
@@ -45,34 +69,33 @@ class Curves:
             rise = np.where(self.curvature == 0.0, np.nan, np.cos(alpha) / self.curvature)
         return np.asarray(0.5 * (self.start + self.end) + rise[:, None] * left)
 
+    def stretch(self, number: Index, distance: Array) -> Array:
+        """Arc length at a distance along the normals over that of the curves themselves."""
+        return np.asarray(1.0 + self.curvature[number] * distance)
 
-@dataclass(frozen=True)
-class Hits:
-    """Where m points meet curves.
+    def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
+        """From where on the curves points with outward normals (m, 2) are met, by perpendiculars or against a direction."""
+        return self.foot(x, normal) if direction is None else self.cast(x, -along(direction, normal))
 
-    Attributes
-    ----------
-    curve : (m,) array
-        Number of the curve, -1 where none is met.
-    fraction : (m,) array
-        Of its arc length.
-    distance : (m,) array
-        Along the direction, negative behind the point; infinite where none is met [length].
-    """
+    def cast(self, x: Array, direction: Array) -> Hits:
+        """The nearest meeting of the lines x + t·direction with curves whose outward normal points against it.
 
-    curve: Index
-    fraction: Array
-    distance: Array
+        Parameters
+        ----------
+        x, direction : (m, 2) arrays
+            Points [length] and unit vectors.
+        """
+        return _cast(x, direction, self)
+
+    def foot(self, x: Array, normal: Array) -> Hits:
+        """The nearest foot of a perpendicular from points x, whose normals (m, 2) point against that of the curve.
+
+        The distance is along the curve's outward normal.
+        """
+        return _foot(x, normal, self)
 
 
-def cast(x: Array, direction: Array, curves: Curves) -> Hits:
-    """The nearest meeting of the lines x + t·direction with curves whose outward normal points against it.
-
-    Parameters
-    ----------
-    x, direction : (m, 2) arrays
-        Points [length] and unit vectors.
-    """
+def _cast(x: Array, direction: Array, curves: Curves) -> Hits:
     chord = curves.end - curves.start
     away = curves.start[None] - x[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -111,11 +134,7 @@ def _fraction_on_arc(offset: Array, curves: Curves, bent: Index) -> Array:
     return fraction
 
 
-def foot(x: Array, normal: Array, curves: Curves) -> Hits:
-    """The nearest foot of a perpendicular from points x, whose normals (m, 2) point against that of the curve.
-
-    The distance is along the curve's outward normal.
-    """
+def _foot(x: Array, normal: Array, curves: Curves) -> Hits:
     chord = curves.end - curves.start
     length = np.hypot(*chord.T)
     away = x[:, None] - curves.start[None]

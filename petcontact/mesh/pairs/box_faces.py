@@ -1,0 +1,84 @@
+"""Grid lines on the faces of boxes, and how they are projected from one face to another that is parallel."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...geometry.surface import BOX_PARTS, BoxSurface
+from ..panelling import box_of_lines, face_axes
+from ..surface_mesh import SurfaceMesh
+from .curves import SLACK
+from .joints import SideMesh
+
+
+def grid_lines(box: BoxSurface, mesh: SurfaceMesh) -> list[SideMesh]:
+    """The grid lines along both axes of each face of a mesh of the box, twelve sides."""
+    result = []
+    for number, face in enumerate(BOX_PARTS.values()):
+        mine = np.flatnonzero(mesh.part == number)
+        for axis in face_axes(*face):
+            lines = np.unique(mesh.corners[mine, :, axis])
+            breaks = (lines - box.lower[axis]) / (box.upper - box.lower)[axis]
+            result.append(SideMesh(breaks, np.full(len(breaks) - 1, mesh.order[mine[0]])))
+    return result
+
+
+def mesh_of_lines(box: BoxSurface, sides: list[SideMesh]) -> SurfaceMesh:
+    """The mesh of the box with these grid lines."""
+    return box_of_lines(box, [side.breaks for side in sides], [side.order for side in sides])
+
+
+@dataclass(frozen=True)
+class FaceProjection:
+    """Two parallel faces (see `joints.Projection`): side k of the primary has the axis of side `partner[k]` of the secondary.
+
+    Attributes
+    ----------
+    start, size : two (2,) arrays each
+        Where the axes of the secondary and of the primary begin, the primary moved onto the secondary, and their lengths.
+    """
+
+    secondary: tuple[int, Index]
+    primary: tuple[int, Index]
+    partner: tuple[int, int]
+    start: tuple[Array, Array]
+    size: tuple[Array, Array]
+
+    def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
+        """Along the direction."""
+        other = self.partner.index(side)
+        return _within(other, self.start[0][side] + self.size[0][side] * fractions, self.start[1][other], self.size[1][other])
+
+    def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
+        """Against it."""
+        other = self.partner[side]
+        return _within(other, self.start[1][side] + self.size[1][side] * fractions, self.start[0][other], self.size[0][other])
+
+
+def _within(side: int, place: Array, start: float, size: float) -> tuple[Index, Array]:
+    fraction = (place - start) / size
+    met = (fraction >= -SLACK) & (fraction <= 1.0 + SLACK)
+    return np.where(met, side, -1), np.clip(fraction, 0.0, 1.0)
+
+
+def face_projection(
+    secondary: tuple[int, BoxSurface, str], primary: tuple[int, BoxSurface, str], direction: Array | None
+) -> FaceProjection | None:
+    """Of two faces, each given by the number of its body, the box, and its name; None where they do not face one another."""
+    (a, one, part), (b, two, other) = secondary, primary
+    (axis, side), (across, opposite) = BOX_PARTS[part], BOX_PARTS[other]
+    own, theirs = face_axes(axis, side), face_axes(across, opposite)
+    way = np.eye(3)[axis] * (2 * side - 1) if direction is None else direction
+    if axis != across or side == opposite or way[axis] * (2 * side - 1) <= 0.0:
+        return None
+    height = (two.lower, two.upper)[opposite][axis] - (one.lower, one.upper)[side][axis]
+    moved = two.lower - way * (height / way[axis])
+    first, second = list(own), list(theirs)
+    return FaceProjection(
+        (a, 2 * list(BOX_PARTS).index(part) + np.arange(2)), (b, 2 * list(BOX_PARTS).index(other) + np.arange(2)),
+        (own.index(theirs[0]), own.index(theirs[1])), (one.lower[first], moved[second]),
+        ((one.upper - one.lower)[first], (two.upper - two.lower)[second]),
+    )  # fmt: skip

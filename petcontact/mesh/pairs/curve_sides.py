@@ -1,0 +1,73 @@
+"""Joints along the sides of outlines, and how they are projected from one part to another."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...geometry.outline import Outline
+from ..curve_mesh import CurveMesh, build_mesh
+from .curves import Curves, along
+from .joints import SideMesh
+
+
+def side_meshes(outline: Outline, mesh: CurveMesh) -> list[SideMesh]:
+    """The joints of each side of a mesh of the outline."""
+    result, first = [], 0
+    for side in outline.sides:
+        last = first + 1
+        while not np.array_equal(mesh.end[last - 1], side.end):
+            last += 1
+        joints = np.concatenate([[0.0], np.cumsum(mesh.length[first:last])])
+        result.append(SideMesh(joints / joints[-1], mesh.order[first:last]))
+        first = last
+    return result
+
+
+def mesh_of_sides(outline: Outline, sides: Sequence[SideMesh]) -> CurveMesh:
+    """The boundary mesh with these joints."""
+    return build_mesh(outline, [side.breaks for side in sides], [side.order for side in sides])
+
+
+@dataclass(frozen=True)
+class CurveProjection:
+    """The sides of two parts that face one another (see `joints.Projection`), as curves, and the direction if it is given."""
+
+    secondary: tuple[int, Index]
+    primary: tuple[int, Index]
+    own: Curves
+    other: Curves
+    direction: Array | None
+
+    def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
+        """Along the secondary's outward normals, or the direction."""
+        x, normal = self.own.at(np.full(len(fractions), side), fractions)
+        hits = self.other.cast(x, along(self.direction, normal))
+        return hits.face, hits.place
+
+    def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
+        """By perpendiculars, or against the direction."""
+        x, normal = self.other.at(np.full(len(fractions), side), fractions)
+        hits = self.own.comes_from(x, normal, self.direction)
+        return hits.face, hits.place
+
+
+def curve_projection(
+    secondary: tuple[int, Outline, str], primary: tuple[int, Outline, str], direction: Array | None
+) -> CurveProjection:
+    """Of two parts, each given by the number of its body, the outline, and its name."""
+    numbers = [np.array([k for k, side in enumerate(outline.sides) if side.part == part])
+               for _, outline, part in (secondary, primary)]  # fmt: skip
+    own, other = (sides_of(outline, chosen) for (_, outline, _), chosen in zip((secondary, primary), numbers, strict=True))
+    return CurveProjection((secondary[0], numbers[0]), (primary[0], numbers[1]), own, other, direction)
+
+
+def sides_of(outline: Outline, numbers: Index) -> Curves:
+    """Some sides of an outline."""
+    sides = [outline.sides[k] for k in numbers]
+    return Curves(
+        np.array([s.start for s in sides]), np.array([s.end for s in sides]), np.array([s.curvature for s in sides])
+    )

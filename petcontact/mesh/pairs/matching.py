@@ -1,0 +1,46 @@
+"""Meshes of several bodies whose elements match where parts face one another, by the kind of their boundaries."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ...arrays import Array
+from ...geometry.outline import Outline
+from ...geometry.surface import Boundary, BoxSurface
+from ..boundary_mesh import BoundaryMesh
+from .box_faces import face_projection, grid_lines, mesh_of_lines
+from .curve_sides import curve_projection, mesh_of_sides, side_meshes
+from .joints import match
+
+KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]] = {
+    Outline: (side_meshes, mesh_of_sides, curve_projection), BoxSurface: (grid_lines, mesh_of_lines, face_projection)
+}  # fmt: skip
+"""Joints of a mesh, the mesh with given joints, and the projection of a pair; other boundaries keep their elements."""
+
+
+@dataclass(frozen=True)
+class PairParts:
+    """Two parts that face one another, (body, part) each, and the direction if it is given."""
+
+    secondary: tuple[int, str]
+    primary: tuple[int, str]
+    direction: Array | None
+
+
+def matched(
+    boundaries: Sequence[Boundary], meshes: Sequence[BoundaryMesh], pairs: Sequence[PairParts]
+) -> list[BoundaryMesh]:
+    """The meshes with joints that agree, as far as the boundaries are of a kind that can be cut anew."""
+    kinds = [KINDS.get(type(boundary)) for boundary in boundaries]
+    joints = [kind[0](*given) if kind else [] for kind, *given in zip(kinds, boundaries, meshes, strict=True)]
+    projections = []
+    for pair in pairs:
+        (a, part), (b, other) = pair.secondary, pair.primary
+        kind = kinds[a]
+        if kind is not None and kind is kinds[b]:
+            projections.append(kind[2]((a, boundaries[a], part), (b, boundaries[b], other), pair.direction))
+    match(joints, [projection for projection in projections if projection is not None])
+    return [kind[1](boundary, sides) if kind else mesh
+            for kind, boundary, sides, mesh in zip(kinds, boundaries, joints, meshes, strict=True)]  # fmt: skip

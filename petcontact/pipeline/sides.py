@@ -1,0 +1,126 @@
+"""Which parts of an assembly are in contact, and whether its parts and vectors fit the bodies."""
+
+from __future__ import annotations
+
+from collections.abc import Sized
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..errors import InputError
+from ..geometry.surface import Boundary
+from ..model.assembly import ONE_BODY, Assembly, Body
+from ..model.base import nearest
+from ..model.problem import Contact, Problem, Traction
+
+
+@dataclass(frozen=True)
+class Side:
+    """One interface as the config has it.
+
+    Attributes
+    ----------
+    name, key : str
+        Name, and the place in the config for errors.
+    body : int
+    part : str
+    primary : (int, str), optional
+        Body and part of the primary.
+    obstacle : int, optional
+    law : Contact or Pair
+        Whose normal, gap and friction it has.
+    direction : (d,) array, optional
+    """
+
+    name: str
+    key: str
+    body: int
+    part: str
+    primary: tuple[int, str] | None
+    obstacle: int | None
+    law: Any
+    direction: Array | None
+
+
+def interfaces_of(assembly: Assembly) -> list[Side]:
+    """Contact conditions and contact pairs, in the order of the config."""
+    result = []
+    several = len(assembly.body) > 1 or assembly.body[0].name != ONE_BODY
+    for b, body in enumerate(assembly.body):
+        for k, condition in enumerate(body.boundary):
+            if isinstance(condition, Contact):
+                name = f"{body.name}.{condition.part}" if several else condition.part
+                key = f"body[{b}].boundary[{k}]" if several else f"boundary[{k}]"
+                result.append(Side(name, f"{key} ({condition.part})", b, condition.part, None, None, condition, None))
+    obstacles = [o.name for o in assembly.obstacle]
+    for k, pair in enumerate(assembly.contact):
+        key = f"contact[{k}]"
+        a, part = assembly.side(f"{key}.secondary", pair.secondary)
+        direction = None if pair.direction is None else np.array(pair.direction) / np.linalg.norm(pair.direction)
+        if pair.primary in obstacles:
+            result.append(Side(pair.name, key, a, part, None, obstacles.index(pair.primary), pair, direction))
+        else:
+            primary = assembly.side(f"{key}.primary", pair.primary, obstacles)
+            result.append(Side(pair.name, key, a, part, primary, None, pair, direction))
+    return result
+
+
+def check_parts(assembly: Assembly, boundaries: list[Boundary], sides: list[Side]) -> None:
+    """Refuse parts that do not exist or have two conditions, bodies of different dimensions, and vectors that do not fit.
+
+    Raises
+    ------
+    InputError
+    """
+    d = boundaries[0].dim
+    for body, boundary in zip(assembly.body, boundaries, strict=True):
+        if boundary.dim != d:
+            raise InputError(f"body {body.name!r}: has {boundary.dim} dimensions, body {assembly.body[0].name!r} has {d}")
+        for k, point in enumerate(body.point_force):
+            _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
+            _check_components(f"body {body.name!r}: point_force[{k}].force", point.force, d)
+    for side in sides:
+        if side.direction is not None:
+            _check_components(f"{side.key}.direction", side.direction, d)
+    for k, step in enumerate(assembly.step):
+        for j, force in enumerate(step.point_force):
+            _check_components(f"step[{k}].point_force[{j}].force", force.force, d)
+    for b, (body, boundary) in enumerate(zip(assembly.body, boundaries, strict=True)):
+        taken: list[str] = []
+        for k, condition in enumerate(body.boundary):
+            _known_part(f"body {body.name!r}: boundary[{k}].part", condition.part, boundary.parts)
+            if condition.part in taken:
+                raise InputError(f"body {body.name!r}: boundary[{k}].part: {condition.part!r} has a condition already")
+            taken.append(condition.part)
+        for side in sides:
+            if isinstance(side.law, Contact):
+                continue
+            for what, number, part in (("secondary", side.body, side.part), ("primary", *(side.primary or (-1, "")))):
+                if number != b:
+                    continue
+                _known_part(f"{side.key}.{what}: body {body.name!r}", part, boundary.parts)
+                if part in taken:
+                    raise InputError(f"{side.key}.{what}: {part!r} of body {body.name!r} has a boundary condition already")
+
+
+def _known_part(key: str, part: str, parts: tuple[str, ...]) -> None:
+    if part not in parts:
+        raise InputError(f"{key}: no part {part!r}{nearest(part, list(parts)) or '; parts are ' + ', '.join(parts)}")
+
+
+def _check_components(key: str, value: Sized, d: int) -> None:
+    if len(value) != d:
+        raise InputError(f"{key}: the body has {d} dimensions, got {len(value)} components")
+
+
+def as_problem(body: Body, boundary: Boundary, sides: list[Side], number: int) -> Problem:
+    """One body as a problem of its own, for what only needs to know which parts are held, loaded or in contact."""
+    conditions: list[Any] = [c for c in body.boundary if not isinstance(c, Contact)]
+    touching = {s.part for s in sides if s.body == number}
+    touching |= {s.primary[1] for s in sides if s.primary and s.primary[0] == number}
+    conditions += [Contact(part=part) for part in boundary.parts if part in touching]
+    named = {c.part for c in conditions}
+    conditions += [Traction(part=part, value=(0.0,) * boundary.dim) for part in boundary.parts if part not in named]
+    return Problem(material=body.material, geometry=body.geometry, mesh=body.mesh, boundary=tuple(conditions))
