@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
         if arguments.boundary or arguments.figure:
             raise InputError("--boundary, --figure: of bodies and load steps the boundary is always written, and no figure")
-        for path in write_collection(output, solution, of_dimension(resolution, PLANE_GRID)):
+        for path in write_collection(output, solution, resolution):
             print(path)
         return 0
     if isinstance(solution.mesh, SurfaceMesh):

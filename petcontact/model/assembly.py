@@ -132,9 +132,8 @@ class Pair(Model):
     normal : {"unilateral", "bilateral", "bonded"}
         May open, stays closed but may slip, or neither.
     gap : "geometry" or expression
-        Initial gap [length]: the distance along the direction, or an expression in the secondary's x, y, nx, ny, s (in space x, y,
-        z, nx, ny, nz).
-        "geometry" is 0 against an obstacle, and where the contact is bilateral or bonded.
+        Initial gap [length]: the distance along the direction, or an expression in the secondary's x, y, nx, ny, s, in space
+        x, y, z, nx, ny, nz. "geometry" is 0 against an obstacle, and where the contact is bilateral or bonded.
     direction : vector, optional
         From the secondary to the primary; the secondary's outward normal by default [-].
     friction_coefficient : expression, optional
@@ -282,7 +281,8 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
     if change.pressure is not None:
         raise ValueError(f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = [ux, uy]")
     if len(change.value) != len(old.value):
-        raise ValueError(f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, got {len(change.value)}")
+        raise ValueError(f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, "
+                         f"got {len(change.value)}")  # fmt: skip
     for new, before in zip(change.value, old.value, strict=True):
         if (new == "free") != (before == "free"):
             raise ValueError(f"{key}.value: a component of {change.part!r} that is free stays free, and a known one known; "

@@ -28,6 +28,7 @@ from ..refinement.meshes import mesh_of
 from .choice import check_memory
 from .sides import Side, as_problem, check_parts, interfaces_of
 
+
 @dataclass
 class Discrete:
     """An assembly on meshes.
@@ -76,7 +77,8 @@ def discretise(assembly: Assembly, make_mesh: MeshMaker | None = None) -> Discre
     boundaries: list[Boundary] = [body.geometry.outline() for body in assembly.body]
     check_parts(assembly, boundaries, sides)
     problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(assembly.body)]
-    own = [mesh_of(problem) if make_mesh is None else make_mesh(b, problem, boundaries[b]) for b, problem in enumerate(problems)]
+    own = [mesh_of(problem) if make_mesh is None else make_mesh(b, problem, boundaries[b])
+           for b, problem in enumerate(problems)]  # fmt: skip
     pairs = [PairParts((s.body, s.part), s.primary, s.direction) for s in sides if s.primary is not None]
     meshes = matched(boundaries, own, pairs)
     notes: list[str] = []

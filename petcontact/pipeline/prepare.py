@@ -17,7 +17,6 @@ from ..compliance.spectral import shared_by
 from ..contact.laws import ContactLaw, Tresca
 from ..contact.system import BodySystem
 from ..errors import InputError, SolverError
-from ..mesh.curve_mesh import CurveMesh
 from ..model.case import Case
 from ..model.problem import Contact, Displacement, Problem
 from ..model.solver_options import Bem
@@ -72,8 +71,6 @@ def held_by_friction(case: Case) -> bool:
     if fixed or case.method.resolved_name != "semismooth-newton" or not any(isinstance(c, Contact) for c in conditions):
         return False
     mesh = mesh_of(case)
-    if not isinstance(mesh, CurveMesh):  # assemblies are plane
-        return False
     data = evaluate_boundary(case, mesh, held=False)
     holding = int((~data.traction_known).any(axis=1).sum())
     return bool(holding > mesh.dim and data.friction_bound.any() and len(free_modes(data, mesh)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -10,6 +11,7 @@ from ..arrays import Array, Index
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.surface_mesh import SurfaceMesh
 from .solution import ContactFields, Solution
+from .steps.solution import PairResult
 
 MAGNIFIED = 0.08
 """Largest displacement drawn, as a fraction of the body's diameter."""
@@ -19,24 +21,28 @@ ARROWS = 500
 
 def draw_surface(figure: Any, solution: Solution) -> None:
     """The deformed surface, coloured by |u|, with the initial edges of the panels."""
+    draw_surfaces(figure, [(solution.mesh, solution.u)], solution.case.title)
+
+
+def draw_surfaces(figure: Any, bodies: Sequence[tuple[BoundaryMesh, Array]], heading: str) -> None:
+    """Deformed surfaces of bodies, meshes with their nodal displacements, coloured by |u|."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     from ..runtime.figure_style import round_number, title
 
-    mesh = solution.mesh
-    assert isinstance(mesh, SurfaceMesh)
-    diameter = float(np.linalg.norm(np.ptp(mesh.x, axis=0)))
-    factor = round_number(MAGNIFIED * diameter, float(np.linalg.norm(solution.u, axis=1).max()))
-    corners, u = corner_values(mesh, solution.u)
-    size = np.linalg.norm(u, axis=2).mean(axis=1)
+    every = np.vstack([mesh.x for mesh, _ in bodies])
+    peak = max(float(np.linalg.norm(u, axis=1).max()) for _, u in bodies)
+    factor = round_number(MAGNIFIED * float(np.linalg.norm(np.ptp(every, axis=0))), peak)
     axes = figure.add_subplot(projection="3d")
-    moved = corners + factor * u
+    pieces = [corner_values(as_surface(mesh), u) for mesh, u in bodies]
+    corners, moves = (np.concatenate(values) for values in zip(*pieces, strict=True))
+    size, moved = np.linalg.norm(moves, axis=2).mean(axis=1), corners + factor * moves
     colour = figure_colours(size)
     axes.add_collection3d(Poly3DCollection(list(moved), facecolors=colour.to_rgba(size), edgecolors="0.3", linewidths=0.25))
     low, high = moved.min(axis=(0, 1)), moved.max(axis=(0, 1))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), xlabel="x", ylabel="y", zlabel="z")
     axes.set_box_aspect(high - low)
-    axes.set_title(f"{title(solution.case.title)}, u × {factor:g}", fontsize="medium")
+    axes.set_title(": ".join(filter(None, (title(heading), f"u × {factor:g}"))), fontsize="medium")
     figure.colorbar(colour, ax=axes, label="|u|", shrink=0.7, pad=0.1)
 
 
@@ -70,7 +76,8 @@ def _draw_vectors(figure: Any, solution: Solution, components: Array, label: str
         directions, names = view(contact, chosen)
         x, sticks = contact.x[chosen] @ directions.T, contact.state[chosen] == 0
         vectors = np.einsum("nk,nkd->nd", components[chosen], contact.tangent[chosen])
-        shades = axes.add_collection(_panels(solution.mesh, contact.nodes[chosen], vectors, directions))
+        size = np.linalg.norm(vectors, axis=1)
+        shades = axes.add_collection(shaded_panels(solution.mesh, contact.nodes[chosen], size, directions))
         some = np.arange(0, len(x), max(1, len(x) // ARROWS))
         axes.quiver(*x[some].T, *(vectors[some] @ directions.T).T, color=colour, width=0.0025)
         axes.plot(*x[sticks].T, ".", color="C2", ms=3, label="stick" if sticks.any() else None)
@@ -83,7 +90,7 @@ def _draw_vectors(figure: Any, solution: Solution, components: Array, label: str
     figure.suptitle(title(solution.case.title), fontsize="medium")
 
 
-def view(contact: ContactFields, chosen: Index) -> tuple[Array, tuple[str, str]]:
+def view(contact: ContactFields | PairResult, chosen: Index | slice) -> tuple[Array, tuple[str, str]]:
     """Two directions in the plane that the nodes lie nearest to, coordinate axes where these lie in it, and their names."""
     tangents = contact.tangent[chosen].mean(axis=0)
     spread = np.linalg.svd(contact.x[chosen] - contact.x[chosen].mean(axis=0), full_matrices=False)[2]
@@ -94,18 +101,23 @@ def view(contact: ContactFields, chosen: Index) -> tuple[Array, tuple[str, str]]
     return directions, (names[0], names[1])
 
 
-def _panels(mesh: BoundaryMesh, nodes: Index, vectors: Array, directions: Array) -> Any:
-    """The panels of some nodes as they are seen along the missing direction, shaded by the mean size of vectors there."""
+def shaded_panels(mesh: BoundaryMesh, nodes: Index, values: Array, directions: Array, colours: str = "Greys") -> Any:
+    """The panels of some nodes as they are seen along the missing direction, shaded by the mean of nodal values >= 0."""
     from matplotlib.collections import PolyCollection
 
-    assert isinstance(mesh, SurfaceMesh)
     elements, place = np.unique(mesh.element[nodes], return_inverse=True)
-    size = np.linalg.norm(vectors, axis=1)
-    mean = np.bincount(place, mesh.weight[nodes] * size) / np.bincount(place, mesh.weight[nodes])
-    seen = [corners[~np.isnan(corners[:, 0])] @ directions.T for corners in mesh.corners[elements]]
-    shades = PolyCollection(seen, array=mean, cmap="Greys", edgecolors="0.7", linewidths=0.3)
-    shades.set_clim(0.0, float(size.max()) or 1.0)
+    weight = mesh.weight[nodes]
+    mean = np.bincount(place, weight * values) / np.bincount(place, weight)
+    seen = [corners[~np.isnan(corners[:, 0])] @ directions.T for corners in as_surface(mesh).corners[elements]]
+    shades = PolyCollection(seen, array=mean, cmap=colours, edgecolors="0.7", linewidths=0.3)
+    shades.set_clim(0.0, float(mean.max()) or 1.0)
     return shades
+
+
+def as_surface(mesh: BoundaryMesh) -> SurfaceMesh:
+    """The mesh of a body in space."""
+    assert isinstance(mesh, SurfaceMesh)
+    return mesh
 
 
 def corner_values(mesh: SurfaceMesh, values: Array) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import meshio
 import numpy as np
@@ -14,24 +15,27 @@ from ..geometry.surface import winding
 from ..mesh.surface_mesh import SurfaceMesh
 from ..runtime.atomic_write import temporary_name
 from .solution import Solution
-from .surface_figures import corner_values
+from .surface_figures import as_surface, corner_values
+
+if TYPE_CHECKING:
+    from .steps.vtu import BodyBoundary
 
 INSET = 1e-3
 """Distance of the outermost grid points from the bounding box, as a fraction of its size."""
 
 
-def write_surface_vtu(path: str | Path, solution: Solution) -> None:
+def write_surface_vtu(path: str | Path, solution: Solution | BodyBoundary) -> None:
     """Write the boundary data of a body in space: panels with corners of their own, since tractions jump between them.
 
     Point data: displacement, traction; cell data: the number of the part, and contact (-1 elsewhere, else the largest state
-    of the panel's nodes: 0 stick, 1 slip).
+    of the panel's nodes: 0 stick, 1 slip, 2 open).
 
     Raises
     ------
     OutputError
         If the file cannot be written.
     """
-    mesh, contact = surface_of(solution), solution.contact
+    mesh, contact = as_surface(solution.mesh), solution.contact
     corners, u = corner_values(mesh, solution.u)
     traction = corner_values(mesh, solution.traction)[1]
     triangle = np.isnan(mesh.corners[:, 3, 0])
@@ -67,8 +71,13 @@ def write_volume_vtu(path: str | Path, solution: Solution, resolution: tuple[int
     OutputError
         If the file cannot be written.
     """
-    points, cells = _inside(surface_of(solution), resolution)
+    points, cells = cells_inside(as_surface(solution.mesh), resolution)
     u, stress = field_at(solution.mesh, solution.u, solution.traction, solution.case.material, points)
+    return write_cells(path, points, cells, u, stress)
+
+
+def write_cells(path: str | Path, points: Array, cells: Index, u: Array, stress: Array) -> float:
+    """Write values (n, 3) and (n, 6) at grid points; the largest von Mises stress."""
     x, y, z, xy, xz, yz = stress.T
     mises = np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * (xy**2 + xz**2 + yz**2))
     # VTK's order of a symmetric tensor is xx, yy, zz, xy, yz, xz
@@ -78,13 +87,7 @@ def write_volume_vtu(path: str | Path, solution: Solution, resolution: tuple[int
     return float(mises.max())
 
 
-def surface_of(solution: Solution) -> SurfaceMesh:
-    """The mesh of a body in space."""
-    assert isinstance(solution.mesh, SurfaceMesh)
-    return solution.mesh
-
-
-def _inside(mesh: SurfaceMesh, resolution: tuple[int, ...]) -> tuple[Array, Index]:
+def cells_inside(mesh: SurfaceMesh, resolution: tuple[int, ...]) -> tuple[Array, Index]:
     """Grid points (n, 3) inside the body and the hexahedra (k, 8) between them."""
     low, high = np.nanmin(mesh.corners, axis=(0, 1)), np.nanmax(mesh.corners, axis=(0, 1))
     inset = INSET * (high - low)

@@ -33,7 +33,7 @@ def mesh_of_lines(box: BoxSurface, sides: list[SideMesh]) -> SurfaceMesh:
 
 @dataclass(frozen=True)
 class FaceProjection:
-    """Two parallel faces (see `joints.Projection`): side k of the primary has the axis of side `partner[k]` of the secondary.
+    """Two parallel faces (see `joints.Projection`): side k of the primary has the axis of the secondary's `partner[k]`.
 
     Attributes
     ----------
@@ -50,12 +50,14 @@ class FaceProjection:
     def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
         """Along the direction."""
         other = self.partner.index(side)
-        return _within(other, self.start[0][side] + self.size[0][side] * fractions, self.start[1][other], self.size[1][other])
+        place = self.start[0][side] + self.size[0][side] * fractions
+        return _within(other, place, self.start[1][other], self.size[1][other])
 
     def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
         """Against it."""
         other = self.partner[side]
-        return _within(other, self.start[1][side] + self.size[1][side] * fractions, self.start[0][other], self.size[0][other])
+        place = self.start[1][side] + self.size[1][side] * fractions
+        return _within(other, place, self.start[0][other], self.size[0][other])
 
 
 def _within(side: int, place: Array, start: float, size: float) -> tuple[Index, Array]:

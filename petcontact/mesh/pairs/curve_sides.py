@@ -34,7 +34,7 @@ def mesh_of_sides(outline: Outline, sides: Sequence[SideMesh]) -> CurveMesh:
 
 @dataclass(frozen=True)
 class CurveProjection:
-    """The sides of two parts that face one another (see `joints.Projection`), as curves, and the direction if it is given."""
+    """The sides of two parts that face one another (see `joints.Projection`) as curves, and the direction if given."""
 
     secondary: tuple[int, Index]
     primary: tuple[int, Index]

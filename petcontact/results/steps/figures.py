@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
 
-from ...arrays import Index
+from ...arrays import Array, Index
+from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.figure_style import COLOURS, SHADES, STATES, draw_states, label, legend_beside, plain, round_number
 from ...runtime.figure_style import title as cut
 from ..figures import outlines
@@ -20,13 +23,33 @@ CURVES = 5
 
 def drawings(solution: AssemblySolution) -> dict[str, Any]:
     """Functions that draw a solution into a figure, by the name of the figure."""
-    result: dict[str, Any] = {"deformed": draw_deformed}
+    whole, *of_pairs = kinds(next(iter(solution.meshes.values()))).items()
+    result: dict[str, Any] = dict([whole])
     for name in solution.nodes:
         stem = "".join(c if c.isalnum() or c in "-_" else "-" for c in name)
-        result[f"{stem}-traction"] = lambda figure, solution, name=name: draw_traction(figure, solution, name)
-        result[f"{stem}-motion"] = lambda figure, solution, name=name: draw_motion(figure, solution, name)
+        for kind, draw in of_pairs:
+            result[f"{stem}-{kind}"] = lambda figure, solution, name=name, draw=draw: draw(figure, solution, name)
     result["history"] = draw_history
     return result
+
+
+@functools.singledispatch
+def kinds(mesh: Any) -> dict[str, Any]:
+    """What is drawn of bodies with meshes of a kind: first all of them, then each interface."""
+    raise TypeError(f"no figures of {type(mesh).__name__}")
+
+
+@kinds.register
+def _(mesh: CurveMesh) -> dict[str, Any]:
+    return {"deformed": draw_deformed, "traction": draw_traction, "motion": draw_motion}
+
+
+@kinds.register
+def _(mesh: SurfaceMesh) -> dict[str, Any]:
+    from .surface_figures import draw_bodies, draw_states_by_step, draw_surface_motion, draw_surface_traction
+
+    return {"surface": draw_bodies, "traction": draw_surface_traction, "motion": draw_surface_motion,
+            "states": draw_states_by_step}  # fmt: skip
 
 
 def step_ends(solution: AssemblySolution) -> list[StepResult]:
@@ -44,7 +67,7 @@ def draw_deformed(figure: Any, solution: AssemblySolution) -> None:
     peak = max(float(np.abs(body.u).max()) for body in last.bodies.values())
     factor = round_number(0.05 * size, peak)
     for number, (name, mesh) in enumerate(solution.meshes.items()):
-        for initial, deformed in outlines(mesh, last.bodies[name].u, factor):
+        for initial, deformed in outlines(as_curve(mesh), last.bodies[name].u, factor):
             axes.plot(*initial.T, color="0.7", lw=0.8, ls="--")
             axes.plot(*deformed.T, color=BODIES[number % len(BODIES)], lw=1.3)
         axes.plot([], [], color=BODIES[number % len(BODIES)], lw=1.3, label=f"{name}, u × {factor:g}")
@@ -149,12 +172,8 @@ def draw_history(figure: Any, solution: AssemblySolution) -> None:
     left, right = figure.subplots(1, 2)
     for number, name in enumerate(solution.nodes):
         pairs = [step.pairs[name] for step in solution.steps]
-        weight = pairs[0].weight
-        touched = np.any([pair.state != 2 for pair in pairs], axis=0)
-        area = float(weight[touched].sum()) or 1.0
-        slip = [0.0, *(float(weight[touched] @ pair.slip[touched, 0]) / area for pair in pairs)]
-        force = [0.0, *(-float(weight @ pair.sigma_t[:, 0]) for pair in pairs)]
-        left.plot(slip, force, ".-", color=f"C{number}", lw=1.2, ms=4, label=name)
+        slip, force = mean_motion(pairs)
+        left.plot([0.0, *slip], [0.0, *force], ".-", color=f"C{number}", lw=1.2, ms=4, label=name)
         energy = np.cumsum([pair.dissipated for pair in pairs])
         right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
     units = solution.assembly.units
@@ -163,6 +182,20 @@ def draw_history(figure: Any, solution: AssemblySolution) -> None:
     right.set(xlabel="increment", title="energy dissipated")
     left.locator_params(axis="x", nbins=5)
     left.legend()
+
+
+def mean_motion(pairs: list[PairResult]) -> tuple[Array, Array]:
+    """Mean slip and tangential force on the primary after each increment, along the way of the largest mean slip."""
+    weight = pairs[0].weight
+    touched = np.any([pair.state != 2 for pair in pairs], axis=0)
+    area = float(weight[touched].sum()) or 1.0
+    slip = np.array([weight[touched] @ pair.slip[touched] / area for pair in pairs])
+    force = np.array([-weight @ pair.sigma_t for pair in pairs])
+    way = np.eye(1, slip.shape[1])[0]
+    largest = slip[np.argmax(np.linalg.norm(slip, axis=1))]
+    if np.any(largest):
+        way = largest / np.linalg.norm(largest) * np.sign(largest[np.argmax(np.abs(largest))])
+    return slip @ way, force @ way
 
 
 def _title(solution: AssemblySolution, what: str) -> str:

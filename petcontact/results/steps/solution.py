@@ -8,9 +8,13 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index, States
+from ...bem.kernels import kernel_for
+from ...errors import InputError
+from ...fields.interior import field_at
 from ...geometry.rotation import Axial
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.assembly import Assembly
+from ...model.base import nearest
 
 
 @dataclass(frozen=True)
@@ -176,6 +180,45 @@ class AssemblySolution:
     def last(self) -> StepResult:
         """The last increment that was solved."""
         return self.steps[-1]
+
+    def fields_at(self, points: Any, body: str | None = None, step: StepResult | None = None) -> tuple[Array, Array]:
+        """Displacement (k, d) [length] and stress (k, 3), in space (k, 6) [stress] at points inside a body.
+
+        Parameters
+        ----------
+        points : (k, d) array
+            See `fields.interior.field_at`.
+        body : str, optional
+            Its name; the first one by default.
+        step : StepResult, optional
+            An increment; the last one by default.
+
+        Raises
+        ------
+        InputError
+            If there is no such body.
+        """
+        names, step = [each.name for each in self.assembly.body], step or self.last
+        if body is not None and body not in names:
+            raise InputError(f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}")
+        number = 0 if body is None else names.index(body)
+        mesh, found, material = self.meshes[names[number]], step.bodies[names[number]], self.assembly.body[number].material
+        points = np.asarray(points, dtype=np.float64)
+        u, stress = field_at(mesh, found.u, found.traction, material, points)
+        forces = self.assembly.point_forces(number, step.step, step.load_factor)
+        if forces:
+            at, force = np.array([f.at for f in forces]), np.array([f.force for f in forces])
+            kernel = kernel_for(mesh, material)
+            u, stress = u + kernel.point_displacement(points, at, force), stress + kernel.point_stress(points, at, force)
+        return u, stress
+
+    def at(self, points: Any, body: str | None = None) -> Array:
+        """Displacement at points (k, d) inside a body at the end, (k, d) [length]."""
+        return self.fields_at(points, body)[0]
+
+    def stress_at(self, points: Any, body: str | None = None) -> Array:
+        """Stress there, σ_xx, σ_yy, σ_xy (k, 3); in space xx, yy, zz, xy, xz, yz, (k, 6) [stress]."""
+        return self.fields_at(points, body)[1]
 
     def verdict(self) -> str:
         """Lines that say how the solve ended."""

@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
 from ...arrays import Array, Index, States
-from ...bem.kelvin2d import point_force
-from ...fields.interior import Field, field_at, normal_stress_out_of_plane
+from ...errors import InputError
+from ...fields.interior import Field, normal_stress_out_of_plane
 from ...fields.interior_grid import triangulate
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
+from ...mesh.surface_mesh import SurfaceMesh
+from ...model.assembly import Body
 from ...model.units import Units
 from ...runtime.atomic_write import temporary_name
+from ..surface_vtu import cells_inside, write_cells, write_surface_vtu
 from ..vtu import write_boundary_vtu, write_vtu
 from .solution import AssemblySolution, StepResult
 
@@ -35,7 +40,7 @@ class _Units:
 class BodyBoundary:
     """One body after an increment, as `write_boundary_vtu` takes it."""
 
-    mesh: CurveMesh
+    mesh: BoundaryMesh
     u: Array
     traction: Array
     contact: _Contact
@@ -53,21 +58,49 @@ class BodyBoundary:
         return BodyBoundary(solution.meshes[name], body.u, body.traction, contact, _Units(solution.assembly.units))
 
 
-def body_field(solution: AssemblySolution, step: StepResult, name: str, grid: tuple[Array, Index]) -> Field:
-    """Displacement and stress inside a body after an increment, on points and triangles from `triangulate`."""
-    number = [body.name for body in solution.assembly.body].index(name)
-    mesh, body, material = solution.meshes[name], step.bodies[name], solution.assembly.body[number].material
-    points, cells = grid
-    u, stress = field_at(mesh, body.u, body.traction, material, points)
-    forces = solution.assembly.point_forces(number, step.step, step.load_factor)
-    if forces:
-        at, force = np.array([f.at for f in forces]), np.array([f.force for f in forces])
-        u = u + point_force.displacement(points, at, force, material, mesh.unit_length)
-        stress = stress + point_force.stress(points, at, force, material)
-    return Field(points, cells, u, stress, normal_stress_out_of_plane(stress, material))
+@dataclass(frozen=True)
+class _Kind:
+    """How bodies with meshes of one kind are written: points and cells inside for a resolution, boundary, values inside."""
+
+    resolution: tuple[int, ...]
+    grid: Callable[..., tuple[Array, Index]]
+    boundary: Callable[..., None]
+    inside: Callable[..., object]
 
 
-def write_collection(path: str | Path, solution: AssemblySolution, resolution: tuple[int, int]) -> list[Path]:
+def _write_plane(path: Path, grid: tuple[Array, Index], values: tuple[Array, Array], body: Body, units: Units) -> None:
+    write_vtu(path, Field(*grid, *values, normal_stress_out_of_plane(values[1], body.material)), units)
+
+
+def _write_space(path: Path, grid: tuple[Array, Index], values: tuple[Array, Array], body: Body, units: Units) -> None:
+    write_cells(path, *grid, *values)
+
+
+KINDS = {
+    CurveMesh: _Kind((100, 100), triangulate, write_boundary_vtu, _write_plane),
+    SurfaceMesh: _Kind((16, 16, 16), cells_inside, write_surface_vtu, _write_space),
+}  # fmt: skip
+
+
+def kind_of(mesh: BoundaryMesh, resolution: tuple[int, ...] | None) -> _Kind:
+    """How bodies with such a mesh are written, with their usual resolution or the one that is asked for.
+
+    Raises
+    ------
+    InputError
+        If the resolution has not as many numbers as the body has dimensions.
+    """
+    kind = KINDS[type(mesh)]
+    if resolution is None:
+        return kind
+    if len(resolution) != mesh.dim:
+        raise InputError(f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions")
+    return replace(kind, resolution=resolution)
+
+
+def write_collection(
+    path: str | Path, solution: AssemblySolution, resolution: tuple[int, ...] | None = None
+) -> list[Path]:
     """Write STEM.pvd and the .vtu files that it names: of each increment and body the field (but of an infinite plate) and
     the boundary.
 
@@ -78,21 +111,26 @@ def write_collection(path: str | Path, solution: AssemblySolution, resolution: t
 
     Raises
     ------
+    InputError
+        If the resolution does not fit.
     OutputError
         If a file cannot be written.
     """
     path = Path(path).with_suffix(".pvd")
+    kinds = {name: kind_of(mesh, resolution) for name, mesh in solution.meshes.items()}
     infinite = {body.name for body in solution.assembly.body if getattr(body.geometry, "exterior", False)}
-    grids = {name: triangulate(mesh, resolution) for name, mesh in solution.meshes.items() if name not in infinite}
+    grids = {name: kinds[name].grid(mesh, kinds[name].resolution)
+             for name, mesh in solution.meshes.items() if name not in infinite}  # fmt: skip
     written, rows = list[Path](), list[str]()
     for k, step in enumerate(solution.steps, 1):
         for part, name in enumerate(solution.meshes):
             plain = "".join(c if c.isalnum() or c in "-_" else "-" for c in name)
             files = [path.with_name(f"{path.stem}-{k:03d}-{plain}-boundary.vtu")]
-            write_boundary_vtu(files[0], BodyBoundary.of(solution, step, name))
+            kinds[name].boundary(files[0], BodyBoundary.of(solution, step, name))
             if name in grids:
                 files.append(path.with_name(f"{path.stem}-{k:03d}-{plain}.vtu"))
-                write_vtu(files[1], body_field(solution, step, name, grids[name]), solution.assembly.units)
+                values = solution.fields_at(grids[name][0], name, step)
+                kinds[name].inside(files[1], grids[name], values, solution.assembly.body[part], solution.assembly.units)
             written += files
             rows += [f'    <DataSet timestep="{step.step - 1 + step.load_factor:.12g}" part="{2 * part + i}" '
                      f"file={quoteattr(file.name)}/>" for i, file in enumerate(files)]  # fmt: skip
