@@ -101,7 +101,14 @@ class ObstacleChange(Model):
     ----------
     name : str
         Of the obstacle.
-    displacement, rotation, force, moment : as of the obstacle
+    displacement : a number or "free" a component
+        [length]
+    rotation : number or "free", in space one about each of x, y, z
+        [rad]
+    force : a number a component
+        [force/length, in space force]
+    moment : number, in space one about each of x, y, z
+        [force, in space force · length]
     """
 
     name: str

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import abc
 import functools
-import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -12,9 +11,9 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...bem.boundary_data import BoundaryData
 from ...bem.column_blocks import RightHandSides
-from ...bem.kelvin2d.point_force import displacement
 from ...bem.kernels import kernel_for
 from ...bem.operators import BoundaryOperators
+from ...geometry.rotation import rigid_motions
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Material
 
@@ -36,7 +35,7 @@ class Loading:
     point : (f, d) array
         Points at which forces act [length].
     force : (K, f, d) array
-        [force/length]
+        [force/length, in space force]
     """
 
     traction_known: Mask
@@ -90,9 +89,8 @@ class BodyOperators(BoundaryOperators):
         return loads
 
     def point_displacement(self, nodes: Index, force: Array) -> Array:
-        """Displacement (len(nodes), d) of the infinite plane at some nodes by forces (f, d) at the points."""
-        mesh = self.mesh
-        return displacement(mesh.x[nodes], self.loading.point, force, self.kernel.material, mesh.unit_length)
+        """Displacement (len(nodes), d) of the infinite plane or space at some nodes by forces (f, d) at the points."""
+        return self.kernel.point_displacement(self.mesh.x[nodes], self.loading.point, force)
 
     @functools.cached_property
     def _wanted(self) -> Mask:
@@ -178,10 +176,7 @@ def free_motions(mesh: BoundaryMesh, traction_known: Mask, infinite: bool) -> Ar
         return np.zeros((n, d, 0))
     away = mesh.x - mesh.weight @ mesh.x / mesh.weight.sum()
     away /= np.abs(away).max()
-    all_ = np.zeros((n, d, d * (d + 1) // 2))
-    all_[:, :, :d] = np.eye(d)
-    for k, (i, j) in enumerate(itertools.combinations(range(d), 2), start=d):
-        all_[:, i, k], all_[:, j, k] = -away[:, j], away[:, i]
+    all_ = rigid_motions(away)
     seen = all_[~traction_known]
     if len(seen) == 0:
         return all_

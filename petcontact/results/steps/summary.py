@@ -55,7 +55,7 @@ def _step(increments: list[StepResult]) -> list[str]:
     for name, obstacle in last.obstacles.items():
         lines += wrapped(f"    {printable(name)}: ", [
             f"moved {_shown(obstacle.displacement)}", f"turned {_shown(obstacle.rotation)}",
-            f"held by {_shown(_clean(obstacle.force))}", f"moment {_shown(obstacle.moment)}",
+            f"held by {_shown(_clean(obstacle.force))}", f"moment {_shown(_clean(obstacle.moment))}",
         ])  # fmt: skip
     return lines
 
@@ -65,7 +65,7 @@ def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
     closed = pair.state != 2
     p, total = pair.pressure, float(pair.weight.sum())
     items = [
-        f"force {_shown(_clean(pair.force))}", f"moment {_shown(pair.moment)}",
+        f"force {_shown(_clean(pair.force))}", f"moment {_shown(_clean(pair.moment))}",
         f"closed {pair.area:.6g} of {total:.6g}", f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
         f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {float(lengths(pair.slip[closed]).max(initial=0.0)):.4g}",
         f"dissipated {dissipated:.6g}",
@@ -87,6 +87,6 @@ def _shown(value: Axial) -> str:
     return text if np.ndim(value) == 0 else f"({text})"
 
 
-def _clean(force: Array) -> Array:
+def _clean(force: Axial) -> Array:
     """Round-off of a component that vanishes is not shown."""
     return np.asarray(np.where(np.abs(force) < 1e-12 * np.abs(force).max(initial=0.0), 0.0, force))

@@ -28,8 +28,8 @@ def draw_surface_traction(figure: Any, solution: AssemblySolution, name: str) ->
     share = np.divide(size, bound, out=np.zeros(len(size)), where=limited)
     upper, lower = _panels(figure, solution, name)
     _shade(figure, upper, solution, name, np.maximum(pair.pressure, 0.0), "pressure p", "viridis")
-    shown = (share, "|q| / bound") if limited.any() else (size, "|q|")
-    _shade(figure, lower, solution, name, *shown, "Greys")
+    values, label = (share, "|q| / bound") if limited.any() else (size, "|q|")
+    _shade(figure, lower, solution, name, values, label, "Greys")
     _arrows(lower, pair, pair.sigma_t, "C0")
 
 
@@ -52,7 +52,6 @@ def draw_states_by_step(figure: Any, solution: AssemblySolution, name: str) -> N
     rows = len(shown) if wide > 1.5 * tall else 1
     figure.set_size_inches(7.0, 1.2 + rows * (0.6 + 6.0 * rows / len(shown) * tall / wide))
     every = figure.subplots(rows, len(shown) // rows, squeeze=False).ravel()
-    handles: dict[str, Any] = {}
     for axes, step in zip(every, shown, strict=True):
         pair = step.pairs[name]
         directions, names = view(pair, slice(None))
@@ -60,10 +59,10 @@ def draw_states_by_step(figure: Any, solution: AssemblySolution, name: str) -> N
         for number, (word, colour, marker) in STATES.items():
             chosen = pair.state == number
             if chosen.any():
-                handles[word], = axes.plot(*x[chosen].T, ls="", marker=marker, color=colour, mec="black", mew=0.2, ms=3.0)
+                axes.plot(*x[chosen].T, ls="", marker=marker, color=colour, mec="black", mew=0.2, ms=3.0, label=word)
         axes.set(xlabel=names[0], ylabel=names[1], aspect="equal", title=plain(step.name))
         axes.title.set_fontsize("small")
-    figure.legend(handles.values(), handles.keys(), loc="outside lower center", ncols=3)
+        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="x-small")
     figure.suptitle(_title(solution, name), fontsize="medium")
 
 
