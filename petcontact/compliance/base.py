@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import abc
+import functools
 from typing import Any
 
 from ..arrays import Array
 from ..bem.operators import BoundaryOperators
-from ..contact.system import Modes
+from ..contact.system import Modes, Surrogate
+from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
+from ..mesh.surface_mesh import SurfaceMesh
 from .contact_vectors import ContactVectors
+from .half_space import HalfSpace
 from .layer.operator import LayerOperator
 
 
@@ -26,9 +30,9 @@ class SystemBase:
         self.weight = operators.mesh.weight[operators.data.contact_nodes]
         self._scale = operators.traction_scale
 
-    def surrogate(self) -> LayerOperator | None:
-        """T of an elastic layer; none on surfaces."""
-        return LayerOperator.of(self.operators) if isinstance(self.operators.mesh, CurveMesh) else None
+    def surrogate(self) -> Surrogate | None:
+        """T of elastic layers on curves, of half spaces on surfaces."""
+        return _surrogate(self.operators.mesh, self.operators)
 
     def _everywhere(self, unknowns: Any, sigma_t: Array) -> tuple[Array, Array]:
         """Displacement and traction on the whole boundary from a PETSc vector of unknowns."""
@@ -48,3 +52,19 @@ class EliminatedSystem(SystemBase, abc.ABC):
         """(I + ρS) σ_t = f - ρ u_0."""
         change, sigma_t = self.robin_increment(rho, f - rho * self.u_0)
         return self.u_0 + change, sigma_t
+
+
+@functools.singledispatch
+def _surrogate(mesh: BoundaryMesh, operators: BoundaryOperators) -> Surrogate | None:
+    """By the kind of mesh; none where none is known."""
+    return None
+
+
+@_surrogate.register
+def _(mesh: CurveMesh, operators: BoundaryOperators) -> Surrogate | None:
+    return LayerOperator.of(operators)
+
+
+@_surrogate.register
+def _(mesh: SurfaceMesh, operators: BoundaryOperators) -> Surrogate | None:
+    return HalfSpace.of(operators)

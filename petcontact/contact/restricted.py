@@ -84,8 +84,7 @@ class DirectCompliance(_Counted):
         """LU of the bordered block."""
         self.system.elastic_solves += 1
         seen = np.flatnonzero(pieces.seen)
-        block = self._dense if len(seen) == rhs.size else self._dense[seen[:, None], seen]
-        block = _with_pieces(block, self._dense, pieces, rho, seen)
+        block = _block(self._dense, pieces, rho, seen)
         result = np.zeros_like(rhs)
         if modes is None:
             result.flat[seen] = np.linalg.solve(block, rhs.ravel()[seen])
@@ -111,8 +110,9 @@ class DirectCompliance(_Counted):
         """Nothing of PETSc's is held."""
 
 
-def _with_pieces(block: Array, dense: Array, pieces: Pieces, rho: Array, seen: Index) -> Array:
-    """(I - Π')/ρ + SΠ' on the seen components from S on them: only nodes whose Π' is not 0 or 1 change columns."""
+def _block(dense: Array, pieces: Pieces, rho: Array, seen: Index) -> Array:
+    """(I - Π')/ρ + SΠ' on the seen components: from S on them only nodes whose Π' is not 0 or 1 change columns."""
+    block = dense if len(seen) == rho.size else dense[seen[:, None], seen]
     k = rho.shape[1]
     mixed = np.flatnonzero(np.any(pieces.derivative != np.eye(k) * pieces.seen[:, None, :], axis=(1, 2)))
     if not len(mixed):
@@ -256,8 +256,12 @@ class LayerCompliance:
     def solve(
         self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """Solves on the held components; where Π' couples components each of them follows in a pass of its own."""
+        """LU where T is dense, else solves on the held components; where Π' couples these each follows in a pass of its own."""
         dy = np.zeros_like(rhs)
+        if self._layer.coupled:
+            seen = np.flatnonzero(pieces.seen)
+            dy.flat[seen] = np.linalg.solve(_block(self._layer.matrix(), pieces, rho, seen), rhs.ravel()[seen])
+            return dy, np.zeros(0), np.zeros((0, 0))
         for _ in range(rhs.shape[1]):
             left = rhs if not dy.any() else rhs - self._layer.apply(pieces.traction(dy))
             dy = dy + self._layer.stick_solve(pieces.seen, np.where(pieces.seen, left, 0.0))

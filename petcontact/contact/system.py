@@ -65,9 +65,14 @@ class Surrogate(Protocol):
         Relative tolerance of iterative solves on part of the components.
     fast : bool
         Whether products and solves cost next to nothing.
+    coupled : bool
+        Whether T is a dense matrix that couples the components of tractions.
     """
 
     rtol: float
+
+    @property
+    def coupled(self) -> bool: ...
 
     @property
     def fast(self) -> bool: ...

@@ -32,6 +32,8 @@ class LayerOperator:
         Whether products with T cost next to nothing (Fourier transforms on all parts).
     """
 
+    coupled = False
+
     def __init__(self, strips: Sequence[Strip], weight: Array, x: Array) -> None:
         self.scale, self.rtol, self.size, self._weight = 1.0, TIGHT, len(weight), weight
         self._parts: list[tuple[Index, int, StripOperator]] = []
@@ -92,10 +94,14 @@ class LayerOperator:
         On rough σ they agree for every body, the singularity of the kernel being the same: the scale is the geometric
         mean of that 1 and the quotient.
         """
-        own = float(np.sum(self._weight @ (sigma * self.apply(sigma))))
-        other = float(np.sum(self._weight @ (sigma * displacement)))
-        if own > 0.0 and other > 0.0 and not 1.0 / SPREAD < other / own < SPREAD:
-            self.scale *= float(np.sqrt(other / own))
+        self.scale *= fitted(self._weight, sigma, self.apply(sigma), displacement)
+
+
+def fitted(weight: Array, sigma: Array, ours: Array, displacement: Array) -> float:
+    """The factor that brings Tσ to Sσ: 1 if they are alike, else the geometric mean of 1 and their Rayleigh quotient."""
+    own, other = (float(np.sum(weight @ (sigma * moved))) for moved in (ours, displacement))
+    apart = own > 0.0 and other > 0.0 and not 1.0 / SPREAD < other / own < SPREAD
+    return float(np.sqrt(other / own)) if apart else 1.0
 
 
 class DistributedSystem(Protocol):

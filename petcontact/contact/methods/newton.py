@@ -95,7 +95,7 @@ class _Foresight:
 
     def through(self, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
         """The same from any σ, v and τ."""
-        last = box_problem(self._solver, self._law, v - self.layer.apply(sigma), tau, sigma, FORESIGHT)
+        last = box_problem(self._solver, self._law, v - self.layer.apply(sigma), tau, sigma, FORESIGHT, LOOSE)
         return last.pieces.tau if last.wrong == 0 else last.tau, last.sigma
 
 

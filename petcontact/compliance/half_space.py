@@ -1,0 +1,143 @@
+"""The operator T of half spaces: a stand-in for S in space, twice Kelvin's kernel over each contact part.
+
+The surface of a half space whose normal displacement is held moves under tangential tractions by 2Gσ, G = ∫U in its plane:
+of a body T has the singularity of S. On a rectangular part T goes on by even images across the sides beyond which the
+body is free, by odd ones where it is held; only components along their own directions have images, so that T stays
+symmetric in the weights. Of problem A's block T⁻¹S has eigenvalues in [0.6, 2.7], without images in [1.0, 6.2].
+"""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from typing import Any
+
+import numpy as np
+import scipy
+
+from ..arrays import Array, Index
+from ..bem.operators import BoundaryOperators
+from .layer.operator import fitted
+
+LARGEST = 3000
+"""Contact nodes up to which there is a T: it is dense."""
+RECTANGLE = 1e-6
+"""Relative difference between a part's area and its bounding box that is round-off."""
+
+
+class HalfSpace:
+    """T on Γ_C, dense (see `contact.system.Surrogate`), times an overall factor that a method adapts to S.
+
+    Attributes
+    ----------
+    scale : float
+    """
+
+    coupled, fast, rtol = True, False, 0.0
+
+    def __init__(self, matrix: Array, weight: Array) -> None:
+        self.scale, self._matrix, self._weight = 1.0, matrix, weight
+
+    @classmethod
+    def of(cls, operators: BoundaryOperators) -> HalfSpace | None:
+        """That of one body; None where Γ_C is too large."""
+        mesh, nodes = operators.mesh, operators.data.contact_nodes
+        if len(nodes) > LARGEST:
+            return None
+        k = operators.data.contact_directions.shape[1]
+        matrix = np.zeros((len(nodes), k, len(nodes), k))
+        for part in np.unique(mesh.node_part[nodes]):
+            places = np.flatnonzero(mesh.node_part[nodes] == part)
+            matrix[places[:, None], :, places] = _part(operators, places).transpose(0, 2, 1, 3)
+        return cls(matrix.reshape(k * len(nodes), -1), mesh.weight[nodes])
+
+    def apply(self, x: Array) -> Array:
+        """T x, (m, k) [length]."""
+        return self.scale * (self._matrix @ x.ravel()).reshape(x.shape)
+
+    def solve(self, x: Array, rho: float | Array | None = None) -> Array:
+        """T⁻¹ x [stress], or (I + ρT)⁻¹ x, (m, k); ρ may be a number for each component, (k,)."""
+        if rho is None:
+            return np.asarray(scipy.linalg.lu_solve(self._factor, x.ravel() / self.scale)).reshape(x.shape)
+        each = np.broadcast_to(rho, x.shape).ravel()
+        return np.linalg.solve(np.eye(x.size) + each[:, None] * self.matrix(), x.ravel()).reshape(x.shape)
+
+    def stick_solve(self, stick: Array, rhs: Array) -> Array:
+        """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k) [stress]."""
+        held, result = np.flatnonzero(stick), np.zeros_like(rhs)
+        result.flat[held] = np.linalg.solve(self.scale * self._matrix[held[:, None], held], rhs.ravel()[held])
+        return result
+
+    def matrix(self) -> Array:
+        """T, (m k, m k)."""
+        return self.scale * self._matrix
+
+    def fit(self, sigma: Array, displacement: Array) -> None:
+        """Scale T to S, given a smooth σ and S σ."""
+        self.scale *= fitted(self._weight, sigma, self.apply(sigma), displacement)
+
+    @functools.cached_property
+    def _factor(self) -> Any:
+        return scipy.linalg.lu_factor(self._matrix, check_finite=False)
+
+
+def _part(operators: BoundaryOperators, places: Index) -> Array:
+    """T of one part (m, k, m, k)."""
+    mesh, data, kernel = operators.mesh, operators.data, operators.kernel
+    nodes, frame = data.contact_nodes[places], data.contact_frame[places]
+    m, k = frame.shape[:2]
+    panels = np.unique(mesh.element[nodes])
+    result = np.zeros((m, k, m, k))
+
+    def add(x: Array, sign: Array | None) -> None:
+        for kind in np.unique(mesh.kind[panels]):
+            some = panels[mesh.kind[panels] == kind]
+            columns = np.flatnonzero(np.isin(mesh.element[nodes], some))
+            block = kernel.integrals(mesh.points(x), mesh.elements(some), traction=False)[0]
+            assert block is not None
+            values = np.einsum("tai,ijct,cbj->tacb", frame, block, frame[columns], optimize=True)
+            result[:, :, columns] += values if sign is None else values * np.diag(sign)[:, None]
+
+    add(mesh.x[nodes], None)
+    sides = _sides(operators, places)
+    for moves in itertools.product((0, 1, 2), repeat=2) if sides is not None else ():
+        if any(moves) and sides is not None:
+            x, sign = mesh.x[nodes], np.ones(k)
+            for axis, move in enumerate(moves):
+                if move:
+                    along, bound, reflection = sides[axis][move - 1]
+                    x = x + 2.0 * (bound - x @ along)[:, None] * along
+                    sign = sign * reflection
+            add(x, sign)
+    return 2.0 / kernel.traction_scale * result
+
+
+Side = tuple[Array, float, Array]
+"""Direction out of a rectangle, or against it, place along it, and the sign of each component's image."""
+
+
+def _sides(operators: BoundaryOperators, places: Index) -> tuple[tuple[Side, Side], tuple[Side, Side]] | None:
+    """The sides of a part by pairs, if it is a rectangle along its tangents."""
+    mesh, data = operators.mesh, operators.data
+    nodes, frame = data.contact_nodes[places], data.contact_frame[places]
+    tangents = frame[0, :2]
+    panels = np.unique(mesh.element[nodes])
+    corners = np.concatenate([mesh.elements(panels[mesh.kind[panels] == kind]).corners.reshape(-1, 3)
+                              for kind in np.unique(mesh.kind[panels])])  # fmt: skip
+    reach = corners @ tangents.T
+    low, high = reach.min(axis=0), reach.max(axis=0)
+    area, flat = float(np.prod(high - low)), np.abs(frame - frame[0]).max()
+    if flat > RECTANGLE or abs(mesh.weight[nodes].sum() - area) > RECTANGLE * area:
+        return None
+    middle = mesh.x[nodes[0]] + tangents.T @ (0.5 * (low + high) - tangents @ mesh.x[nodes[0]])
+    others = np.flatnonzero(~np.isin(np.arange(mesh.n_nodes), nodes))
+    pairs = []
+    for axis in range(2):
+        pair = []
+        for bound, sign in ((low[axis], -1.0), (high[axis], 1.0)):
+            side = middle + sign * 0.5 * (high - low)[axis] * tangents[axis]
+            beyond = others[np.argmin(np.sum((mesh.x[others] - side) ** 2, axis=1))]
+            held = ~data.traction_known[beyond] @ (data.frame[beyond] @ frame[0].T) ** 2
+            pair.append((tangents[axis], float(bound), np.where(held > 0.5, -1.0, 1.0)))
+        pairs.append((pair[0], pair[1]))
+    return pairs[0], pairs[1]
