@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from ..bem.operators import BoundaryOperators
 from .layer.operator import fitted
 
@@ -62,7 +62,7 @@ class HalfSpace:
         each = np.broadcast_to(rho, x.shape).ravel()
         return np.linalg.solve(np.eye(x.size) + each[:, None] * self.matrix(), x.ravel()).reshape(x.shape)
 
-    def stick_solve(self, stick: Array, rhs: Array) -> Array:
+    def stick_solve(self, stick: Mask, rhs: Array) -> Array:
         """x with T x = rhs on the components of a mask (m, k) and x = 0 off them, (m, k) [stress]."""
         held, result = np.flatnonzero(stick), np.zeros_like(rhs)
         result.flat[held] = np.linalg.solve(self.scale * self._matrix[held[:, None], held], rhs.ravel()[held])

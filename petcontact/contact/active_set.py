@@ -34,7 +34,7 @@ BALANCED = 1e-9
 SHUFFLES = 40
 """Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which break all."""
 STRAIGHT = 1e-10
-"""Distance of a law from its linearisation, relative to σ, that is none."""
+"""Relative residual of the law that is round-off: pieces on disks are not linear."""
 PULL = 0.1
 """ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it slips the other way."""
 
@@ -73,12 +73,6 @@ class Pieces:
         """Π' y, (m, k): what y on the seen components adds to σ."""
         return np.asarray(np.einsum("iab,ib->ia", self.derivative, np.where(self.seen, y, 0.0)))
 
-    def distance(self, law: ContactLaw, tau: Array, sigma: Array) -> float:
-        """Largest |Π - its linearisation| at τ over the largest |σ|."""
-        linear = np.einsum("iab,ib->ia", self.derivative, tau) - self.constant
-        most = float(np.abs(sigma).max(initial=0.0))
-        return float(np.abs(law.project(tau) - linear).max(initial=0.0)) / most if most > 0.0 else 0.0
-
 
 @dataclass(frozen=True)
 class Pivot:
@@ -97,7 +91,7 @@ class Pivot:
     push : (r,) array
         Motion along which the loads push and that no node holds; 0 where all are held or in equilibrium.
     bent : float
-        Largest distance of Π from its linearisation at the new τ, over the largest |σ|: round-off where pieces are linear.
+        Largest |Π(τ) + σ| at the new τ over the largest |σ|: round-off where pieces are linear and no node is wrong.
     """
 
     sigma: Array
@@ -159,7 +153,8 @@ def pivots(
         sigma, v, alpha, push = linear_solve(solver, pieces, base, modes, sigma, alpha, rho)
         revised, rho = next_tau(pieces, law, sigma, v, solver.noise)
         wrong = np.flatnonzero(law.states(revised) != pieces.states)
-        step = Pivot(sigma, v, alpha, pieces, revised, len(wrong), push, pieces.distance(law, revised, sigma))
+        bent = float(np.abs(law.project(revised) + sigma).max(initial=0.0) / (np.abs(sigma).max(initial=0.0) or 1.0))
+        step = Pivot(sigma, v, alpha, pieces, revised, len(wrong), push, bent)
         yield step
         if len(wrong) < fewest:
             fewest, patience = len(wrong), PATIENCE
@@ -207,7 +202,7 @@ def box_problem(
     solver: Restricted, law: ContactLaw, base: Array, tau: Array, sigma: Array, limit: int | None = None,
     tolerance: float = STRAIGHT,
 ) -> Pivot:  # fmt: skip
-    """The last of `pivots`, or of the first `limit` of them, without rigid motions; pieces bend by less than the tolerance.
+    """The last of `pivots`, or of the first `limit` of them, without rigid motions; its law holds to the tolerance.
 
     For Tresca's law and a symmetric operator it is the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g, W the weights.
     """

@@ -256,7 +256,7 @@ class LayerCompliance:
     def solve(
         self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """LU where T is dense, else solves on the held components; where Π' couples these each follows in a pass of its own."""
+        """LU where T is dense, else solves on held components; where Π' couples these each follows in a pass of its own."""
         dy = np.zeros_like(rhs)
         if self._layer.coupled:
             seen = np.flatnonzero(pieces.seen)

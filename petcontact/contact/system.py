@@ -66,7 +66,7 @@ class Surrogate(Protocol):
     fast : bool
         Whether products and solves cost next to nothing.
     coupled : bool
-        Whether T is a dense matrix that couples the components of tractions.
+        Whether T is a dense matrix, solved with by its blocks, as components need that couple on disks.
     """
 
     rtol: float

@@ -45,7 +45,7 @@ class OperatorRobin:
         """
         layer = system.surrogate()
         if layer is None or system.modes is not None:
-            raise InputError("method.name: operator-robin needs plane bodies that are held; use semismooth-newton")
+            raise InputError("method.name: operator-robin needs held bodies and a stand-in for S; use semismooth-newton")
         criterion, base = iteration.criterion, system.u_0
         inner = LayerCompliance(layer)
         solver = restricted_to(system, layer)

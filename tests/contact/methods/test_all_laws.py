@@ -255,6 +255,7 @@ class Stand:
 
     def __init__(self, matrix, k):
         blocks = 0.5 * (matrix + matrix.T).reshape(-1, k, len(matrix) // k, k)
+        self.coupled = k > 2  # disks couple the components
         self._matrix = (blocks * np.eye(k)[None, :, None, :]).reshape(matrix.shape)
 
     def apply(self, x):
