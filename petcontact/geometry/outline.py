@@ -68,6 +68,8 @@ class Side:
 
     def tangents(self, fraction: Array) -> Array:
         """Unit vectors (n, 2) along the side at fractions (n,) of the arc length."""
+        if self.curvature == 0.0:
+            return np.broadcast_to((self.end - self.start) / self._chord, (len(fraction), 2))
         nx, ny = on_arcs(self.start, self.end, self.half_angle, 2.0 * fraction - 1.0)[1].T
         return np.column_stack([-ny, nx])
 

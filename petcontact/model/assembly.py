@@ -245,6 +245,20 @@ class Assembly(Model):
                 hint = nearest(force.name, forces) or "; point forces with a name are " + (", ".join(forces) or "none")
                 raise ValueError(f"{key}.point_force[{k}].name: no point force {force.name!r}{hint}")
 
+    def conditions(self, number: int) -> list[dict[str, Displacement | Traction]]:
+        """Conditions of a body by part at the end of each step (of one, where there are none); what a step leaves alone
+        stays the same object."""
+        body, names = self.body[number], [body.name for body in self.body]
+        known = {c.part: c for c in body.boundary if not isinstance(c, Contact)}
+        result = []
+        for s, step in enumerate(self.step or (None,)):
+            for k, change in enumerate(step.boundary if step else ()):
+                if (change.body or names[0]) == body.name:
+                    now = body.model_copy(update={"boundary": tuple(known.values())})
+                    known = {**known, change.part: changed_condition(now, change, f"step[{s}].boundary[{k}]")}
+            result.append(known)
+        return result
+
     def point_forces(self, number: int, step: int, factor: float) -> list[PointForce]:
         """Point forces of a body at a load factor of a step (from 1), linear from the end of the step before."""
         last = [f.model_copy(update={"force": (0.0,) * len(f.force)}) for f in self.body[number].point_force]

@@ -28,7 +28,8 @@ from ..mesh.curve_mesh import as_curve
 from ..model.case import Case
 from ..model.problem import Problem
 from ..refinement.contact_line import ContactLine, difference, largest, transition, without_specks
-from ..refinement.marks import LADDER, Body, Rung
+from ..refinement.ladder import LADDER, MOST_GAIN, Rung, believed, check_accuracy
+from ..refinement.marks import Body
 from ..refinement.zones import Zone
 from ..results.solution import Solution
 from ..runtime.petsc import petsc
@@ -36,8 +37,6 @@ from .initial_state import carried_over
 from .prepare import prepare_operators
 from .run import probed, run
 
-MOST_GAIN = 40.0
-"""Ratio of the errors of two neighbouring rungs beyond which it is chance."""
 DENSE_NODES = 2500
 """Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
 LEAST_SLIP = 1e-3
@@ -79,8 +78,7 @@ def adapt(
     InputError, SolverError
         As `solve`.
     """
-    if not 0.0 < accuracy < 1.0:
-        raise ValueError(f"the accuracy lies between 0 and 1, got {accuracy}")
+    check_accuracy(accuracy)
     case = Case.of(case)
     method = case.method.model_copy(update={"name": "semismooth-newton", "rule": None, "start": "zero"})
     case = case.model_copy(update={"method": method})
@@ -155,7 +153,7 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
     # each difference bounds C, as far as its two meshes differ at corners at all
     bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
     left = truncation[-1] * min(bounds, default=0.0)
-    return max(differences[-1], differences[-2] / MOST_GAIN, left)
+    return max(believed(differences), left)
 
 
 def displacement_scale(solution: Solution) -> float:

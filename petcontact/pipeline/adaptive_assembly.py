@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,44 +16,17 @@ from ..geometry.outline import Outline, as_outline
 from ..geometry.surface import Boundary
 from ..mesh.basis import lagrange
 from ..mesh.curve_mesh import CurveMesh, as_curve
-from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.assembly import Assembly
 from ..model.problem import Problem
 from ..refinement.contact_edges import Edge, edges, merged, zone_at
-from ..refinement.marks import UNSEEN, Body, marks_for
+from ..refinement.known_data import fields, offsets
+from ..refinement.ladder import CONTACT_LADDER, Rung, believed, check_accuracy
+from ..refinement.marks import UNSEEN, Body, RungMesh
 from ..results.steps.solution import AssemblySolution, PairResult, StepResult
 from .assemble import Discrete, discretise
 from .load_steps import Monitor, prepare_assembly, run_steps
 from .sides import interfaces_of
 
-
-@dataclass(frozen=True)
-class ContactRung:
-    """One grading of the ladder.
-
-    Attributes
-    ----------
-    grading : Grading
-    edge : float
-        Smallest element at an edge over half the width of its contact [-].
-    resolved : float
-        Relative error that the smallest elements may leave at corners, see `marks_for` [-].
-    """
-
-    grading: Grading
-    edge: float
-    resolved: float
-
-
-LADDER = (
-    ContactRung(Grading(2, 0.30), 1e-1, 2.5e-3),
-    ContactRung(Grading(2, 0.30), 2e-2, 1e-3),
-    ContactRung(Grading(3, 0.30), 5e-3, 1e-4),
-    ContactRung(Grading(4, 0.30), 1e-3, 1e-5),
-    ContactRung(Grading(5, 0.33), 2e-4, 1e-6),
-    ContactRung(Grading(5, 0.38), 3e-5, 1e-7),
-    ContactRung(Grading(5, 0.45), 5e-6, 2e-8),
-)
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same rung."""
 AGAIN = 3
@@ -62,8 +35,6 @@ OUTSIDE = 1e6
 """Shear, in units of the pressure, that no coefficient of friction holds."""
 FADE = 0.02
 """Share of a part at either end over which the norm of differences fades out."""
-SAFETY = 40.0
-"""A difference is at least that before it over this: small ones happen by chance."""
 
 
 def adapt_assembly(
@@ -93,81 +64,98 @@ def adapt_assembly(
     InputError, SolverError
         As `solve_assembly`.
     """
-    if not 0.0 < accuracy < 1.0:
-        raise ValueError(f"the accuracy lies between 0 and 1, got {accuracy}")
+    check_accuracy(accuracy)
     began = time.perf_counter()
-    before: AssemblySolution | None = None
-    found: dict[str, list[Edge]] = {}
-    differences, counts = list[float](), list[int]()
-    estimate = math.inf
-    for rung in LADDER:
+    climb = _Climb(assembly, comm, monitor)
+    differences, counts, estimate = list[float](), list[int](), math.inf
+    for rung in CONTACT_LADDER:
         for attempt in range(AGAIN):
-            solution, found = _level(assembly, rung, before, found, comm, monitor)
-            difference = relative_difference(before, solution) if before is not None else math.inf
-            before = solution
+            before = climb.solution
+            solution = climb.level(rung)
             counts.append(sum(mesh.n_elements for mesh in solution.meshes.values()))
             if solution.status != "converged" or not _few(solution) or attempt == AGAIN - 1:
                 break
-        if solution.status != "converged":
+        if solution.status != "converged" or climb.missed > 0.0:
             break
-        if math.isfinite(difference):
-            estimate = max(difference, differences[-1] / SAFETY if differences else 0.0)
-            differences.append(difference)
-        if len(differences) >= 2 and estimate <= accuracy:
+        if before is not None:
+            differences.append(relative_difference(before, solution))
+            estimate = believed(differences)
+        if estimate <= accuracy:
             break
     info = {**solution.info, "accuracy": accuracy, "estimated_error": estimate, "levels": counts, "differences": differences,
-            "edges": {name: [edge.s for edge in items] for name, items in found.items()}}  # fmt: skip
+            "edges": {name: [edge.s for edge in items] for name, items in climb.edges.items()}}  # fmt: skip
     status, reason = solution.status, solution.reason
-    if status == "converged" and estimate > accuracy:
+    if status == "converged" and climb.missed > 0.0:
+        status, reason = "not converged", f"no mesh resolves the given data: {climb.missed:.1e} of them is missed"
+    elif status == "converged" and estimate > accuracy:
         status, reason = "not converged", f"estimated error {estimate:.1e} > {accuracy:g} on the finest mesh"
     timings = {**solution.timings, "adapt": time.perf_counter() - began - sum(solution.timings.values())}
     return replace(solution, status=status, reason=reason, info=info, timings=timings)
 
 
-def _level(
-    assembly: Assembly, rung: ContactRung, before: AssemblySolution | None, found: dict[str, list[Edge]], comm: Any,
-    monitor: Monitor | None,
-) -> tuple[AssemblySolution, dict[str, list[Edge]]]:  # fmt: skip
-    """The solution on the mesh of a rung, and the edges that it shows."""
-    names = {(side.body, side.part): side.name for side in interfaces_of(assembly)}
+class _Climb:
+    """Meshes one after another, and what the last one showed.
 
-    def make(number: int, problem: Problem, boundary: Boundary) -> CurveMesh:
-        mine = {part: found.get(name, []) for (body, part), name in names.items() if body == number}
-        return _mesh(problem, as_outline(boundary, "--adapt"), rung, mine, before is None)
+    Attributes
+    ----------
+    solution : AssemblySolution or None
+        The last one.
+    edges : dict of lists of Edge by interface
+        Those that it shows.
+    missed : float
+        What its mesh leaves of the given data beyond what is asked (or 0) [-].
+    """
 
-    discrete = discretise(assembly, make)
-    problem = prepare_assembly(assembly, comm, discrete)
-    warm = None if before is None else _warm(before, discrete)
-    solution = run_steps(problem, warm=warm, monitor=monitor)
-    return solution, found_edges(solution, rung.edge)
+    def __init__(self, assembly: Assembly, comm: Any, monitor: Monitor | None) -> None:
+        self.assembly, self.comm, self.monitor = assembly, comm, monitor
+        self.solution: AssemblySolution | None = None
+        self.edges: dict[str, list[Edge]] = {}
+        self.missed = 0.0
+        self._bodies: dict[int, Body] = {}
+        self._names = {(side.body, side.part): side.name for side in interfaces_of(assembly)}
 
+    def level(self, rung: Rung) -> AssemblySolution:
+        """The solution on the mesh of a rung."""
+        self.missed = 0.0
 
-def _mesh(problem: Problem, outline: Outline, rung: ContactRung, found: dict[str, list[Edge]], unseen: bool) -> CurveMesh:
-    """A mesh of one body graded to its corners, to points that the user gave, and to the edges on its secondary parts."""
-    body = Body.of(problem, outline)
-    marks = marks_for(body, rung.grading, rung.resolved, None)
-    offset: dict[str, float] = {}
-    largest = []
-    for k, side in enumerate(outline.sides):
-        start = offset.get(side.part, 0.0)
-        offset[side.part] = start + side.length
-        secondary = side.part in found
-        largest.append(side.length / UNSEEN if secondary and unseen else np.inf)
-        inside = [e for e in found.get(side.part, []) if 1e-6 * side.length < e.s - start < (1.0 - 1e-6) * side.length]
-        if inside:
-            marks[k] = _with_edges(marks[k], [(e.s - start, rung.edge * e.width) for e in inside], rung.grading)
-    return graded_mesh(outline, marks, rung.grading, largest)
+        def make(number: int, problem: Problem, boundary: Boundary) -> CurveMesh:
+            if number not in self._bodies:
+                self._bodies[number] = self._body(number, problem, as_outline(boundary, "--adapt"))
+            made = self._mesh(number, rung)
+            self.missed = max(self.missed, made.missed)
+            return made.mesh
 
+        discrete = discretise(self.assembly, make)
+        problem = prepare_assembly(self.assembly, self.comm, discrete)
+        warm = None if self.solution is None else _warm(self.solution, discrete)
+        self.solution = run_steps(problem, warm=warm, monitor=self.monitor)
+        self.edges = found_edges(self.solution, rung.edge)
+        return self.solution
 
-def _with_edges(marks: Marks, inner: list[tuple[float, float]], grading: Grading) -> Marks:
-    """Marks with further points; one that is there already is moved where it is close to an edge."""
-    places, sizes = (np.array(values) for values in zip(*inner, strict=True))
-    apart = np.abs(marks.position[:, None] - places[None]).min(axis=1)
-    kept = apart > 3.0 * sizes.max()
-    kept[[0, -1]] = True
-    position, size = np.append(marks.position[kept], places), np.append(marks.size[kept], sizes)
-    order = np.argsort(position)
-    return balanced(Marks(position[order], size[order]), grading)
+    def _body(self, number: int, problem: Problem, outline: Outline) -> Body:
+        """What the meshes of a body share; its data are those of all steps."""
+        body = Body.of(problem, outline)
+        steps = self.assembly.conditions(number)
+        for condition in {id(c): c for step in steps for c in step.values() if c not in problem.boundary}.values():
+            rest = tuple(other for other in problem.boundary if other.part != condition.part)
+            later = fields(problem.model_copy(update={"boundary": (*rest, condition)}), outline)
+            here = [side.part == condition.part for side in outline.sides]
+            body = replace(body, data=[[*row, *more] if mine else row
+                                       for row, more, mine in zip(body.data, later, here, strict=True)])  # fmt: skip
+        return body
+
+    def _mesh(self, number: int, rung: Rung) -> RungMesh:
+        """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
+        body = self._bodies[number]
+        found = {part: self.edges.get(name, []) for (b, part), name in self._names.items() if b == number}
+        largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
+        for k, (side, start) in enumerate(zip(body.outline.sides, offsets(body.outline), strict=True)):
+            unseen = side.part in found and self.solution is None
+            largest.append(side.length / UNSEEN if unseen else np.inf)
+            inside = [e for e in found.get(side.part, []) if 1e-6 * side.length < e.s - start < (1.0 - 1e-6) * side.length]
+            if inside:
+                inner[k] = [(e.s - start, rung.edge * e.width) for e in inside]
+        return body.mesh(rung, largest, None, inner)
 
 
 def found_edges(solution: AssemblySolution, smallest: float) -> dict[str, list[Edge]]:

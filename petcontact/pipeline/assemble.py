@@ -21,9 +21,9 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.pairs.curves import along
 from ..mesh.pairs.facing import face
 from ..mesh.pairs.matching import PairParts, matched
-from ..model.assembly import Assembly, changed_condition
+from ..model.assembly import Assembly
 from ..model.expressions import evaluate
-from ..model.problem import Contact, Displacement, Problem, Traction
+from ..model.problem import Displacement, Problem, Traction
 from ..refinement.meshes import mesh_of
 from .choice import check_memory
 from .sides import Side, as_problem, check_parts, interfaces_of
@@ -152,23 +152,15 @@ def _loading(assembly: Assembly, number: int, mesh: BoundaryMesh) -> Loading:
     """Known data of a body: nothing in state 0, the conditions with the changes of steps 1 to k in state k."""
     body, shape = assembly.body[number], mesh.x.shape
     known = np.ones(shape, dtype=bool)
-    conditions = {c.part: c for c in body.boundary if not isinstance(c, Contact)}
-    for condition in conditions.values():
+    for condition in body.boundary:
         if isinstance(condition, Displacement):
             check_components(condition.value, mesh, f"body {body.name!r}: {condition.part}")
             nodes = mesh.nodes_of(condition.part)
             for c, component in enumerate(condition.value):
                 known[nodes, c] = component == "free"
-    names = [b.name for b in assembly.body]
     values, pushes = [np.zeros(shape)], [np.zeros((len(body.point_force), mesh.dim))]
     cache: dict[str, tuple[Any, Array]] = {}
-    for s, step in enumerate(assembly.step or (None,)):
-        for k, change in enumerate(step.boundary if step else ()):
-            if names.index(change.body or names[0]) == number:
-                key = f"step[{s}].boundary[{k}]"
-                conditions[change.part] = changed_condition(
-                    body.model_copy(update={"boundary": tuple(conditions.values())}), change, key
-                )
+    for s, conditions in enumerate(assembly.conditions(number)):
         value = np.zeros(shape)
         for part, condition in conditions.items():
             nodes = mesh.nodes_of(part)

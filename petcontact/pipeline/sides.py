@@ -118,9 +118,16 @@ def _check_components(key: str, value: Sized, d: int) -> None:
 def as_problem(body: Body, boundary: Boundary, sides: list[Side], number: int) -> Problem:
     """One body as a problem of its own, for what only needs to know which parts are held, loaded or in contact."""
     conditions: list[Any] = [c for c in body.boundary if not isinstance(c, Contact)]
-    touching = {s.part for s in sides if s.body == number}
-    touching |= {s.primary[1] for s in sides if s.primary and s.primary[0] == number}
-    conditions += [Contact(part=part) for part in boundary.parts if part in touching]
+    touching: dict[str, Contact] = {}
+    for side in sides:
+        law = side.law
+        given = {key: getattr(law, key) for key in ("normal", "friction_coefficient", "friction_bound")}
+        if side.primary and side.primary[0] == number:
+            touching[side.primary[1]] = Contact(part=side.primary[1], **given)
+        if side.body == number:
+            gap = 0.0 if law.gap == "geometry" else law.gap
+            touching[side.part] = Contact(part=side.part, **given, gap=gap)
+    conditions += [touching[part] for part in boundary.parts if part in touching]
     named = {c.part for c in conditions}
     conditions += [Traction(part=part, value=(0.0,) * boundary.dim) for part in boundary.parts if part not in named]
     return Problem(material=body.material, geometry=body.geometry, mesh=body.mesh, boundary=tuple(conditions))

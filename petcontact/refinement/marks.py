@@ -16,6 +16,7 @@ from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
 from .contact_line import ContactLine, slip_at_end, transition
 from .known_data import Field, fields, resolved
+from .ladder import LADDER, Rung, first_rung
 from .singular_points import corner_exponents
 
 MILDEST, STRONGEST = 0.7, 2.0
@@ -33,46 +34,10 @@ UNSEEN = 24
 """Least number of elements on a contact side whose transition points nobody has told."""
 
 
-@dataclass(frozen=True)
-class Rung:
-    """One grading of the ladder.
-
-    Attributes
-    ----------
-    grading : Grading
-    resolved : float
-        Relative error that the smallest elements leave at corners and transition points [-].
-    error : float
-        Typical relative error of u_t, measured on the paper's examples; only ratios of it are used as estimates [-].
-    """
-
-    grading: Grading
-    resolved: float
-    error: float
-
-
-LADDER = (
-    Rung(Grading(2, 0.30), 1.5e-3, 1.7e-3),
-    Rung(Grading(2, 0.30), 8.0e-5, 6.7e-5),
-    Rung(Grading(3, 0.28, 0.8), 1.0e-5, 4.6e-6),
-    Rung(Grading(5, 0.28, 0.7), 1.0e-6, 6.0e-7),
-    Rung(Grading(5, 0.33, 0.6), 8.0e-8, 4.0e-8),
-    Rung(Grading(5, 0.40, 0.5), 1.2e-8, 1.3e-8),
-    Rung(Grading(5, 0.50, 0.4), 2.5e-9, 3.0e-9),
-)
 CLOSEST = 1e-9
 """Distance of marks, of a side, below which they are one."""
 ON_KINK = 1e-3
 """Distance of a transition point from a kink of the data, in smallest elements, below which the kink is its mark."""
-MARGIN = 1.3
-"""How far below the wanted error a rung's typical error is when it is tried first."""
-
-
-def first_rung(accuracy: float) -> int:
-    """The lowest rung but the first that may be expected to have this error."""
-    return next((k for k in range(1, len(LADDER)) if MARGIN * LADDER[k].error <= accuracy), len(LADDER) - 1)
-
-
 @dataclass(frozen=True)
 class Body:
     """What all meshes of an adaptive solve share.
@@ -148,7 +113,10 @@ class Body:
         found = {exponent for pair in self.exponents for exponent in pair}
         return max(float((self.corner_size(e, resolved) / self.scale) ** (2.0 * e)) for e in found)
 
-    def mesh(self, rung: Rung, largest: list[float], shown: list[ContactLine] | None) -> RungMesh:
+    def mesh(
+        self, rung: Rung, largest: list[float], shown: list[ContactLine] | None,
+        edges: dict[int, list[tuple[float, float]]] | None = None,
+    ) -> RungMesh:  # fmt: skip
         """The mesh of a rung, with elements that resolve the data.
 
         Parameters
@@ -158,6 +126,8 @@ class Body:
             Length that no element of the side exceeds [length].
         shown : list of ContactLine, optional
             As in `marks_for`.
+        edges : dict of lists by side, optional
+            Arc lengths along the side of further points, and the smallest elements there [length].
         """
         missed = [0.0]
 
@@ -167,6 +137,8 @@ class Body:
             return breaks, orders
 
         marks = marks_for(self, rung.grading, rung.resolved, shown)
+        for side, inner in (edges or {}).items():
+            marks[side] = _with_points(marks[side], inner, rung.grading)
         mesh = graded_mesh(self.outline, marks, rung.grading, largest, resolve if any(self.data) else None)
         if max(missed) > 0.0:
             # elements by the thousand that still do not show the data are not worth solving on
@@ -240,6 +212,17 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
                 sizes[place] = min(sizes[place], 0.015 * body.scale)
         marks.append(balanced(Marks(points, sizes), grading))
     return _equal_at_corners(body.outline, marks)
+
+
+def _with_points(marks: Marks, inner: list[tuple[float, float]], grading: Grading) -> Marks:
+    """Marks with further points; one that is there already is moved where it is close to one of them."""
+    places, sizes = (np.array(values) for values in zip(*inner, strict=True))
+    apart = np.abs(marks.position[:, None] - places[None]).min(axis=1)
+    kept = apart > 3.0 * sizes.max()
+    kept[[0, -1]] = True
+    position, size = np.append(marks.position[kept], places), np.append(marks.size[kept], sizes)
+    order = np.argsort(position)
+    return balanced(Marks(position[order], size[order]), grading)
 
 
 def _equal_at_corners(outline: Outline, marks: list[Marks]) -> list[Marks]:

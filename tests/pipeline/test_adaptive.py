@@ -13,7 +13,8 @@ from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, ad
 from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
 from petcontact.pipeline.adaptive import MOST_GAIN, estimated_error
 from petcontact.refinement.contact_line import ContactLine, displacement, slip_at_end, transition, without_specks
-from petcontact.refinement.marks import LADDER, Body, marks_for
+from petcontact.refinement.ladder import LADDER
+from petcontact.refinement.marks import Body, marks_for
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better
 TRANSITIONS = {1: (3.377767813205719, 7.999854958057404), 2: (2.4115453362464914, 8.435704696178437)}
