@@ -7,16 +7,22 @@ tangents a node. Of a rigid obstacle S = 0; its displacement opposite a node is 
 
 from __future__ import annotations
 
+import copy
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..contact.system import Modes
 from ..geometry.rotation import rigid_motions
+from ..mesh.curve_mesh import CurveMesh, as_curve
 from .body.base import BodyCompliance
+from .layer.kernel import Strip, body_thickness, strips
+from .layer.operator import LayerOperator
+from .reduced import ComposedSystem, ProductSystem, ReducedSystem
 
 
 @dataclass(frozen=True)
@@ -83,8 +89,8 @@ class BodiesSystem:
     weight : (M,) array
         Node weights of the secondaries [length, in space area].
     gap : (M,) array
-    compliance : (d M, d M) array
-        S, component c of node i being d i + c, tangential first.
+    compliance : (d M, d M) array or None
+        S, component c of node i being d i + c, tangential first; None where that of a body is known by its products only.
     base : (K, d M) array
         v in each load state without contact tractions and gap.
     modes, balance : (d M, r), (r, d M) arrays
@@ -105,15 +111,19 @@ class BodiesSystem:
         m, states = int(ends[-1]), len(bodies[0].u_0)
         self.weight = np.concatenate([bodies[i.body].mesh.weight[i.nodes] for i in interfaces])
         self.gap = np.concatenate([i.gap for i in interfaces])
-        self.compliance = np.zeros((d * m, d * m))
+        formed = all(body.compliance is not None for body in bodies)
+        self.compliance = np.zeros((d * m, d * m)) if formed else None
         self.base = np.zeros((states, d * m))
+        self._seen: list[scipy.sparse.csr_array] = []
         self._spread: list[scipy.sparse.csr_array] = []
+        self._x, self._layer = np.concatenate(x), list[LayerOperator]()
         modes, balance, resultant = [], [], []
         for number, body in enumerate(self.bodies):
             seen, spread = self._maps(number, body, m)
+            self._seen.append(seen)
             self._spread.append(spread)
-            assert body.compliance is not None
-            self.compliance += seen @ (spread.T @ body.compliance.T).T
+            if self.compliance is not None and body.compliance is not None:
+                self.compliance += seen @ (spread.T @ body.compliance.T).T
             self.base += (seen @ body.u_0.reshape(states, -1).T).T
             modes.append(seen @ body.modes[body.contact].reshape(d * len(body.contact), -1))
             balance.append((spread.T @ body.balance.T).T)
@@ -154,6 +164,40 @@ class BodiesSystem:
                 result[where, :-1] = -np.einsum("mtc,mck->mtk", face.tangent, motion)
                 result[where, -1] = -np.einsum("mc,mck->mk", face.normal, motion)
         return result.reshape(d * m, -1)
+
+    def reduced(self, u_0: Array, modes: Modes) -> ComposedSystem:
+        """The contact system with this v for σ = 0, (M, d)."""
+        if self.compliance is not None:
+            return ReducedSystem(u_0, self.compliance, self.weight, modes, self.surrogate)
+        return ProductSystem(u_0, self.apply, self.weight, modes, self.surrogate)
+
+    def apply(self, sigma: Array) -> Array:
+        """S σ, (M, d), body by body. Collective."""
+        flat, result = sigma.ravel(), np.zeros(sigma.size)
+        for body, seen, spread in zip(self.bodies, self._seen, self._spread, strict=True):
+            result += seen @ body.apply(spread @ flat)
+        return result.reshape(sigma.shape)
+
+    def surrogate(self) -> LayerOperator | None:
+        """T in all directions, unscaled: on each interface the layers of both bodies; none on surfaces."""
+        if not all(isinstance(body.mesh, CurveMesh) for body in self.bodies):
+            return None
+        if not self._layer:
+            self._layer.append(LayerOperator(self._strips(), self.weight, self._x))
+        return copy.copy(self._layer[0])
+
+    def _strips(self) -> list[Strip]:
+        found: list[Strip] = []
+        for where, face in zip(self.slices, self.interfaces, strict=True):
+            others: tuple[tuple[float, float], ...] = ()
+            if face.primary is not None and face.primary_nodes is not None:
+                other = self.bodies[face.primary].operators
+                thickness = body_thickness(as_curve(other.mesh), face.primary_nodes)
+                others = ((other.kernel.half_space_compliance, thickness),)
+            directions = np.concatenate([face.tangent, face.normal[:, None]], axis=1)
+            mine = strips(self.bodies[face.body].operators, face.nodes, directions, others)
+            found += [replace(strip, nodes=strip.nodes + where.start) for strip in mine]
+        return found
 
     def weighted(self, modes: Array) -> Array:
         """E = MᵀW of an obstacle: the resultant of the tractions that it feels, (d(d+1)/2, d M)."""

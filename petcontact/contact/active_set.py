@@ -69,6 +69,13 @@ class Pieces:
         constant[held] = 0.0
         return cls(tau, constant, derivative, np.any(derivative != 0.0, axis=1), held, law.states(tau))
 
+    @classmethod
+    def stuck(cls, like: Array) -> Pieces:
+        """All components held, at zero."""
+        zero, every = np.zeros_like(like), np.ones(like.shape, dtype=bool)
+        derivative = np.broadcast_to(np.eye(like.shape[1]), (*like.shape, like.shape[1]))
+        return cls(zero, zero, derivative, every, every, np.zeros(len(like), dtype=np.int8))
+
     def traction(self, y: Array) -> Array:
         """Π' y, (m, k): what y on the seen components adds to σ."""
         return np.asarray(np.einsum("iab,ib->ia", self.derivative, np.where(self.seen, y, 0.0)))
@@ -200,13 +207,13 @@ def linear_solve(
 
 def box_problem(
     solver: Restricted, law: ContactLaw, base: Array, tau: Array, sigma: Array, limit: int | None = None,
-    tolerance: float = STRAIGHT,
+    tolerance: float = STRAIGHT, modes: Modes | None = None,
 ) -> Pivot:  # fmt: skip
-    """The last of `pivots`, or of the first `limit` of them, without rigid motions; its law holds to the tolerance.
+    """The last of `pivots`, or of the first `limit` of them; its law holds to the tolerance.
 
     For Tresca's law and a symmetric operator it is the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g, W the weights.
     """
-    for last in itertools.islice(pivots(solver, law, base, None, tau, sigma=sigma), limit):
+    for last in itertools.islice(pivots(solver, law, base, modes, tau, sigma=sigma), limit):
         if last.wrong == 0 and last.bent <= tolerance:
             break
     return last

@@ -60,10 +60,10 @@ def balanced(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fal
     moved = v - base
     if system.modes is not None and len(system.modes.load):
         moved = moved - system.modes.motion @ (system.modes.fit @ moved.ravel())
-    common = balanced_rho(moved, sigma, weight, fallback)
+    common, floor = balanced_rho(moved, sigma, weight, fallback), FLOOR * contact_norm(moved, weight)
     rho = np.empty(law.k)
     for group in law.groups:
-        rho[group] = balanced_rho(moved[:, group], sigma[:, group], weight, common)
+        rho[group] = balanced_rho(moved[:, group], sigma[:, group], weight, common, floor)
     return rho
 
 

@@ -13,7 +13,7 @@ import scipy
 
 from ..arrays import Array, Index, Mask
 from ..errors import SolverError
-from ..linalg.matrix_free import Krylov
+from ..linalg.bordered import BorderedKrylov, Elimination, Map
 from .system import ContactSystem, Modes, Surrogate
 
 if TYPE_CHECKING:
@@ -96,15 +96,17 @@ class DirectCompliance(_Counted):
         _check(result)
         return result, border.motion(answer[len(seen) :]), border.free
 
-    def sum_solve(self, rhs: Array) -> Array:
-        """(T + S)⁻¹ rhs, factored once."""
+    def sum_solve(self, rhs: Array, whole: Pieces, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
+        """δσ and δα with (T + S) δσ + M δα = rhs and E(σ + δσ) + f = 0, factored once."""
+        border = Border(modes, whole, sigma, float(np.abs(np.diag(self._dense)).max(initial=0.0)))
         if self._sum is None:
             assert self._layer is not None, "T + S needs T"
-            self._sum = scipy.linalg.lu_factor(self._layer.matrix() + self._dense, check_finite=False)
+            self._sum = scipy.linalg.lu_factor(border.around(self._layer.matrix() + self._dense), check_finite=False)
         self.system.elastic_solves += 1
-        result = np.asarray(scipy.linalg.lu_solve(self._sum, rhs.ravel(), check_finite=False)).reshape(rhs.shape)
+        answer = scipy.linalg.lu_solve(self._sum, np.concatenate([rhs.ravel(), border.rhs]), check_finite=False)
+        result = np.asarray(answer[: rhs.size]).reshape(rhs.shape)
         _check(result)
-        return result
+        return result, border.motion(answer[rhs.size :])
 
     def close(self) -> None:
         """Nothing of PETSc's is held."""
@@ -138,7 +140,7 @@ class Border:
 
     Parameters
     ----------
-    modes : Modes
+    modes : Modes or None
     pieces : Pieces
     sigma : (m, k) array
         Traction whose resultant the equations are to complete.
@@ -146,20 +148,31 @@ class Border:
         Size of the block's entries [length/stress].
     """
 
-    def __init__(self, modes: Modes, pieces: Pieces, sigma: Array, scale: float) -> None:
+    def __init__(self, modes: Modes | None, pieces: Pieces, sigma: Array, scale: float) -> None:
+        self._length = scale or 1.0
+        if modes is None:
+            self._basis = self.free = np.zeros((0, 0))
+            self.columns, self.rhs = np.zeros((int(pieces.seen.sum()), 0)), np.zeros(0)
+            self.rows, self._unit = self.columns.T, 1.0
+            return
         rank, size = len(modes.load), modes.size
         factor = np.linalg.qr(modes.motion[pieces.seen] / size, mode="r")
         values, vectors = np.linalg.svd(factor, full_matrices=True)[1:]
         held = np.zeros(rank, dtype=bool)
         held[: len(values)] = values > FREE * max(1.0, float(values.max(initial=0.0)))
         self._basis, self.free = vectors[held].T / size[:, None], vectors[~held].T
-        self._length = scale or 1.0
         self.columns = modes.motion[pieces.seen] @ self._basis * self._length
         work = np.einsum("rib,ibc->ric", modes.resultant, pieces.derivative)[:, pieces.seen]
         rows = self._basis.T @ work
-        unit = self._length / (float(np.abs(rows).max(initial=0.0)) or 1.0)
-        self.rows = unit * rows
-        self.rhs = -unit * (self._basis.T @ modes.unbalanced(sigma))
+        self._unit = self._length / (float(np.abs(rows).max(initial=0.0)) or 1.0)
+        self.rows = self._unit * rows
+        self.rhs = self.work(-modes.unbalanced(sigma))
+
+    def spread(self, seen: Mask) -> tuple[Array, Array]:
+        """Columns and rows on all components, (q, m, k)."""
+        both = np.zeros((2, len(self.rhs), *seen.shape))
+        both[0][:, seen], both[1][:, seen] = self.columns.T, self.rows
+        return both[0], both[1]
 
     def around(self, block: Array) -> Array:
         """The bordered matrix."""
@@ -168,41 +181,34 @@ class Border:
         whole[:n, :n], whole[:n, n:], whole[n:, :n] = block, self.columns, self.rows
         return whole
 
+    def work(self, resultant: Array) -> Array:
+        """What the rows give of a traction of this resultant Eσ (r,)."""
+        return np.asarray(self._unit * (self._basis.T @ resultant))
+
     def motion(self, coordinates: Array) -> Array:
         """δα."""
         return np.asarray(self._basis @ coordinates * self._length)
 
 
 class KrylovCompliance(_Counted):
-    """S by its products alone; every rank of the communicator iterates on whole vectors."""
+    """S by its products alone; every rank of the communicator iterates on whole vectors.
+
+    Rigid motions are unknowns of the iteration, eliminated by its preconditioner.
+    """
 
     noise = 1e-10
 
     def __init__(self, system: ContactSystem, layer: Surrogate) -> None:
         super().__init__(system)
         self.layer = layer
-        self._stick, self._sum = Krylov(system.u_0.shape, "stick_"), Krylov(system.u_0.shape, "sum_")
+        shape, rank = system.u_0.shape, 0 if system.modes is None else len(system.modes.load)
+        self._stick, self._sum = BorderedKrylov(shape, rank, "stick_"), BorderedKrylov(shape, rank, "sum_")
+        self._length = float(np.abs(layer.apply(np.ones(shape))).max(initial=0.0))
 
     def solve(
         self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """GMRES on the seen components (identity off them), preconditioned by the block of T⁻¹; motions by elimination."""
-        seen = pieces.seen
-        solve = self._solver_on(pieces, rho)
-        first = solve(np.where(seen, rhs, 0.0))
-        if modes is None:
-            return first, np.zeros(0), np.zeros((0, 0))
-        border = Border(modes, pieces, sigma, 1.0)
-        columns = np.zeros((border.columns.shape[1], *seen.shape))
-        columns[:, seen] = border.columns.T
-        solved = np.array([solve(column) for column in columns]).reshape(columns.shape)
-        rows = border.rows
-        coordinates = np.linalg.solve(rows @ solved[:, seen].T, rows @ first[seen] - border.rhs)
-        dy = first - np.tensordot(coordinates, solved, 1)
-        return dy, border.motion(coordinates), border.free
-
-    def _solver_on(self, pieces: Pieces, rho: Array) -> Any:
-        """The inverse of the block as a function of a right-hand side."""
+        """GMRES on the seen components (identity off them), preconditioned by the block of T⁻¹."""
         seen = pieces.seen
 
         def product(x: Array) -> Array:
@@ -210,30 +216,30 @@ class KrylovCompliance(_Counted):
             slack = np.where(pieces.held, 0.0, (x - traction) / rho)
             return np.where(seen, slack + self.apply(traction), x)
 
-        def precondition(r: Array) -> Array:
+        def inverse(r: Array) -> Array:
             return np.where(seen, self.layer.solve(np.where(seen, r, 0.0)), r)
 
-        def solve(rhs: Array) -> Array:
-            self.system.elastic_solves += 1
-            found = self._stick.solve(product, precondition, rhs, self._floor(seen), STICK_RTOL)
-            self.ksp_iterations = self._stick.iterations
-            return np.where(seen, found, 0.0)
+        border = Border(modes, pieces, sigma, self._length)
+        y, coordinates = self._solved(self._stick, product, inverse, border, seen, np.where(seen, rhs, 0.0))
+        return np.where(seen, y, 0.0), border.motion(coordinates), border.free
 
-        return solve
-
-    def sum_solve(self, rhs: Array) -> Array:
+    def sum_solve(self, rhs: Array, whole: Pieces, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
         """GMRES on T + S, preconditioned by T⁻¹."""
-        self.system.elastic_solves += 1
-        result = self._sum.solve(
-            lambda x: self.layer.apply(x) + self.apply(x), self.layer.solve, rhs, self._floor(), STICK_RTOL
+        border = Border(modes, whole, sigma, self._length)
+        y, coordinates = self._solved(
+            self._sum, lambda x: self.layer.apply(x) + self.apply(x), self.layer.solve, border, whole.seen, rhs
         )
-        self.ksp_iterations = self._sum.iterations
-        return result
+        return y, border.motion(coordinates)
 
-    def _floor(self, stick: Mask | None = None) -> float:
-        """Norm of a preconditioned residual that is STICK_RTOL of that of u_0."""
-        base = self.system.u_0
-        return STICK_RTOL * float(np.linalg.norm(self.layer.solve(base if stick is None else np.where(stick, base, 0.0))))
+    def _solved(
+        self, krylov: BorderedKrylov, product: Map, inverse: Map, border: Border, seen: Mask, rhs: Array
+    ) -> tuple[Array, Array]:
+        base = np.where(seen, self.system.u_0, 0.0)
+        floor = STICK_RTOL * float(np.linalg.norm(self.layer.solve(base)))
+        self.system.elastic_solves += 1
+        found = krylov.solve(product, inverse, *border.spread(seen), rhs, border.rhs, floor, STICK_RTOL)
+        self.ksp_iterations = krylov.iterations
+        return found
 
     def close(self) -> None:
         """Free the solvers."""
@@ -257,15 +263,21 @@ class LayerCompliance:
         self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
         """LU where T is dense, else solves on held components; where Π' couples these each follows in a pass of its own."""
-        dy = np.zeros_like(rhs)
-        if self._layer.coupled:
-            seen = np.flatnonzero(pieces.seen)
-            dy.flat[seen] = np.linalg.solve(_block(self._layer.matrix(), pieces, rho, seen), rhs.ravel()[seen])
-            return dy, np.zeros(0), np.zeros((0, 0))
-        for _ in range(rhs.shape[1]):
-            left = rhs if not dy.any() else rhs - self._layer.apply(pieces.traction(dy))
-            dy = dy + self._layer.stick_solve(pieces.seen, np.where(pieces.seen, left, 0.0))
-        return dy, np.zeros(0), np.zeros((0, 0))
+
+        def inverse(r: Array) -> Array:
+            dy = np.zeros_like(r)
+            if self._layer.coupled:
+                seen = np.flatnonzero(pieces.seen)
+                dy.flat[seen] = np.linalg.solve(_block(self._layer.matrix(), pieces, rho, seen), r.ravel()[seen])
+                return dy
+            for _ in range(r.shape[1]):
+                left = r if not dy.any() else r - self._layer.apply(pieces.traction(dy))
+                dy = dy + self._layer.stick_solve(pieces.seen, np.where(pieces.seen, left, 0.0))
+            return dy
+
+        border = Border(modes, pieces, sigma, float(np.abs(rhs).max(initial=0.0)))
+        dy, coordinates = Elimination(inverse, *border.spread(pieces.seen))(rhs, border.rhs)
+        return dy, border.motion(coordinates), border.free
 
     def close(self) -> None:
         """Nothing is held."""

@@ -12,13 +12,16 @@ from ..arrays import Array
 from ..runtime.petsc import petsc
 from .ksp import LinearSolver
 
+RESTART = 200
+"""Directions that GMRES keeps: its products are worth more than these vectors."""
+
 
 class Krylov:
     """A KSP (GMRES unless the options say otherwise) over functions of whole arrays of one shape."""
 
     def __init__(self, shape: tuple[int, ...], prefix: str) -> None:
         comm, size = petsc().COMM_SELF, math.prod(shape)
-        self._shape = shape
+        self._shape, self._prefix = shape, prefix
         self._product: Callable[[Array], Array] = np.copy
         self._precondition: Callable[[Array], Array] = np.copy
         self._matrix = petsc().Mat().createPython((size, size), context=self, comm=comm)
@@ -51,6 +54,8 @@ class Krylov:
         self._x.set(0.0)
         if not self._solver.kind:
             self._solver.set_operator(self._matrix)
+            if not petsc().Options(self._prefix).hasName("ksp_gmres_restart"):
+                self._solver.ksp.setGMRESRestart(RESTART)
         self._solver.ksp.setTolerances(rtol=rtol, atol=floor)
         self._solver.solve(self._b, self._x)
         return np.array(self._x.getArray(readonly=True)).reshape(self._shape)

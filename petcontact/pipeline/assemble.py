@@ -15,7 +15,7 @@ from ..compliance.bodies import BodiesSystem, Interface
 from ..compliance.body.base import BodyCompliance, BodyOperators, Loading, free_motions
 from ..compliance.body.dense import DenseBody
 from ..contact.laws import Frictional
-from ..errors import InputError
+from ..errors import InputError, SolverError
 from ..geometry.surface import Boundary
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.pairs.curves import along
@@ -24,8 +24,10 @@ from ..mesh.pairs.matching import PairParts, matched
 from ..model.assembly import Assembly
 from ..model.expressions import evaluate
 from ..model.problem import Displacement, Problem, Traction
+from ..model.solver_options import Bem
 from ..refinement.meshes import mesh_of
-from .choice import check_memory
+from .choice import LARGEST, check_memory, is_compressed, resolved_bem
+from .probe import ELASTIC_LIMIT, SAFE
 from .sides import Side, as_problem, check_parts, interfaces_of
 
 
@@ -194,25 +196,56 @@ def contact_nodes(discrete: Discrete, number: int) -> Index:
 
 
 def build(discrete: Discrete, comm: Any, timings: dict[str, float]) -> BodiesSystem:
-    """Eliminate each body, one rank a body where there are several, and compose them; the same on every rank."""
+    """Eliminate the bodies and compose them; the same on every rank.
+
+    Compressed bodies are those of all ranks together, dense ones are dealt out to them, and then shared.
+
+    Raises
+    ------
+    SolverError
+        If a body cannot be eliminated.
+    """
     began = time.perf_counter()
-    for mesh in discrete.meshes:
-        check_memory(mesh)
+    bem = resolved_bem(discrete.assembly.bem)
+    bodies = [_compressed(discrete, b, bem, comm) for b in range(len(discrete.meshes))]
+    dense = [b for b, body in enumerate(bodies) if body is None]
     rank, size = comm.getRank(), comm.getSize()
-    bodies: list[BodyCompliance | None] = []
-    for b, mesh in enumerate(discrete.meshes):
-        bodies.append(_eliminated(discrete, b, mesh) if b % size == rank else None)
+    for b in dense[rank::size]:
+        check_memory(discrete.meshes[b])
+        bodies[b] = DenseBody(*_operators(discrete, b))
     if size > 1:
         world = comm.tompi4py()
-        bodies = [world.bcast(body, root=b % size) for b, body in enumerate(bodies)]
+        for k, b in enumerate(dense):
+            bodies[b] = world.bcast(bodies[b], root=k % size)
     timings["eliminate"] = timings.get("eliminate", 0.0) + time.perf_counter() - began
     x = [discrete.meshes[i.body].x[i.nodes] for i in discrete.interfaces]
     centres = [np.array(o.centre_in(discrete.meshes[0].dim)) for o in discrete.assembly.obstacle]
     return BodiesSystem([body for body in bodies if body is not None], discrete.interfaces, x, centres)
 
 
-def _eliminated(discrete: Discrete, number: int, mesh: BoundaryMesh) -> BodyCompliance:
-    loading = discrete.loadings[number]
+def _operators(discrete: Discrete, number: int) -> tuple[BodyOperators, Array]:
+    """The operators of a body, and its rigid motions."""
+    mesh, loading = discrete.meshes[number], discrete.loadings[number]
     material, contact = discrete.assembly.body[number].material, contact_nodes(discrete, number)
     modes = free_motions(mesh, loading.traction_known, discrete.boundaries[number].exterior)
-    return DenseBody(BodyOperators.of(mesh, material, loading, contact), modes)
+    return BodyOperators.of(mesh, material, loading, contact), modes
+
+
+def _compressed(discrete: Discrete, number: int, bem: Bem, comm: Any) -> BodyCompliance | None:
+    """A body on compressed operators; None where dense ones are predicted, or found, to do better."""
+    mesh = discrete.meshes[number]
+    if not is_compressed(bem, mesh):
+        return None
+    from ..compliance.body.compressed import CompressedBody
+
+    if bem.mat_type == "hodlr" or mesh.n_nodes > LARGEST:
+        return CompressedBody(*_operators(discrete, number), bem, comm)
+    try:
+        body = CompressedBody(*_operators(discrete, number), bem, comm)
+    except SolverError:
+        return None
+    # what all loads and an even traction do satisfies the integral equations well enough
+    shares, alpha = np.ones(len(body.u_0)), np.zeros(body.modes.shape[2])
+    even = np.full(body.u_0.shape[1:], float(np.abs(body.loading.value).max(initial=0.0)) or 1.0)
+    u, traction = body.boundary(shares, even, alpha)
+    return body if body.residual(shares, u, traction, alpha) <= SAFE * ELASTIC_LIMIT else None

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ..errors import InputError
@@ -9,6 +11,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 from ..runtime.memory import physical_memory
+from ..runtime.petsc import petsc
 
 SMALLEST = 1200
 """Nodes up to which operators are dense: nothing is to be gained."""
@@ -71,3 +74,19 @@ def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
     if bem.mat_type != "auto":
         return bem.mat_type == "hodlr"
     return curve and mesh.n_nodes > SMALLEST and compressed_seconds(mesh) < dense_seconds(mesh.n_nodes)
+
+
+def resolved_bem(bem: Bem) -> Bem:
+    """`[bem]` with -bem_mat_type, -bem_hodlr_tol and -bem_hodlr_leaf over it."""
+    database = petsc().Options("bem_")
+    given = {name: database.getString(name) for name in type(bem).model_fields if database.hasName(name)}
+    values: dict[str, Any] = {**bem.model_dump()}
+    for name, text in given.items():
+        try:
+            values[name] = text if name == "mat_type" else float(text) if name == "hodlr_tol" else int(text)
+        except ValueError:
+            raise InputError(f"-bem_{name}: {text!r} is not a number") from None
+    try:
+        return Bem(**values)
+    except InputError as error:
+        raise InputError(f"-bem_{error}") from None

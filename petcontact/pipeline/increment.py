@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array, Mask
 from ..compliance.bodies import BodiesSystem
-from ..compliance.reduced import ReducedSystem
+from ..compliance.reduced import ComposedSystem
 from ..contact.criterion import equilibrium_defect, natural_residuals
 from ..contact.equilibrium import unheld
 from ..contact.laws import OPEN
@@ -19,9 +19,7 @@ from ..geometry.rotation import axial, moment
 from ..model.load_steps import Step
 from ..results.steps.solution import BodyResult, ObstacleResult, PairResult, StepResult
 from .assemble import Discrete
-
-ELASTIC_LIMIT = 1e-7
-"""Largest accepted defect of the boundary integral equations, relative to the largest displacement."""
+from .probe import ELASTIC_LIMIT
 
 MOTIONS = {
     2: ("along x", "along y", "to turn"),
@@ -86,7 +84,7 @@ class SteppedProblem:
 
 def reduced_problem(
     system: BodiesSystem, freedoms: list[Freedoms], progress: Progress, number: int, target: float
-) -> ReducedSystem:
+) -> ComposedSystem:
     """The contact problem at a load factor of a step."""
     base = (1.0 - target) * system.base[number - 1] + target * system.base[number]
     modes, balance = [system.modes], [system.balance]
@@ -102,7 +100,7 @@ def reduced_problem(
     u_0[:, :-1] -= progress.slip
     motion, load = np.concatenate(modes, axis=1), np.concatenate(resultant)
     rigid = Modes(motion.reshape(*u_0.shape, -1), np.concatenate(balance).reshape(-1, *u_0.shape), load)
-    return ReducedSystem(u_0, system.compliance, system.weight, rigid)
+    return system.reduced(u_0, rigid)
 
 
 def step_result(

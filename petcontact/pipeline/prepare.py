@@ -19,16 +19,11 @@ from ..contact.system import BodySystem
 from ..errors import InputError, SolverError
 from ..model.case import Case
 from ..model.problem import Contact, Displacement, Problem
-from ..model.solver_options import Bem
 from ..refinement.meshes import mesh_of
 from ..runtime import threads
 from ..runtime.petsc import options, petsc, timed
-from .choice import LARGEST, check_memory, is_compressed, predicted_seconds
-from .probe import ELASTIC_LIMIT, elastic_residual
-
-SAFE = 0.1
-"""Of the largest accepted elastic residual: compressed operators that come nearer are replaced by dense ones."""
-
+from .choice import LARGEST, check_memory, is_compressed, predicted_seconds, resolved_bem
+from .probe import ELASTIC_LIMIT, SAFE, elastic_residual
 
 
 @dataclass
@@ -140,19 +135,3 @@ def _is_accurate(system: BodySystem, operators: BoundaryOperators) -> bool:
     """Whether the boundary data of friction at its bound satisfy the integral equations well enough."""
     u, traction = system.boundary(operators.data.friction_bound[:, None])
     return elastic_residual(operators, u, traction) <= SAFE * ELASTIC_LIMIT
-
-
-def resolved_bem(bem: Bem) -> Bem:
-    """`[bem]` with -bem_mat_type, -bem_hodlr_tol and -bem_hodlr_leaf over it."""
-    database = petsc().Options("bem_")
-    given = {name: database.getString(name) for name in type(bem).model_fields if database.hasName(name)}
-    values: dict[str, Any] = {**bem.model_dump()}
-    for name, text in given.items():
-        try:
-            values[name] = text if name == "mat_type" else float(text) if name == "hodlr_tol" else int(text)
-        except ValueError:
-            raise InputError(f"-bem_{name}: {text!r} is not a number") from None
-    try:
-        return Bem(**values)
-    except InputError as error:
-        raise InputError(f"-bem_{error}") from None

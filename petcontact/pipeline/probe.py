@@ -10,6 +10,8 @@ from ..bem.operators import BoundaryOperators
 PROBED_NODES = 24
 ELASTIC_LIMIT = 1e-7
 """Largest accepted defect of the boundary integral equations, relative to the largest displacement."""
+SAFE = 0.1
+"""Of it: compressed operators that come nearer are replaced by dense ones."""
 
 
 def elastic_residual(operators: BoundaryOperators, u: Array, traction: Array) -> float:

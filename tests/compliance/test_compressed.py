@@ -14,7 +14,8 @@ from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
 from petcontact.compliance.compressed import CompressedSystem
 from petcontact.compliance.condensed import CondensedSystem
 from petcontact.model.solver_options import Bem
-from petcontact.pipeline.prepare import discretise, prepare, resolved_bem
+from petcontact.pipeline.choice import resolved_bem
+from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import options
 from petcontact.sweep.design.sweep import read_sweep

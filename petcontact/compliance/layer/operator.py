@@ -40,7 +40,7 @@ class LayerOperator:
         last: tuple[Strip, StripOperator] | None = None
         for strip in strips:
             # the directions of a stretch come one after another, and share an operator where their ends agree
-            if last is None or last[0].nodes is not strip.nodes or last[0].ends != strip.ends:
+            if last is None or strip.component == 0 or last[0].ends != strip.ends:
                 last = strip, strip_operator(strip, weight[strip.nodes], x[strip.nodes])
             self._parts.append((strip.nodes, strip.component, last[1]))
         self.fast = all(isinstance(part, FourierStrip) for *_, part in self._parts)

@@ -14,15 +14,16 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array
+from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
 from ..active_set import Pieces, Pivot, Predictor, box_problem, next_tau, pivots
 from ..criterion import equilibrium_defect
 from ..iteration import Iteration, Recorder
 from ..laws import OPEN, SLIP, ContactLaw
-from ..restricted import LayerCompliance, Restricted, restricted_to
+from ..restricted import Border, LayerCompliance, Restricted, restricted_to
 from ..rho_rules import Rule
 from ..state import ContactState
-from ..system import ContactSystem, Surrogate
+from ..system import ContactSystem, Modes, Surrogate
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
@@ -45,7 +46,8 @@ class SemismoothNewton:
     Attributes
     ----------
     predict : bool, optional
-        Whether T predicts the sets; not by default where S is dense and small, nor where rigid motions are unknown.
+        Whether T predicts the sets; not by default where S is dense and small, nor where rigid motions are unknown and
+        friction has disks, along which T's problem does not slip.
     """
 
     predict: bool | None = None
@@ -56,12 +58,14 @@ class SemismoothNewton:
         The criterion's tolerance bounds the relative residuals of what is returned as converged.
         """
         base = system.u_0
-        predict = system.matrix_free or base.size > PLAIN_SIZE if self.predict is None else self.predict
-        predict = predict and system.modes is None
+        predict = self.predict
+        if predict is None:
+            large = system.matrix_free or base.size > PLAIN_SIZE
+            predict = large and (system.modes is None or law.groups[0].stop == 1)
         layer = system.surrogate() if predict or system.matrix_free else None
         if layer is not None:
             layer.rtol = LOOSE
-        foretell = _Foresight(layer, law) if predict and layer is not None else None
+        foretell = _Foresight(layer, law, system.modes) if predict and layer is not None else None
         solver = restricted_to(system, layer)
         try:
             first = _first_guess(system, law, iteration, solver, foretell)
@@ -75,19 +79,23 @@ def build(options: Method, rule: Rule | None) -> SemismoothNewton:
     return SemismoothNewton()
 
 
-def first_guess(layer: Surrogate, solver: Restricted, base: Array) -> tuple[Array, Array]:
+def first_guess(system: ContactSystem, layer: Surrogate, solver: Restricted) -> tuple[Array, Array]:
     """σ and v that T gives for full stick; T is scaled to S on it."""
-    sigma = -layer.solve(base)
+    base, modes = system.u_0, system.modes
+    stuck = Pieces.stuck(base)
+    border = Border(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
+    sigma, coordinates = Elimination(layer.solve, *border.spread(stuck.seen))(-base, border.rhs)
     displacement = solver.apply(sigma)
     layer.fit(sigma, displacement)
-    return sigma, base + displacement
+    v = base + displacement
+    return sigma, v if modes is None else v + modes.motion @ border.motion(coordinates)
 
 
 class _Foresight:
     """Sets by the contact problem of T through an iterate."""
 
-    def __init__(self, layer: Surrogate, law: ContactLaw) -> None:
-        self.layer, self._law, self._solver = layer, law, LayerCompliance(layer)
+    def __init__(self, layer: Surrogate, law: ContactLaw, modes: Modes | None) -> None:
+        self.layer, self._law, self._modes, self._solver = layer, law, modes, LayerCompliance(layer)
 
     def __call__(self, step: Pivot) -> tuple[Array, Array]:
         """τ and σ of the prediction."""
@@ -95,8 +103,12 @@ class _Foresight:
 
     def through(self, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
         """The same from any σ, v and τ."""
-        last = box_problem(self._solver, self._law, v - self.layer.apply(sigma), tau, sigma, FORESIGHT, LOOSE)
-        return last.pieces.tau if last.wrong == 0 else last.tau, last.sigma
+        base = v - self.layer.apply(sigma)
+        last = box_problem(self._solver, self._law, base, tau, sigma, FORESIGHT, LOOSE, self._modes)
+        if last.wrong == 0 and not last.push.any():
+            return last.pieces.tau, last.sigma
+        # bodies that T's problem lets go of tell nothing
+        return (last.tau, last.sigma) if self._modes is None else (tau, sigma)
 
 
 Guess = tuple[Array, Array, Array]
@@ -112,7 +124,7 @@ def _first_guess(
         v, sigma = iteration.start
         return next_tau(Pieces.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
     if foretell is not None:
-        sigma, v = first_guess(foretell.layer, solver, base)
+        sigma, v = first_guess(system, foretell.layer, solver)
         return *foretell.through(sigma, v, stuck), v
     return stuck, np.zeros_like(base), base
 

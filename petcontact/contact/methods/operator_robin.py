@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 from ...errors import InputError
 from ...model.solver_options import Method
-from ..active_set import box_problem
+from ..active_set import Pieces, box_problem
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
 from ..laws import ContactLaw
@@ -41,26 +41,28 @@ class OperatorRobin:
         Raises
         ------
         InputError
-            If a body is held by nothing but contact, or the system has no T.
+            If the system has no T.
         """
-        layer = system.surrogate()
-        if layer is None or system.modes is not None:
-            raise InputError("method.name: operator-robin needs held bodies and a stand-in for S; use semismooth-newton")
+        layer, modes = system.surrogate(), system.modes
+        if layer is None:
+            raise InputError("method.name: operator-robin needs a stand-in for S, and there is none; use semismooth-newton")
         criterion, base = iteration.criterion, system.u_0
         inner = LayerCompliance(layer)
         solver = restricted_to(system, layer)
-        sigma, v = first_guess(layer, solver, base)
+        sigma, v = first_guess(system, layer, solver)
         if iteration.start is not None:
             sigma = iteration.start[1]
             v = base + solver.apply(sigma)
-        tau = everywhere(base, law, 0.0)
+        tau, stuck = everywhere(base, law, 0.0), Pieces.stuck(base)
         recorder = Recorder(law, system, iteration)
         try:
             while not recorder.exhausted:
                 step = box_problem(inner, law, v - layer.apply(sigma), tau, sigma)
                 tau, old = step.pieces.tau, (v, sigma)
-                dsigma = solver.sum_solve(-self.omega * layer.apply(sigma - step.sigma))
+                dsigma, dalpha = solver.sum_solve(-self.omega * layer.apply(sigma - step.sigma), stuck, modes, sigma)
                 dv = solver.apply(dsigma)
+                if modes is not None:
+                    dv = dv + modes.motion @ dalpha
                 sigma, v = sigma + dsigma, v + dv
                 change, _ = recorder.step(old, v, sigma, dv, dsigma, ksp_iterations=solver.ksp_iterations)
                 relative = relative_residual(law, system, v, sigma, scale=recorder.largest)

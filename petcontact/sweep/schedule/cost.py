@@ -13,8 +13,7 @@ from ...errors import PetcontactError
 from ...model.assembly import Assembly
 from ...model.case import Case
 from ...model.solver_options import Bem
-from ...pipeline.choice import is_compressed
-from ...pipeline.prepare import resolved_bem
+from ...pipeline.choice import is_compressed, resolved_bem
 from ...refinement.meshes import mesh_of
 
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios matter, they decide the
