@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,8 @@ from ...geometry.arcs import half_angles, on_arcs
 
 SLACK = 1e-9
 """Fractions beyond an end by less still meet it."""
+TOGETHER = 1 << 18
+"""Pairs of a point and a curve that are looked at together."""
 
 
 def along(direction: Array | None, normal: Array) -> Array:
@@ -85,14 +88,23 @@ class Curves:
         x, direction : (m, 2) arrays
             Points [length] and unit vectors.
         """
-        return _cast(x, direction, self)
+        return _by_blocks(_cast, x, direction, self)
 
     def foot(self, x: Array, normal: Array) -> Hits:
         """The nearest foot of a perpendicular from points x, whose normals (m, 2) point against that of the curve.
 
         The distance is along the curve's outward normal.
         """
-        return _foot(x, normal, self)
+        return _by_blocks(_foot, x, normal, self)
+
+
+def _by_blocks(meet: Callable[[Array, Array, Curves], Hits], x: Array, direction: Array, curves: Curves) -> Hits:
+    """What `meet` finds, some points at a time: its temporaries have an entry for each point and curve."""
+    step = max(1, TOGETHER // max(1, len(curves.start)))
+    if len(x) <= step:
+        return meet(x, direction, curves)
+    found = [meet(x[k : k + step], direction[k : k + step], curves) for k in range(0, len(x), step)]
+    return Hits(*(np.concatenate([getattr(hits, key) for hits in found]) for key in ("face", "place", "distance")))
 
 
 def _cast(x: Array, direction: Array, curves: Curves) -> Hits:

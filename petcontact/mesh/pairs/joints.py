@@ -167,7 +167,9 @@ def _with_joints(side: SideMesh, needed: Array) -> SideMesh:
     """A side with further joints; its own give way where they are close, but not its ends."""
     old = side.breaks
     size = np.minimum(np.append(np.diff(old), np.inf), np.insert(np.diff(old), 0, np.inf))
-    apart = np.abs(old[:, None] - needed[None]).min(axis=1) if len(needed) else np.full(len(old), np.inf)
+    around = np.concatenate([[-np.inf], np.sort(needed), [np.inf]])
+    place = np.searchsorted(around, old)
+    apart = np.minimum(old - around[place - 1], around[place] - old)
     kept = old[(apart > CLOSE * size) | (old == 0.0) | (old == 1.0)]
     breaks = _distinct(np.concatenate([kept, needed]))
     return SideMesh(breaks, _orders_at(side, breaks))
