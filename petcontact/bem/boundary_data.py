@@ -55,6 +55,15 @@ class BoundaryData:
             return 0.0
         return np.asarray(np.einsum("mkj,mj->mk", self.contact_frame, self.rigid[self.contact_nodes]))
 
+    def reordered(self, nodes: Index) -> BoundaryData:
+        """The same with node nodes[i] as node i."""
+        place = np.argsort(nodes)[self.contact_nodes]
+        order = np.argsort(place)
+        return BoundaryData(
+            self.frame[nodes], self.traction_known[nodes], self.value[nodes], place[order], self.contact_directions[order],
+            self.friction_bound[order], None if self.rigid is None else self.rigid[nodes],
+        )  # fmt: skip
+
     @property
     def contact_frame(self) -> Array:
         """The contact directions as vectors, (m, k, d)."""

@@ -70,13 +70,24 @@ class BoundaryOperators:
     def _blocks(self, rows: Index, columns: Index, *, system: bool = True, outer: bool = True) -> list[Array]:
         d, rhs = self.kernel.dim, self.right_hand_sides
         a_0 = np.empty((len(columns), d, len(rows), d)) if system else None
-        beside = np.zeros((rhs.count[columns].sum(), len(rows), d)) if outer else None
-        if self._filler is not None:
-            self._filler.fill(rows, columns, a_0, beside)
-        else:
-            for block in self.blocks(rhs, columns):
-                self.fill(rows, block, system=a_0, right_hand_sides=beside)
+        beside = np.empty((rhs.count[columns].sum(), len(rows), d)) if outer else None
+        self.fill_columns(rows, columns, a_0, beside)
         return [entries.reshape(-1, d * len(rows)).T for entries in (a_0, beside) if entries is not None]
+
+    def fill_columns(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
+        """As `ColumnFiller.fill`: columns of A_0 and of the `right_hand_sides`."""
+        if self._filler is not None:
+            self._filler.fill(rows, columns, system, right_hand_sides)
+            return
+        if right_hand_sides is not None:
+            right_hand_sides[:] = 0.0
+        for block in self.blocks(self.right_hand_sides, columns):
+            self.fill(rows, block, system=system, right_hand_sides=right_hand_sides)
+
+    @property
+    def compiled(self) -> tuple[int, int] | None:
+        """Addresses of a C function that does what `fill_columns` does, and of its context (see native/hmatrix.c)."""
+        return getattr(self._filler, "compiled", None)
 
     @functools.cached_property
     def _filler(self) -> ColumnFiller | None:

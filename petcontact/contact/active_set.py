@@ -22,6 +22,7 @@ import numpy as np
 from ..arrays import Array, Mask, States
 from .friction_law import lengths
 from .laws import ContactLaw
+from .mixed import MixedCompliance
 from .restricted import Restricted
 from .system import Modes
 
@@ -187,6 +188,8 @@ def linear_solve(
     solver: Restricted, pieces: Pieces, base: Array, modes: Modes | None, sigma: Array, alpha: Array, rho: Array
 ) -> tuple[Array, Array, Array, Array]:
     """σ, v, α on given pieces, from a nearby σ and α; and the push along motions that no node holds."""
+    if isinstance(solver, MixedCompliance):
+        return *solver.linear_solve(pieces, rho), alpha, np.zeros_like(alpha)
     y = np.where(pieces.held, sigma, -pieces.tau)
     sigma = pieces.traction(y) + pieces.constant
     v = base + solver.apply(sigma)

@@ -31,7 +31,9 @@ class Restricted(Protocol):
     """S with the solves that methods need, vectors (m, k); `noise` is the relative round-off of its answers."""
 
     noise: float
-    ksp_iterations: int
+
+    @property
+    def ksp_iterations(self) -> int: ...
 
     def apply(self, x: Array) -> Array: ...
 

@@ -9,11 +9,14 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 
 from ..arrays import Array, Mask
+
+if TYPE_CHECKING:
+    from .active_set import Pieces
 
 
 @dataclass(frozen=True)
@@ -150,6 +153,24 @@ class ContactSystem(Protocol):
 
     def surrogate(self) -> Surrogate | None:
         """A new T, unscaled; None where there is none, then S is to be dense."""
+        ...
+
+
+@runtime_checkable
+class MixedSystem(ContactSystem, Protocol):
+    """A system that solves its own equations together with linear ones of the law.
+
+    Attributes
+    ----------
+    defect : float
+        Relative residual of its own equations that the last solve left.
+    """
+
+    defect: float
+
+    def linear_solve(self, pieces: Pieces, rho: Array, tolerance: float) -> tuple[Array, Array]:
+        """σ [stress] and v [length] on given pieces of a law, near the last solution; inexact while that is far from the
+        law's, and to a tenth of `tolerance` in the end."""
         ...
 
 

@@ -82,6 +82,10 @@ class SurfaceMesh:
         """A quarter of the edge of the cube with as large a surface [length]."""
         return 0.25 * float(np.sqrt(self.weight.sum() / 6.0))
 
+    def reordered(self, elements: Index) -> SurfaceMesh:
+        """The same panels in another order."""
+        return SurfaceMesh(self.corners[elements], self.order[elements], self.part[elements], self.part_names)
+
     def nodes_of(self, part: str) -> Index:
         """Numbers of the nodes of a part, increasing."""
         return np.flatnonzero(self.node_part == self.part_names.index(part))

@@ -99,14 +99,15 @@ class Bem(Model):
 
     Attributes
     ----------
-    mat_type : {"auto", "dense", "hodlr"}
-        Dense, compressed hierarchically, or what is cheaper.
-    hodlr_tol : float
+    mat_type : {"auto", "dense", "hodlr", "hmatrix"}
+        Dense, compressed hierarchically (hodlr in the plane, hmatrix in space), or what is cheaper.
+    hodlr_tol, hmatrix_tol : float
         Relative tolerance of the compression [-].
     hodlr_leaf : int
         Largest number of nodes in a dense diagonal block.
     """
 
-    mat_type: Literal["auto", "dense", "hodlr"] = "auto"
+    mat_type: Literal["auto", "dense", "hodlr", "hmatrix"] = "auto"
     hodlr_tol: Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=1e-1)] = 1e-10
+    hmatrix_tol: Annotated[float, pydantic.Field(strict=True, ge=1e-7, lt=1e-1)] = 1e-4
     hodlr_leaf: Annotated[int, pydantic.Field(ge=8, le=10**6, strict=True)] = 128

@@ -52,6 +52,13 @@ def function(name: str, arguments: str) -> Compiled | None:
     return found  # type: ignore[no-any-return]
 
 
+@functools.cache
+def address(name: str) -> int | None:
+    """Where a function of the library begins, for other functions of it to call; None where there is none."""
+    found: Any = getattr(_library(), name, None)
+    return None if found is None else ctypes.cast(found, ctypes.c_void_p).value
+
+
 def pointer(array: NDArray[Any] | None) -> int | None:
     """The address of an array's first number; the caller keeps it alive, and sees to its type and strides."""
     return None if array is None else array.__array_interface__["data"][0]

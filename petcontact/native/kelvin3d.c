@@ -542,3 +542,27 @@ DISPATCHED void petcontact_panel_columns(
         }
     }
 }
+
+/* The same as a function of one context: what is the mesh's, in the order of `petcontact_panel_columns`. */
+typedef struct {
+    const double *points;
+    const int64_t *element, *first_node, *kind;
+    const double *records;
+    const int64_t *record;
+    const Rules *rules;
+    const double *const *weights;
+    const int64_t *known;
+    const double *frame;
+    const int64_t *rhs_first;
+    const double *rhs_traction, *rhs_displacement;
+    double nu, length;
+} Mesh;
+
+void petcontact_panel_filler(const void *context, int64_t m, const int64_t *rows, int64_t k, const int64_t *columns,
+                             double *system, double *beside)
+{
+    const Mesh *a = context;
+    petcontact_panel_columns(m, rows, k, columns, a->points, a->element, a->first_node, a->kind, a->records, a->record, a->rules,
+                             a->weights, a->known, a->frame, a->rhs_first, a->rhs_traction, a->rhs_displacement, a->nu,
+                             a->length, system, beside);
+}

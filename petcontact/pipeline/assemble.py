@@ -18,6 +18,7 @@ from ..contact.laws import Frictional
 from ..errors import InputError, SolverError
 from ..geometry.surface import Boundary
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 from ..mesh.pairs.curves import along
 from ..mesh.pairs.facing import face
 from ..mesh.pairs.matching import PairParts, matched
@@ -235,6 +236,10 @@ def _compressed(discrete: Discrete, number: int, bem: Bem, comm: Any) -> BodyCom
     """A body on compressed operators; None where dense ones are predicted, or found, to do better."""
     mesh = discrete.meshes[number]
     if not is_compressed(bem, mesh):
+        return None
+    if not isinstance(mesh, CurveMesh):
+        if bem.mat_type == "hmatrix":
+            raise InputError('bem.mat_type: "hmatrix" is for one body in bilateral contact; choose "auto" or "dense"')
         return None
     from ..compliance.body.compressed import CompressedBody
 

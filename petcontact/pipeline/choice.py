@@ -15,6 +15,8 @@ from ..runtime.petsc import petsc
 
 SMALLEST = 1200
 """Nodes up to which operators are dense: nothing is to be gained."""
+SMALLEST_SURFACE = 1500
+"""The same in space."""
 LARGEST = 12_000
 """Nodes up to which a compression that went wrong is replaced by dense operators (4.6 GB)."""
 # Seconds of processor time on one core, measured with boxes, graded boxes and plates with ten holes of 1000 to 3600 nodes.
@@ -22,6 +24,8 @@ ENTRY, FLOP = 1.4e-7, 1.4e-10
 """A dense system of n nodes takes ENTRY n² + FLOP n³."""
 EVEN, UNEVEN = 1.5e-4, 1e-3
 """A compressed one takes so much a node: of elements of about one length on few curves; graded, or of many holes."""
+SURFACE = 7e-4
+"""The same for surfaces in space, with the preconditioner."""
 RATIO, CURVES = 30.0, 3
 """Largest ratio of node weights, and number of curves, that count as even."""
 
@@ -43,7 +47,9 @@ def compressed_seconds(mesh: BoundaryMesh) -> float:
 
 def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
     """Processor time of assembly and factorisation, to tell before it is spent."""
-    return compressed_seconds(mesh) if is_compressed(bem, mesh) else dense_seconds(mesh.n_nodes)
+    if not is_compressed(bem, mesh):
+        return dense_seconds(mesh.n_nodes)
+    return compressed_seconds(mesh) if isinstance(mesh, CurveMesh) else SURFACE * mesh.n_nodes
 
 
 def check_memory(mesh: BoundaryMesh) -> None:
@@ -57,7 +63,7 @@ def check_memory(mesh: BoundaryMesh) -> None:
     needed, there = 8.0 * (mesh.dim * mesh.n_nodes) ** 2, physical_memory()
     if needed > there:
         raise InputError(f"mesh: dense operators of {mesh.n_nodes} nodes take {needed / 1e9:.0f} GB, this machine has "
-                         f'{there / 1e9:.0f}; use larger elements, or in the plane bem.mat_type = "hodlr"')  # fmt: skip
+                         f'{there / 1e9:.0f}; use larger elements or bem.mat_type = "auto"')  # fmt: skip
 
 
 def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
@@ -66,24 +72,28 @@ def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
     Raises
     ------
     InputError
-        If the compression of curves is asked for in space.
+        If the compression of curves is asked for in space, or that of surfaces in the plane.
     """
     curve = isinstance(mesh, CurveMesh)
     if bem.mat_type == "hodlr" and not curve:
-        raise InputError('bem.mat_type: "hodlr" compresses the boundaries of plane bodies; choose "auto" or "dense"')
+        raise InputError('bem.mat_type: "hodlr" compresses boundaries of plane bodies; choose "auto", "hmatrix" or "dense"')
+    if bem.mat_type == "hmatrix" and curve:
+        raise InputError('bem.mat_type: "hmatrix" compresses surfaces in space; choose "auto", "hodlr" or "dense"')
     if bem.mat_type != "auto":
-        return bem.mat_type == "hodlr"
-    return curve and mesh.n_nodes > SMALLEST and compressed_seconds(mesh) < dense_seconds(mesh.n_nodes)
+        return bem.mat_type != "dense"
+    if not curve:
+        return mesh.n_nodes > SMALLEST_SURFACE
+    return mesh.n_nodes > SMALLEST and compressed_seconds(mesh) < dense_seconds(mesh.n_nodes)
 
 
 def resolved_bem(bem: Bem) -> Bem:
-    """`[bem]` with -bem_mat_type, -bem_hodlr_tol and -bem_hodlr_leaf over it."""
+    """`[bem]` with its -bem_ options over it."""
     database = petsc().Options("bem_")
     given = {name: database.getString(name) for name in type(bem).model_fields if database.hasName(name)}
     values: dict[str, Any] = {**bem.model_dump()}
     for name, text in given.items():
         try:
-            values[name] = text if name == "mat_type" else float(text) if name == "hodlr_tol" else int(text)
+            values[name] = text if name == "mat_type" else float(text) if name.endswith("_tol") else int(text)
         except ValueError:
             raise InputError(f"-bem_{name}: {text!r} is not a number") from None
     try:

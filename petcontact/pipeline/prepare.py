@@ -17,6 +17,7 @@ from ..compliance.spectral import shared_by
 from ..contact.laws import ContactLaw, Tresca
 from ..contact.system import BodySystem
 from ..errors import InputError, SolverError
+from ..mesh.curve_mesh import CurveMesh
 from ..model.case import Case
 from ..model.problem import Contact, Displacement, Problem
 from ..refinement.meshes import mesh_of
@@ -112,11 +113,15 @@ def _build_system(operators: BoundaryOperators, case: Case, comm: Any) -> BodySy
     if case.method.formulation == "full" or not is_compressed(bem, operators.mesh):
         check_memory(operators.mesh)
     if case.method.formulation == "full":
-        if bem.mat_type == "hodlr":
-            raise InputError('method.formulation: "full" is dense; use "condensed" with bem.mat_type = "hodlr"')
+        if bem.mat_type in ("hodlr", "hmatrix"):
+            raise InputError(f'method.formulation: "full" is dense; use "condensed" with bem.mat_type = "{bem.mat_type}"')
         return FullSystem(operators, comm)
     if not is_compressed(bem, operators.mesh):
         return CondensedSystem(operators, comm)
+    if not isinstance(operators.mesh, CurveMesh):
+        from ..compliance.hierarchical.system import HierarchicalSystem
+
+        return HierarchicalSystem(operators, comm, bem)
     from ..compliance.compressed import CompressedSystem
 
     if bem.mat_type == "hodlr" or operators.mesh.n_nodes > LARGEST:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import ctypes
 import functools
 import itertools
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -81,6 +82,14 @@ def compiled_integrals(
     )  # fmt: skip
 
 
+class _Mesh(ctypes.Structure):
+    """What `petcontact_panel_filler` knows."""
+
+    _fields_: ClassVar = [
+        *((f"array_{k}", ctypes.c_void_p) for k in range(13)), ("nu", ctypes.c_double), ("length", ctypes.c_double),
+    ]  # fmt: skip
+
+
 class CompiledColumns:
     """A `ColumnFiller` over one mesh, whose arrays stay where they are while this lives."""
 
@@ -104,6 +113,13 @@ class CompiledColumns:
         ]  # fmt: skip
         self._arrays = [native.contiguous(array, dtype) for array, dtype in arrays]
         self._pointers = [native.pointer(array) for array in self._arrays]
+        self._context = _Mesh(*self._pointers, *self._constants)
+
+    @property
+    def compiled(self) -> tuple[int, int] | None:
+        """As in `ColumnFiller`."""
+        address = native.address("petcontact_panel_filler")
+        return None if address is None else (address, ctypes.addressof(self._context))
 
     def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
         """As in `ColumnFiller`; columns of one panel beside each other cost its integrals once."""

@@ -20,10 +20,11 @@ from ..active_set import Pieces, Pivot, Predictor, box_problem, next_tau, pivots
 from ..criterion import equilibrium_defect
 from ..iteration import Iteration, Recorder
 from ..laws import OPEN, SLIP, ContactLaw
+from ..mixed import MixedCompliance
 from ..restricted import Border, LayerCompliance, Restricted, restricted_to
 from ..rho_rules import Rule
 from ..state import ContactState
-from ..system import ContactSystem, Modes, Surrogate
+from ..system import ContactSystem, MixedSystem, Modes, Surrogate
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
@@ -66,7 +67,11 @@ class SemismoothNewton:
         if layer is not None:
             layer.rtol = LOOSE
         foretell = _Foresight(layer, law, system.modes) if predict and layer is not None else None
-        solver = restricted_to(system, layer)
+        solver: Restricted
+        if isinstance(system, MixedSystem):
+            solver = MixedCompliance(system, iteration.criterion.tolerance)
+        else:
+            solver = restricted_to(system, layer)
         try:
             first = _first_guess(system, law, iteration, solver, foretell)
             return _Run(system, law, iteration, solver, foretell).state(first)
@@ -226,11 +231,14 @@ class _Run:
         recorder.history.exchanged.append(step.wrong)
         unbalanced = equilibrium_defect(system, sigma)
         relative = recorder.relative(v, sigma)
-        small = max(relative, unbalanced) <= self.iteration.criterion.tolerance
+        defect = self.solver.defect if isinstance(self.solver, MixedCompliance) else 0.0
+        small = max(relative, unbalanced, defect) <= self.iteration.criterion.tolerance
         converged = small and (step.wrong == 0 or relative <= ROUND_OFF)
         reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"
         if system.modes is not None:
             reason += f", equilibrium {unbalanced:.1e}"
+        if defect > self.iteration.criterion.tolerance:
+            reason += f", elastic residual {defect:.1e}"
         state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=converged)
         state.alpha = step.alpha
         return state

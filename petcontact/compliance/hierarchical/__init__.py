@@ -1,0 +1,1 @@
+"""The contact system of a body in space on an H-matrix."""

@@ -1,0 +1,150 @@
+"""Clusters of whole elements in space, and the blocks between them: dense where they are near, of low rank where not."""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Array, Index, Mask
+
+ETA = 2.0
+"""Two clusters are far from one another if the smaller one's diameter is at most so many times their distance."""
+
+
+@dataclass(frozen=True)
+class Clusters:
+    """A binary tree over elements, put in order so that every cluster is a range of them and of their nodes.
+
+    Attributes
+    ----------
+    order : (n_elements,) array
+        The elements in the order of the tree.
+    first, last : (c,) arrays
+        Nodes of each cluster, last exclusive, counted in that order; cluster 0 is the whole.
+    low, high : (c, d) arrays
+        Corners of its box, which holds its elements [length].
+    children : (c, 2) array
+        Clusters, or -1 of leaves.
+    """
+
+    order: Index
+    first: Index
+    last: Index
+    low: Array
+    high: Array
+    children: Index
+
+    @property
+    def leaves(self) -> Index:
+        """Clusters without children, by their nodes."""
+        found = np.flatnonzero(self.children[:, 0] < 0)
+        return found[np.argsort(self.first[found])]
+
+    def cut(self, most: int) -> Index:
+        """The largest clusters of at most `most` nodes (or leaves), which share out all nodes, by their nodes."""
+        small = (self.last - self.first <= most) | (self.children[:, 0] < 0)
+        parent = np.full(len(self.first), -1)
+        inner = np.flatnonzero(self.children[:, 0] >= 0)
+        parent[self.children[inner]] = inner[:, None]
+        found = np.flatnonzero(small & ~((parent >= 0) & small[parent]))
+        return found[np.argsort(self.first[found])]
+
+
+def cluster(low: Array, high: Array, nodes: Index, leaf: int) -> Clusters:
+    """Halve elements across their longest extent until no cluster has more than `leaf` nodes, or only one element.
+
+    Parameters
+    ----------
+    low, high : (n, d) arrays
+        Boxes of the elements [length].
+    nodes : (n,) array
+        Nodes of each.
+    leaf : int
+    """
+    middle, order = 0.5 * (low + high), np.arange(len(nodes))
+    ranges, children, waiting = [(0, len(nodes))], [[-1, -1]], [0]
+    count = np.concatenate([[0], np.cumsum(nodes)])
+    while waiting:
+        number = waiting.pop()
+        start, stop = ranges[number]
+        mine = order[start:stop]
+        sizes = np.cumsum(nodes[mine])
+        if sizes[-1] <= leaf or stop - start == 1:
+            continue
+        axis = int(np.argmax(high[mine].max(axis=0) - low[mine].min(axis=0)))
+        mine = mine[np.argsort(middle[mine, axis], kind="stable")]
+        order[start:stop] = mine
+        half = int(np.clip(np.searchsorted(np.cumsum(nodes[mine]), 0.5 * sizes[-1]) + 1, 1, stop - start - 1))
+        for part in ((start, start + half), (start + half, stop)):
+            children[number][0 if part[0] == start else 1] = len(ranges)
+            waiting.append(len(ranges))
+            ranges.append(part)
+            children.append([-1, -1])
+    count = np.concatenate([[0], np.cumsum(nodes[order])])
+    start, stop = np.array(ranges).T
+    lowest = np.array([low[order[a:b]].min(axis=0) for a, b in ranges])
+    highest = np.array([high[order[a:b]].max(axis=0) for a, b in ranges])
+    return Clusters(order, count[start], count[stop], lowest, highest, np.array(children))
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """Blocks that tile rows first to last of the matrix: row and column cluster of each, and which are of low rank.
+
+    Attributes
+    ----------
+    row, column : (b,) arrays
+    far : (b,) bool array
+    """
+
+    row: Index
+    column: Index
+    far: Mask
+
+    def take(self, chosen: Index | Mask) -> Blocks:
+        """Some of them."""
+        return Blocks(self.row[chosen], self.column[chosen], self.far[chosen])
+
+
+def are_far(tree: Clusters, row: Index, column: Index, eta: float = ETA) -> Mask:
+    """Whether the smaller diameter is at most η times the distance of the boxes."""
+    gap = np.maximum(np.maximum(tree.low[row] - tree.high[column], tree.low[column] - tree.high[row]), 0.0)
+    diameter = np.linalg.norm(tree.high - tree.low, axis=1)
+    distance = np.linalg.norm(gap, axis=1)
+    return np.asarray((distance > 0.0) & (np.minimum(diameter[row], diameter[column]) <= eta * distance))
+
+
+def block_tree(tree: Clusters, eta: float = ETA) -> Blocks:
+    """The blocks of all pairs of nodes, ordered by their rows."""
+    root = np.zeros(1, dtype=np.int64)
+    blocks, found, leaf = Blocks(root, root, root > 0), list[Blocks](), tree.children[:, 0] < 0
+    while len(blocks.row):
+        far = are_far(tree, blocks.row, blocks.column, eta)
+        blocks = Blocks(blocks.row, blocks.column, far)
+        done = far | (leaf[blocks.row] & leaf[blocks.column])
+        found.append(blocks.take(done))
+        blocks = divided(tree, blocks.take(~done))
+    all_ = joined(found)
+    return all_.take(np.lexsort((tree.first[all_.column], tree.first[all_.row])))
+
+
+def divided(tree: Clusters, blocks: Blocks) -> Blocks:
+    """Parts of blocks: both clusters halved, or the one that can be; blocks of two leaves are near from now on."""
+    leaf = tree.children[:, 0] < 0
+    whole = leaf[blocks.row] & leaf[blocks.column]
+    parts = [Blocks(blocks.row[whole], blocks.column[whole], np.zeros(int(whole.sum()), dtype=bool))]
+    row, column, far = (values[~whole] for values in (blocks.row, blocks.column, blocks.far))
+    for a, b in itertools.product(range(2), repeat=2):
+        # a leaf stands for its own first half
+        keep = ~((a == 1) & leaf[row]) & ~((b == 1) & leaf[column])
+        one, other = row[keep], column[keep]
+        parts.append(Blocks(np.where(leaf[one], one, tree.children[one, a]),
+                            np.where(leaf[other], other, tree.children[other, b]), far[keep]))  # fmt: skip
+    return joined(parts)
+
+
+def joined(parts: list[Blocks]) -> Blocks:
+    """Blocks one after another."""
+    return Blocks(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("row", "column", "far")))

@@ -1,0 +1,169 @@
+"""Building the blocks of an H-matrix, a chunk of memory at a time, by compiled code where there is some."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ... import native
+from ...arrays import Index
+from .aca import low_rank
+from .block_tree import Blocks, Clusters, divided
+from .entries import Callback, Entries, block
+
+_build = native.function("petcontact_hmatrix_build", "iiippdi" + "piipipi" + "ppp")
+
+CHUNK = 1 << 24
+"""Numbers of one piece of memory."""
+MOST = 160
+"""Crosses at which a block of low rank is divided instead."""
+KNOWN = 1_000_000
+"""Entries up to which such a block is worked out whole: there the calls cost more than the numbers."""
+
+
+@dataclass
+class Chunk:
+    """Blocks of one piece of memory.
+
+    Attributes
+    ----------
+    blocks : (b, 5) array
+        First row node, their number, first column node, their number, kind.
+    ranks : (b,) array
+        Rank, or -1 of blocks that are kept whole.
+    values : array
+        Their numbers in single or double precision: rows of U and rows of V, or column after column.
+    """
+
+    blocks: Index
+    ranks: Index
+    values: Any
+
+
+def build_blocks(
+    entries: Entries, tree: Clusters, blocks: Blocks, rows: tuple[int, int], tolerance: float, dtype: type,
+    threads: int, progress: Callable[[float], None],
+) -> list[Chunk]:  # fmt: skip
+    """The blocks within some rows; `progress` is told the share of entries that is done."""
+    chunks: list[Chunk] = []
+    while len(blocks.row):
+        tiles = _tiles(tree, blocks, rows)
+        keep = tiles[:, 1] > 0
+        blocks, tiles = blocks.take(keep), tiles[keep]
+        made, failed = _built(entries, tiles, tolerance, dtype, threads, progress)
+        chunks += made
+        blocks = divided(tree, blocks.take(failed))
+    return chunks
+
+
+def _tiles(tree: Clusters, blocks: Blocks, rows: tuple[int, int]) -> Index:
+    first, last = (np.clip(bound[blocks.row], *rows) for bound in (tree.first, tree.last))
+    columns = tree.first[blocks.column], tree.last[blocks.column] - tree.first[blocks.column]
+    return np.column_stack([first, last - first, *columns, blocks.far])
+
+
+def _built(
+    entries: Entries, tiles: Index, tolerance: float, dtype: type, threads: int, progress: Callable[[float], None]
+) -> tuple[list[Chunk], Index]:
+    """Chunks, and the numbers of the tiles that have to be divided."""
+    pieces = _pieces(tiles, threads)
+    total, done, lock = float((tiles[:, 1] * tiles[:, 3]).sum()), [0.0], threading.Lock()
+    work = _Compiled(entries, tolerance, dtype) if _build is not None else _Plain(entries, tolerance, dtype)
+
+    def task(piece: Index) -> tuple[list[Chunk], Index]:
+        made, failed, at = list[Chunk](), [np.empty(0, dtype=np.int64)], 0
+        while at < len(piece):
+            chunk = work(tiles[piece[at:]])
+            failed.append(piece[at : at + len(chunk.ranks)][chunk.ranks == -2])
+            at += len(chunk.ranks)
+            with lock:
+                done[0] += float((chunk.blocks[:, 1] * chunk.blocks[:, 3]).sum())
+                progress(done[0] / total)
+            kept = chunk.ranks > -2
+            made.append(Chunk(chunk.blocks[kept], chunk.ranks[kept], chunk.values))
+        return made, np.concatenate(failed)
+
+    if threads > 1 and entries.compiled is not None:
+        with ThreadPoolExecutor(threads) as pool:
+            results = list(pool.map(task, pieces))
+    else:
+        results = [task(piece) for piece in pieces]
+    return [chunk for made, _ in results for chunk in made], np.concatenate([failed for _, failed in results])
+
+
+def _pieces(tiles: Index, threads: int) -> list[Index]:
+    """Consecutive tiles, some pieces a thread."""
+    cost = np.cumsum(tiles[:, 1] * np.where(tiles[:, 4] > 0, 0, tiles[:, 3]) + 30 * (tiles[:, 1] + tiles[:, 3]))
+    count = 1 if threads == 1 else 8 * threads
+    cuts = np.searchsorted(cost, cost[-1] * np.arange(1, count) / count)
+    return [part for part in np.split(np.arange(len(tiles)), cuts) if len(part)]
+
+
+class _Compiled:
+    """native/hmatrix.c."""
+
+    def __init__(self, entries: Entries, tolerance: float, dtype: type) -> None:
+        self.tolerance, self.dtype, self.d = tolerance, dtype, entries.components
+        self.callback = None if entries.compiled is not None else Callback(entries)
+        self.addresses = entries.compiled if self.callback is None else self.callback.addresses
+        self.beside = native.contiguous(entries.beside, np.int64)
+        self.nodes = np.arange(len(self.beside), dtype=np.int64)
+        self.wide = int(np.diff(self.beside).max(initial=0))
+
+    def __call__(self, tiles: Index) -> Chunk:
+        assert _build is not None and self.addresses is not None
+        m, n = self.d * tiles[:, 1], self.d * tiles[:, 3]
+        n = n + self.beside[tiles[:, 2] + tiles[:, 3]] - self.beside[tiles[:, 2]]
+        most = MOST
+        limit = np.where(tiles[:, 4] > 0, np.minimum(most * (m + n), m * n), m * n)
+        some = max(1, int(np.searchsorted(np.cumsum(limit), 4 * CHUNK)))
+        tiles, m, n, limit = (np.ascontiguousarray(a[:some]) for a in (tiles, m, n, limit))
+        capacity = max(CHUNK, int(limit.max()))
+        known = np.where((tiles[:, 4] == 0) | (m * n <= KNOWN), m * n, 0)
+        fetched = np.maximum(np.maximum(self.d * n, max(self.d, self.wide) * m), 2 * most**2 + most)
+        room = known + (tiles[:, 4] > 0) * (most * (m + n) + 2 * most**2 + np.maximum(self.d * n, m) + fetched)
+        values: Any = np.empty(capacity, self.dtype)
+        ranks = np.empty(some, dtype=np.int64)
+        real, flags = np.empty(int(room.max())), np.empty(int((m + n).max()), dtype=np.int8)
+        done = np.empty(2, dtype=np.int64)
+        _build(
+            *self.addresses, self.d, native.pointer(self.nodes), native.pointer(self.beside), self.tolerance, some,
+            native.pointer(tiles), KNOWN, most, native.pointer(ranks), int(self.dtype is np.float32), native.pointer(values),
+            capacity, native.pointer(real), native.pointer(flags), native.pointer(done),
+        )  # fmt: skip
+        if self.callback is not None:
+            self.callback.check()
+        values.resize(int(done[1]), refcheck=False)
+        return Chunk(tiles[: done[0]], ranks[: done[0]], values)
+
+
+class _Plain:
+    """The same in numpy."""
+
+    def __init__(self, entries: Entries, tolerance: float, dtype: type) -> None:
+        self.entries, self.tolerance, self.dtype = entries, tolerance, dtype
+
+    def __call__(self, tiles: Index) -> Chunk:
+        ranks, parts, size = list[int](), list[Any](), 0
+        for first, m, column, n, far in tiles.tolist():
+            rows, columns = np.arange(first, first + m), np.arange(column, column + n)
+            found = low_rank(self.entries, rows, columns, self.tolerance, MOST) if far else None
+            small = 9 * m * n <= KNOWN
+            if found is not None and sum(a.size for a in found) < found[0].shape[1] * found[1].shape[1]:
+                ranks.append(len(found[0]))
+                parts += [a.astype(self.dtype).ravel() for a in found]
+            elif far and not small:
+                ranks.append(-2)
+                continue
+            else:
+                ranks.append(-1)
+                parts.append(block(self.entries, rows, columns).astype(self.dtype).ravel())
+            size += parts[-1].size
+            if size >= CHUNK:
+                break
+        return Chunk(tiles[: len(ranks)], np.array(ranks), np.concatenate(parts) if parts else np.empty(0, self.dtype))

@@ -1,0 +1,205 @@
+"""A matrix in blocks: near ones dense, far ones of low rank, in single precision where the tolerance allows."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+
+from ... import native
+from ...arrays import Array, Index
+from .block_tree import Blocks, Clusters
+from .build import Chunk, build_blocks
+from .entries import Entries, block
+
+_multiply = native.function("petcontact_hmatrix_multiply", "ipi" + "ppp")
+_coarse = native.function("petcontact_hmatrix_coarse", "ipi" + "pp" + "ii" + "pppp")
+
+SINGLE = 1e-6
+"""Tolerance from which numbers are kept in single precision."""
+TIGHTEST = 1e-7
+"""Smallest tolerance: Gram matrices tell singular values apart down to half of the digits."""
+RANK_A_DIGIT = 5.0
+"""Mean rank of far blocks for each digit of the tolerance, to share out rows and to foretell memory."""
+PROBED_COLUMNS = 4096
+"""Columns of exact rows held at a time."""
+
+
+class HMatrix:
+    """Rows of some nodes of a matrix, all of whose columns are known: d a node, then those beside.
+
+    Parameters
+    ----------
+    entries : Entries
+        Between nodes that are numbered in the order of the tree.
+    tree : Clusters
+    blocks : Blocks
+        Of the whole matrix.
+    tolerance : float
+        Relative error of each block in Frobenius' norm, TIGHTEST to 0.1.
+    rows : (int, int)
+        First and last node (exclusive) of the rows.
+    threads : int
+        Over which the blocks are built and multiplied, where the entries are compiled.
+    progress : callable, optional
+        Told the share that is built, from any of the threads.
+
+    Attributes
+    ----------
+    shape : (int, int)
+        Of these rows and all columns.
+    """
+
+    def __init__(
+        self, entries: Entries, tree: Clusters, blocks: Blocks, tolerance: float, rows: tuple[int, int], *,
+        threads: int = 1, progress: Callable[[float], None] = lambda share: None,
+    ) -> None:  # fmt: skip
+        if not TIGHTEST <= tolerance < 1.0:
+            raise ValueError(f"tolerance must be {TIGHTEST:g} or more, and less than 1")
+        self.tolerance, self.rows, self.entries, self.threads = tolerance, rows, entries, threads
+        d, beside = entries.components, np.asarray(entries.beside)
+        self.shape = d * (rows[1] - rows[0]), d * (len(beside) - 1) + int(beside[-1])
+        dtype = np.float32 if tolerance >= SINGLE else np.float64
+        self._single = int(dtype is np.float32)
+        self._chunks = build_blocks(entries, tree, blocks, rows, tolerance, dtype, threads, progress)
+        self._tables = [self._table(chunk) for chunk in self._chunks]
+        self.largest_rank = max((int(chunk.ranks.max(initial=0)) for chunk in self._chunks), default=0)
+
+    def _table(self, chunk: Chunk) -> Index:
+        """First row, rows, first column, columns of nodes, first column beside, their number, rank, place of the numbers."""
+        d, beside = self.entries.components, self.entries.beside
+        first, m, column, n, _ = chunk.blocks.T
+        q = beside[column + n] - beside[column]
+        table = np.column_stack([d * (first - self.rows[0]), d * m, d * column, d * n,
+                                 d * (len(beside) - 1) + beside[column], q, chunk.ranks, np.zeros_like(q)])  # fmt: skip
+        _, rows, _, columns, _, q, rank, _ = table.T
+        size = np.where(rank < 0, rows * (columns + q), rank * (rows + columns + q))
+        table[:, 7] = np.cumsum(size) - size
+        return table
+
+    @property
+    def nbytes(self) -> int:
+        """Memory of the blocks [bytes]."""
+        return sum(chunk.values.nbytes for chunk in self._chunks)
+
+    def mult(self, x: Array) -> Array:
+        """A x for a vector over all columns: these rows, (rows,)."""
+        return self._over_parts(lambda part, y: self._multiply(part, x, y))
+
+    __matmul__ = mult
+
+    def _over_parts(self, add: Callable[[int, Array], None]) -> Array:
+        """Sum of what each thread adds to a vector of its own."""
+        x_shape = (self.threads, self.shape[0])
+        sums = np.zeros(x_shape)
+        shares = np.array_split(np.arange(len(self._chunks)), self.threads)
+
+        def work(thread: int) -> None:
+            for chunk in shares[thread].tolist():
+                add(chunk, sums[thread])
+
+        if self.threads == 1:
+            work(0)
+        else:
+            with ThreadPoolExecutor(self.threads) as pool:
+                list(pool.map(work, range(self.threads)))
+        return np.asarray(sums.sum(axis=0)) if self.threads > 1 else sums[0]
+
+    def _multiply(self, number: int, x: Array, y: Array) -> None:
+        table, values = self._tables[number], self._chunks[number].values
+        if _multiply is not None:
+            work, x, moved = np.empty(max(1, self.largest_rank)), native.contiguous(x), self._addressed(number)
+            _multiply(len(moved), native.pointer(moved), self._single, *(native.pointer(a) for a in (x, y, work)))
+            return
+        for first, m, column, n, other, q, rank, place in table.tolist():
+            both = np.concatenate([x[column : column + n], x[other : other + q]])
+            if rank < 0:
+                y[first : first + m] += both @ values[place : place + m * (n + q)].reshape(n + q, m)
+            else:
+                u, v = np.split(values[place : place + rank * (m + n + q)], [rank * m])
+                y[first : first + m] += (v.reshape(rank, n + q) @ both) @ u.reshape(rank, m)
+
+    def _addressed(self, number: int) -> Index:
+        """The table with addresses for places."""
+        table, values = self._tables[number].copy(), self._chunks[number].values
+        table[:, 7] = values.itemsize * table[:, 7] + (native.pointer(values) or 0)
+        return table
+
+    def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
+        """Sums of the entries over groups of rows and columns, in one pass over the blocks.
+
+        Parameters
+        ----------
+        row_group, column_group : (rows,) and (columns,) arrays
+            Group of each, or -1.
+        groups : (int, int)
+            Numbers of them.
+
+        Returns
+        -------
+        (row groups, column groups) array
+        """
+        result = np.zeros(groups)
+        row_group, column_group = (native.contiguous(group, np.int64) for group in (row_group, column_group))
+        for number in range(len(self._chunks)):
+            self._add_coarse(number, row_group, column_group, result)
+        return result
+
+    def _add_coarse(self, number: int, row_group: Index, column_group: Index, result: Array) -> None:
+        table, values = self._tables[number], self._chunks[number].values
+        if _coarse is not None:
+            both, moved = sum(result.shape), self._addressed(number)
+            sums, met, seen = np.zeros(both), np.zeros(both, dtype=np.int64), np.zeros(both, dtype=np.int8)
+            _coarse(
+                len(moved), native.pointer(moved), self._single, native.pointer(row_group), native.pointer(column_group),
+                *result.shape, *(native.pointer(a) for a in (result, sums, met, seen)),
+            )  # fmt: skip
+            return
+        for first, m, column, n, other, q, rank, place in table.tolist():
+            rows = row_group[first : first + m]
+            columns = np.concatenate([column_group[column : column + n], column_group[other : other + q]])
+            left, right = rows >= 0, columns >= 0
+            if rank < 0:
+                whole = values[place : place + m * (n + q)].reshape(n + q, m).T
+            else:
+                u, v = np.split(values[place : place + rank * (m + n + q)].astype(np.float64), [rank * m])
+                whole = u.reshape(rank, m).T @ v.reshape(rank, n + q)
+            np.add.at(result, np.ix_(rows[left], columns[right]), whole[np.ix_(left, right)])
+
+    def error_estimate(self, rng: np.random.Generator, probes: int = 8) -> float:
+        """Largest error of the product of exact rows with a random vector, over the norm of these rows."""
+        d, (first, last) = self.entries.components, self.rows
+        nodes = np.sort(rng.choice(np.arange(first, last), min(probes, last - first), replace=False))
+        x = rng.standard_normal(self.shape[1])
+        difference = -self.mult(x).reshape(-1, d)[nodes - first]
+        size, count = np.zeros(difference.shape), len(self.entries.beside) - 1
+        for start in range(0, count, PROBED_COLUMNS):
+            columns = np.arange(start, min(start + PROBED_COLUMNS, count))
+            exact = block(self.entries, nodes, columns)
+            beside = slice(*(d * count + self.entries.beside[[start, columns[-1] + 1]]))
+            some = np.concatenate([x[d * start : d * (columns[-1] + 1)], x[beside]])
+            difference += (some @ exact).reshape(-1, d)
+            size += np.sum(exact**2, axis=0).reshape(-1, d)
+        scale = float(np.sqrt(size.max(initial=0.0))) or 1.0
+        return float(np.abs(difference).max(initial=0.0)) / scale
+
+
+def predicted_bytes(tree: Clusters, blocks: Blocks, tolerance: float, components: int) -> Array:
+    """Memory of the rows of each node, about, without columns beside, (n,) [bytes]."""
+    m, n = (tree.last[side] - tree.first[side] for side in (blocks.row, blocks.column))
+    rank = -RANK_A_DIGIT * np.log10(tolerance)
+    each = np.where(blocks.far, rank * components * (m + n), components**2 * m * n) / m
+    change = np.zeros(int(tree.last[0]) + 1)
+    np.add.at(change, tree.first[blocks.row], each)
+    np.add.at(change, tree.last[blocks.row], -each)
+    return np.asarray((4 if tolerance >= SINGLE else 8) * np.cumsum(change[:-1]))
+
+
+def shared_rows(tree: Clusters, memory: Array, ranks: int) -> Index:
+    """Bounds (ranks + 1,) of row ranges, made of whole leaves, that take about the same memory; of each node (n,)."""
+    held = np.concatenate([[0.0], np.cumsum(memory)])
+    borders = np.append(tree.first[tree.leaves], tree.last[0])
+    ideal = held[-1] * np.arange(1, ranks) / ranks
+    nearest = borders[np.abs(held[borders][None] - ideal[:, None]).argmin(axis=1)]
+    return np.concatenate([[0], nearest, [tree.last[0]]])

@@ -1,0 +1,50 @@
+"""Linear equations of a law solved together with those of the body, where a system offers that."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ..arrays import Array
+from .system import MixedSystem, Modes
+
+if TYPE_CHECKING:
+    from .active_set import Pieces
+
+
+class MixedCompliance:
+    """A system that solves the equations of the body together with those of the law: S and its blocks are never applied.
+
+    `tolerance` is the criterion's.
+    """
+
+    noise = 1e-10
+
+    def __init__(self, system: MixedSystem, tolerance: float) -> None:
+        self.system, self._tolerance = system, tolerance
+
+    @property
+    def defect(self) -> float:
+        """Relative residual of the body's equations that the last solve left."""
+        return self.system.defect
+
+    @property
+    def ksp_iterations(self) -> int:
+        """Of the last solve."""
+        return self.system.ksp_iterations
+
+    def apply(self, x: Array) -> Array:
+        """S x."""
+        return self.system.apply(x)
+
+    def solve(
+        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, Array]:
+        """Not by increments: see `linear_solve`."""
+        raise NotImplementedError
+
+    def linear_solve(self, pieces: Pieces, rho: Array) -> tuple[Array, Array]:
+        """σ and v on given pieces."""
+        return self.system.linear_solve(pieces, rho, self._tolerance)
+
+    def close(self) -> None:
+        """Nothing is held."""

@@ -1,0 +1,110 @@
+"""The contact system on an H-matrix against the dense one: a body in space, bilateral Tresca contact."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from petcontact import InputError, SolverError, load
+from petcontact.compliance.condensed import CondensedSystem
+from petcontact.compliance.hierarchical.system import HierarchicalSystem
+from petcontact.compression.hmatrix.matrix import HMatrix
+from petcontact.model.solver_options import Bem
+from petcontact.pipeline.prepare import discretise, prepare
+from petcontact.pipeline.run import solve
+from petcontact.runtime.petsc import options, petsc
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+COARSE = {"mesh.element_size": 1.4}
+
+
+def problem(name="space_b", **keys):
+    return load(CONFIGS / f"{name}.toml", {**COARSE, **keys})
+
+
+@pytest.fixture(scope="module")
+def operators():
+    return discretise(problem())
+
+
+@pytest.fixture(scope="module")
+def dense(operators):
+    system = CondensedSystem(operators, petsc().COMM_SELF)
+    yield system
+    system.close()
+
+
+@pytest.fixture(scope="module")
+def system(operators):
+    system = HierarchicalSystem(operators, petsc().COMM_SELF, Bem(hmatrix_tol=1e-5))
+    yield system
+    system.close()
+
+
+def near(a, b, tolerance=1e-5):
+    return np.abs(a - b).max() <= tolerance * np.abs(b).max()
+
+
+def test_products_and_robin_solves_are_the_dense_ones_to_the_tolerance(system, dense, operators):
+    x = operators.mesh.x[operators.data.contact_nodes]
+    sigma = 50.0 * np.column_stack([np.cos(x[:, 0]), x[:, 1]])
+    assert near(system.u_0, dense.u_0) and near(system.apply(sigma), dense.apply(sigma))
+    assert 1e6 < system.memory() < 1e8 and "hmatrix 1e-05" in system.describe()
+    for a, b in zip(system.boundary(sigma), dense.boundary(sigma), strict=True):
+        assert near(a, b, 1e-4)
+    for rho in (1.0, 1e3, 1e7):
+        for a, b in zip(system.robin(rho, sigma), dense.robin(rho, sigma), strict=True):
+            assert near(a, b, 1e-3)
+        for a, b in zip(system.robin_increment(rho, sigma), dense.robin_increment(rho, sigma), strict=True):
+            assert near(a, b, 1e-3)
+
+
+@pytest.mark.parametrize(
+    ("name", "method"),
+    [("space_a", {}), ("space_bracket", {}), ("space_b", {"method.rule": "self-adaptive"}),
+     ("space_b", {"method.rule": "modified"})],
+    ids=["A", "bracket", "B 4.2", "B 4.3"],
+)  # fmt: skip
+def test_solves_are_those_of_dense_operators(name, method, comm):
+    mesh, found = {} if name == "space_bracket" else COARSE, {}
+    for kind in ("dense", "hmatrix"):
+        given = {**method, "bem.mat_type": kind, "bem.hmatrix_tol": 1e-5}
+        case = load(CONFIGS / f"{name}.toml", {**mesh, **given})
+        found[kind] = solve(case, comm=comm)
+        assert found[kind].converged
+    one, other = found["hmatrix"].contact, found["dense"].contact
+    assert near(one.sigma_t, other.sigma_t, 2e-4) and near(one.u_t, other.u_t, 1e-4)
+    assert abs(found["hmatrix"].iterations - found["dense"].iterations) <= 8
+    assert found["hmatrix"].elastic_residual < 1e-5
+
+
+def test_options_of_petsc_reach_the_mixed_solve(comm):
+    case = problem()
+    for table in ({"ksp_type": "gmres", "ksp_pc_side": "right"}, {"pc_type": "none", "ksp_gmres_restart": 400}):
+        with options({"bem_mat_type": "hmatrix", **table}):
+            found = solve(case, comm=comm)
+        assert found.converged and (table.get("pc_type") or "python") in found.info["solver"]
+
+
+def test_a_compression_that_went_wrong_is_refused(operators, comm, monkeypatch):
+    whole = HMatrix.mult
+    monkeypatch.setattr(HMatrix, "mult", lambda self, x: 1.001 * whole(self, x))
+    with pytest.raises(SolverError, match=r"is off by .*, its tolerance is 1e-05"):
+        HierarchicalSystem(operators, comm, Bem(hmatrix_tol=1e-5))
+
+
+def test_too_little_memory_is_told_before_the_build(operators, comm, monkeypatch):
+    monkeypatch.setattr("petcontact.compliance.hierarchical.equations.physical_memory", lambda: 1e6)
+    with pytest.raises(InputError, match=r"compressed operator of \d+ nodes takes about"):
+        HierarchicalSystem(operators, comm, Bem())
+
+
+def test_auto_compresses_above_1500_nodes(comm):
+    small, large = (prepare(load(CONFIGS / "space_a.toml", {"mesh.element_size": h}), comm) for h in (1.4, 0.9))
+    assert isinstance(small.system, CondensedSystem) and isinstance(large.system, HierarchicalSystem)
+    for made in (small, large):
+        made.close()
+    with pytest.raises(InputError, match="compresses surfaces in space"):
+        prepare(load(CONFIGS / "example1.toml", {"bem.mat_type": "hmatrix"}), comm)

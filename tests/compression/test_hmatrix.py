@@ -1,0 +1,180 @@
+"""H-matrices of Kelvin's point kernels on clouds in space against dense matrices: compiled code and numpy alike."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from petcontact.compression.hmatrix import build, matrix
+from petcontact.compression.hmatrix.block_tree import Blocks, block_tree, cluster
+from petcontact.compression.hmatrix.entries import block
+from petcontact.compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
+
+
+class PointKernel:
+    """T of point sources with normals, columns of U beside for some; in a plane T is antisymmetric."""
+
+    components, compiled = 3, None
+
+    def __init__(self, x, normal, beside):
+        self.x, self.normal = x, normal
+        self.beside = np.concatenate([[0], np.cumsum(beside)])
+
+    def fill(self, rows, columns, system, beside):
+        r = self.x[columns][:, None] - self.x[rows]
+        d = np.linalg.norm(r, axis=2)[..., None, None]
+        d[d == 0.0] = np.inf
+        n = self.normal[columns][:, None]
+        w, dyad = np.sum(r * n, axis=2)[..., None, None], r[..., :, None] * r[..., None, :]
+        skew = r[..., :, None] * n[..., None, :]
+        if system is not None:
+            system[:] = (w * (0.4 * np.eye(3) / d**3 + 3.0 * dyad / d**5)
+                         - 0.4 * (skew - skew.swapaxes(2, 3)) / d**3).transpose(0, 3, 1, 2)  # fmt: skip
+        if beside is not None:
+            u = (1.8 * np.eye(3) / d + dyad / d**3).transpose(0, 3, 1, 2)
+            counts = np.diff(self.beside)[columns]
+            beside[:] = np.concatenate([each[:count] for each, count in zip(u, counts, strict=True)])
+
+
+N = 240
+
+
+def cloud(shape, n=N, seed=3):
+    """Points and normals on a block, on a plate as thin as the points are apart, on one plane, or anywhere."""
+    rng = np.random.default_rng(seed)
+    if shape == "anywhere":
+        normal = rng.standard_normal((n, 3))
+        return rng.random((n, 3)) * np.array([12.0, 1.0, 1.0]), normal / np.linalg.norm(normal, axis=1)[:, None]
+    x, normal = rng.random((n, 3)), np.zeros((n, 3))
+    axis, side = rng.integers(3, size=n), rng.integers(2, size=n)
+    if shape != "block":
+        axis[:] = 2
+    x[np.arange(n), axis] = side if shape != "plane" else 0.0
+    normal[np.arange(n), axis] = 2.0 * side - 1.0
+    return x * np.array([2.0, 1.0, 0.02 if shape == "plate" else 1.0]), normal
+
+
+def prepared(shape, n=N):
+    x, normal = cloud(shape, n)
+    tree = cluster(x, x, np.ones(n, dtype=np.int64), 16)
+    return PointKernel(x[tree.order], normal[tree.order], np.where(np.arange(n) % 5 == 0, 2, 0)), tree
+
+
+@pytest.fixture(params=["compiled", "numpy"])
+def code(request, monkeypatch):
+    if request.param == "numpy":
+        monkeypatch.setattr(build, "_build", None)
+        monkeypatch.setattr(matrix, "_multiply", None)
+        monkeypatch.setattr(matrix, "_coarse", None)
+    return request.param
+
+
+def all_of(kernel):
+    nodes = np.arange(len(kernel.x))
+    return block(kernel, nodes, nodes).T
+
+
+def columns_of(compressed):
+    """The matrix itself, every group a column."""
+    rows, columns = (np.arange(count) for count in compressed.shape)
+    return compressed.coarse(rows, columns, compressed.shape)
+
+
+@pytest.mark.parametrize("shape", ["block", "plate", "plane", "anywhere"])
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-7])
+def test_each_block_holds_the_tolerance(shape, tolerance, code):
+    if code == "numpy" and (shape, tolerance) not in (("block", 1e-3), ("plane", 1e-7)):
+        pytest.skip("slow, and the same algorithm")
+    kernel, tree = prepared(shape)
+    blocks = block_tree(tree)
+    compressed = HMatrix(kernel, tree, blocks, tolerance, (0, N))
+    exact, found = all_of(kernel), columns_of(compressed)
+    d, worst = 3, 0.0
+    for row, column in zip(blocks.row, blocks.column, strict=True):
+        rows = slice(d * tree.first[row], d * tree.last[row])
+        columns = np.concatenate([np.arange(d * tree.first[column], d * tree.last[column]),
+                                  d * N + np.arange(*kernel.beside[[tree.first[column], tree.last[column]]])])  # fmt: skip
+        error = np.linalg.norm((found - exact)[rows, columns])
+        worst = max(worst, error / np.linalg.norm(exact[rows, columns]))
+    assert blocks.far.any() and worst < 3.0 * tolerance
+    x = np.random.default_rng(1).standard_normal(exact.shape[1])
+    assert np.linalg.norm(compressed @ x - found @ x) < 1e-12 * np.linalg.norm(found @ x)
+    assert compressed.error_estimate(np.random.default_rng(0)) < tolerance
+    assert compressed.nbytes == sum(chunk.values.size for chunk in compressed._chunks) * (4 if tolerance == 1e-3 else 8)
+
+
+def test_compiled_code_and_numpy_agree_on_sums_over_groups(code):
+    kernel, tree = prepared("block")
+    compressed = HMatrix(kernel, tree, block_tree(tree), 1e-7, (100, N))
+    rng, exact = np.random.default_rng(1), all_of(kernel)[300:]
+    rows, columns = rng.integers(-1, 5, exact.shape[0]), rng.integers(-1, 4, exact.shape[1])
+    expected = (np.arange(5)[:, None] == rows) @ exact @ (columns[:, None] == np.arange(4))
+    found = compressed.coarse(rows, columns, (5, 4))
+    assert np.abs(found - expected).max() < 1e-6 * np.abs(expected).max()
+
+
+def test_ranges_of_rows_make_up_the_whole_and_share_its_memory():
+    kernel, tree = prepared("block", 500)
+    blocks = block_tree(tree)
+    memory = predicted_bytes(tree, blocks, 1e-4, 3)
+    bounds = shared_rows(tree, memory, 3)
+    parts = [HMatrix(kernel, tree, blocks, 1e-4, (bounds[i], bounds[i + 1])) for i in range(3)]
+    x = np.random.default_rng(2).standard_normal(parts[0].shape[1])
+    exact = all_of(kernel) @ x
+    assert np.linalg.norm(np.concatenate([part @ x for part in parts]) - exact) < 1e-5 * np.linalg.norm(exact)
+    held = [part.nbytes for part in parts]
+    assert max(held) < 1.4 * min(held) and 0.5 < sum(held) / memory.sum() < 2.0
+
+
+def test_blocks_that_are_not_of_low_rank_are_divided_and_at_last_kept_whole(monkeypatch, code):
+    kernel, tree = prepared("block")
+    monkeypatch.setattr(build, "MOST", 6)
+    monkeypatch.setattr(build, "KNOWN", 3000)
+    compressed = HMatrix(kernel, tree, block_tree(tree), 1e-5, (0, N))
+    assert compressed.largest_rank <= 6
+    exact = all_of(kernel)
+    assert np.linalg.norm(columns_of(compressed) - exact) < 1e-5 * np.linalg.norm(exact)
+
+
+def test_zeros_are_of_rank_zero(code):
+    class Zero(PointKernel):
+        def fill(self, rows, columns, system, beside):
+            for part in (system, beside):
+                if part is not None:
+                    part[:] = 0.0
+
+    kernel, tree = prepared("block")
+    compressed = HMatrix(Zero(kernel.x, kernel.normal, np.zeros(N, dtype=np.int64)), tree, block_tree(tree), 1e-4, (0, N))
+    assert compressed.largest_rank == 0 and not (compressed @ np.ones(3 * N)).any()
+
+
+def test_the_probe_sees_a_wrong_block():
+    kernel, tree = prepared("block")
+    compressed = HMatrix(kernel, tree, block_tree(tree), 1e-4, (0, N))
+    for chunk in compressed._chunks:
+        chunk.values[chunk.values.size // 2 :] = 0.0
+    assert compressed.error_estimate(np.random.default_rng(0), probes=100) > 1e-2
+
+
+def test_errors_of_the_entries_come_through():
+    class Broken(PointKernel):
+        def fill(self, rows, columns, system, beside):
+            raise ZeroDivisionError("entries")
+
+    kernel, tree = prepared("block")
+    with pytest.raises(ZeroDivisionError, match="entries"):
+        HMatrix(Broken(kernel.x, kernel.normal, np.zeros(N, dtype=np.int64)), tree, block_tree(tree), 1e-4, (0, N))
+
+
+@pytest.mark.parametrize("shape", ["block", "plate", "anywhere"])
+def test_blocks_tile_the_matrix(shape):
+    _, tree = prepared(shape)
+    blocks, met = block_tree(tree), np.zeros((N, N), dtype=np.int64)
+    assert isinstance(blocks, Blocks)
+    for row, column in zip(blocks.row, blocks.column, strict=True):
+        met[tree.first[row] : tree.last[row], tree.first[column] : tree.last[column]] += 1
+    assert (met == 1).all()
+    assert (np.diff(tree.first[tree.leaves]) <= 16).all() and np.array_equal(np.sort(tree.order), np.arange(N))
+    for most in (5, 60, 1000):
+        cut = tree.cut(most)
+        assert np.array_equal(tree.first[cut][1:], tree.last[cut][:-1]) and tree.last[cut][-1] == N
