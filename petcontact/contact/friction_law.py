@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -82,11 +83,22 @@ def projection_residual(u_t: Array, sigma_t: Array, friction_bound: Array, rho: 
     ValueError
         If rho is not positive or the shapes differ.
     """
+    return robin_residual(lambda tau: project_ball(tau, friction_bound), u_t, sigma_t, rho)
+
+
+def robin_residual(project: Callable[[Array], Array], v: Array, sigma: Array, rho: float | Array) -> Array:
+    """σ + Π(ρv - σ) for any projection Π, (m, k) [stress].
+
+    Raises
+    ------
+    ValueError
+        If rho is not positive or the shapes differ.
+    """
     if not np.all(np.asarray(rho) > 0.0):
         raise ValueError(f"the Robin parameter is positive, got {rho}")
-    if u_t.shape != sigma_t.shape:
-        raise ValueError(f"u_t and sigma_t have one shape, got {u_t.shape} and {sigma_t.shape}")
-    return sigma_t + project_ball(rho * u_t - sigma_t, friction_bound)
+    if v.shape != sigma.shape:
+        raise ValueError(f"displacement and traction have one shape, got {v.shape} and {sigma.shape}")
+    return sigma + project(rho * v - sigma)
 
 
 def contact_norm(x: Array, weight: Array) -> float:

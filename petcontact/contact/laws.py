@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from ..arrays import Array, Mask, States
-from .friction_law import ball_derivative, lengths, project_ball
+from .friction_law import ball_derivative, lengths, project_ball, robin_residual
 
 STICK, SLIP, OPEN = 0, 1, 2
 
@@ -65,11 +65,11 @@ def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) ->
     ValueError
         If rho is not positive or the shapes differ.
     """
-    if not np.all(np.asarray(rho) > 0.0):
-        raise ValueError(f"the Robin parameter is positive, got {rho}")
-    if v.shape != sigma.shape:
-        raise ValueError(f"v and sigma have one shape, got {v.shape} and {sigma.shape}")
-    return sigma + law.project(rho * v - sigma)
+    return robin_residual(law.project, v, sigma, rho)
+
+
+EXCESS = 100.0
+"""Tolerances by which tractions may exceed what the law allows: an iteration ends near it, not at it."""
 
 
 def law_excess(law: ContactLaw, sigma: Array, scale: float) -> float:

@@ -12,7 +12,7 @@ from ..compliance.bodies import BodiesSystem
 from ..compliance.reduced import ComposedSystem
 from ..contact.criterion import equilibrium_defect, natural_residuals
 from ..contact.equilibrium import unheld
-from ..contact.laws import OPEN
+from ..contact.laws import EXCESS, OPEN, law_excess
 from ..contact.state import ContactState, Start
 from ..contact.system import Modes
 from ..geometry.rotation import axial, moment
@@ -126,6 +126,10 @@ def step_result(
     status, reason = ("converged" if outcome.converged else "not converged"), outcome.reason
     if outcome.converged and not elastic <= ELASTIC_LIMIT:
         status, reason = "not converged", f"elastic residual {elastic:.1e} > {ELASTIC_LIMIT:g}"
+    largest = max(float(np.abs(body.traction).max(initial=0.0)) for body in bodies.values())
+    excess = law_excess(discrete.law, outcome.sigma, largest)
+    if status == "converged" and not excess <= EXCESS * assembly.method.tolerance:
+        status, reason = "not converged", f"tractions exceed what contact allows by {excess:.1e} of the largest traction"
     if not outcome.converged:
         reason = _why(problem, freedoms, before, number, target, outcome)
     pairs, states, radius = {}, outcome.states, discrete.law.radius(-outcome.sigma[:, -1])
@@ -151,7 +155,7 @@ def step_result(
     }  # fmt: skip
     return StepResult(
         step.name or f"step {number}", number, target, status, reason, len(outcome.history), residuals, pairs, bodies,
-        obstacles, after.alpha,
+        obstacles, after.alpha, outcome.history,
     )  # fmt: skip
 
 

@@ -115,8 +115,11 @@ def _increments(problem: SteppedProblem, warm: Start | None, done: list[StepResu
                 tried = [_increment(problem, freedoms, progress, number, target)]
             for place, (outcome, following) in zip(np.linspace(reached, target, len(tried) + 1)[1:], tried, strict=True):
                 last = not outcome.converged or place == 1.0
-                yield step_result(problem, freedoms, step, number, float(place), outcome, progress, following, checked=last)
-                if not outcome.converged:
+                result = step_result(
+                    problem, freedoms, step, number, float(place), outcome, progress, following, checked=last
+                )
+                yield result
+                if result.status != "converged":
                     return
                 progress = following
             reached = target
@@ -164,8 +167,8 @@ def progress_after(problem: SteppedProblem, done: list[StepResult], warm: Start 
     sigma = np.concatenate([np.column_stack([pair.sigma_t, -pair.pressure]) for pair in pairs])
     v = np.column_stack([moved, -np.where(np.isfinite(gap), gap, 0.0)])
     places = [done[-1].obstacles[o.name] for o in obstacles]
-    positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(len(places), -1)
-    loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(len(places), -1)
+    positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(len(places), d * (d + 1) // 2)
+    loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(len(places), d * (d + 1) // 2)
     return Progress(slip, (v, sigma), done[-1].alpha, positions, loads)
 
 
@@ -240,9 +243,10 @@ def _finished(
 ) -> AssemblySolution:
     from .run import petsc_options_of, versions
 
-    discrete = problem.discrete
+    discrete, failed = problem.discrete, None
     if results and results[-1].status != "converged":
-        status, reason = "not converged", results[-1].reason
+        results, failed = results[:-1], results[-1]
+        status, reason = "not converged", failed.reason
     if status == "converged":
         reason = _reached(discrete, results)
     names = [body.name for body in discrete.assembly.body]
@@ -256,7 +260,7 @@ def _finished(
     return AssemblySolution(
         discrete.assembly, dict(zip(names, discrete.meshes, strict=True)),
         {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
-        results, status, reason, timings, info,
+        results, status, reason, timings, info, failed,
     )  # fmt: skip
 
 

@@ -17,7 +17,7 @@ from ..bem.operators import BoundaryOperators
 from ..contact.criterion import Criterion
 from ..contact.friction_law import contact_norm
 from ..contact.iteration import Iteration
-from ..contact.laws import law_excess, law_residual
+from ..contact.laws import EXCESS, law_excess, law_residual
 from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
 from ..contact.state import ContactState, Monitor, Start
@@ -34,9 +34,6 @@ from ..runtime.terminal import printable
 from .initial_state import initial_functions
 from .prepare import Prepared, prepare
 from .probe import ELASTIC_LIMIT, elastic_residual
-
-EXCESS = 100.0
-"""Tolerances by which tractions may exceed what the law allows: an iteration ends near it, not at it."""
 
 
 def iterate(

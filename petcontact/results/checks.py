@@ -15,7 +15,7 @@ from ..mesh.storage import demand, demand_range
 
 LARGEST = 50_000_000
 """Entries of one array: a file of a few bytes may claim any number."""
-MAY_BE_UNDEFINED = ("history", "bound", "friction_bound")
+MAY_BE_UNDEFINED = ("history", "increments", "bound", "friction_bound")
 """Names below which numbers need not be finite: w_k is not where nothing moves, nor the bound of bonded contact."""
 
 

@@ -16,9 +16,10 @@ import numpy as np
 import pytest
 from conftest import example
 
-from petcontact import MeshOptions, SolverError, read_solution, solve, write_solution
+from petcontact import MeshOptions, SolverError, read_result, read_solution, solve, write_solution
 from petcontact.commands.main import main
 from petcontact.compliance import condensed, full
+from petcontact.pipeline import load_steps
 from petcontact.pipeline import run as pipeline
 from petcontact.pipeline.prepare import prepare
 from petcontact.pipeline.run import run
@@ -129,6 +130,32 @@ def test_a_signal_after_the_iteration_keeps_the_solution(tmp_path, monkeypatch, 
     assert main(["solve", str(ROOT / "configs" / "example1.toml"), "--set", "mesh.element_size=0.5", "--no-figures"]) == 143
     assert "interrupted by SIGTERM; the solution is saved in example1.h5" in capsys.readouterr().err
     assert read_solution(tmp_path / "example1.h5").converged
+
+
+def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monkeypatch, capsys):
+    """SIGTERM while the third increment is put together: three are kept, and the rest is solved from there."""
+    original, made = load_steps.step_result, []
+
+    def signalled(*words, **keys):
+        made.append(original(*words, **keys))
+        if len(made) == 3:
+            os.kill(os.getpid(), signal.SIGTERM)
+        return made[-1]
+
+    config = ["solve", str(ROOT / "configs" / "fretting.toml"), "--no-figures", "--set", "body.0.mesh={element_size=0.25}"]
+    monkeypatch.chdir(tmp_path)
+    assert main([*config, "-o", "whole.h5"]) == 0
+    monkeypatch.setattr(load_steps, "step_result", signalled)
+    assert main([*config, "-o", "part.h5"]) == 143
+    assert "interrupted by SIGTERM; the last iterate is saved in part.h5" in capsys.readouterr().err
+    part, whole = read_result(tmp_path / "part.h5"), read_result(tmp_path / "whole.h5")
+    assert part.status == "failed" and len(part.steps) == 3 and all(step.status == "converged" for step in part.steps)
+    monkeypatch.setattr(load_steps, "step_result", original)
+    assert main([*config, "-o", "rest.h5", "--set", "method.start=part.h5"]) == 0
+    rest = read_result(tmp_path / "rest.h5")
+    assert len(rest.steps) == len(whole.steps)
+    for name, pair in whole.last.pairs.items():
+        assert np.allclose(rest.last.pairs[name].sigma_t, pair.sigma_t, atol=1e-12 * np.abs(pair.pressure).max())
 
 
 # --- kill -9 -------------------------------------------------------------------------------------------------------

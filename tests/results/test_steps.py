@@ -11,14 +11,16 @@ import meshio
 import numpy as np
 import pytest
 
-from petcontact import Assembly, Case, solve_assembly
+from petcontact import Assembly, Case, read_result, solve_assembly
 from petcontact.bem.kelvin2d import point_force
+from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.model.assembly import assembly_of
 from petcontact.model.base import parse
 from petcontact.model.problem import Material
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.steps.vtu import write_collection
 
+NEWTON = SemismoothNewton()
 DISC = """
 [[body]]
 name = "disc"
@@ -141,3 +143,36 @@ def test_the_verdict_of_an_increment_that_failed():
     verdict = " ".join(solution.verdict().split())
     assert solution.status == "not converged" and "along +y beyond what contact and friction allow" in verdict
     assert "failed at" in verdict and "reached" not in verdict and "-0" not in verdict.replace("e-0", "")
+
+
+def test_what_failed_is_kept_apart(tmp_path):
+    """/steps has the increments that were solved alone, /failed the one that was not; /history a row an iteration."""
+    data = tomllib.loads(BLOCK.replace("PLANE", "strain"))
+    data["step"] = [{"name": "press"}, {"name": "lift", "boundary": [{"part": "top", "pressure": -1.0}]}]
+    solution = solve_assembly(assembly_of(parse(Case, data, "test")))
+    assert solution.status == "not converged" and all(step.status == "converged" for step in solution.steps)
+    assert solution.failed is not None and solution.failed.step == 2 and solution.last is solution.steps[-1]
+    write_solution(tmp_path / "r.h5", solution)
+    with h5py.File(tmp_path / "r.h5") as file:
+        assert len(file["steps"]) == len(solution.steps) and file["failed"].attrs["status"] == "not converged"
+        assert len(file["increments/step"]) == len(solution.steps) + 1
+        rows, counts = file["history"], file["increments/iterations"][()]
+        assert np.array_equal(np.bincount(rows["increment"][()])[1:], counts)
+        assert all(len(rows[key]) == counts.sum() for key in ("rho", "w", "change", "residual", "ksp_iterations"))
+        # one body: /contact is that of the last increment that was solved
+        assert np.array_equal(file["contact/pressure"], solution.last.pairs["bottom"].pressure)
+    back = read_result(tmp_path / "r.h5")
+    assert back.failed.reason == solution.failed.reason and back.iterations == solution.iterations
+    assert vars(back.steps[0].history) == {**vars(solution.steps[0].history), "exchanged": []}
+
+
+def test_tractions_beyond_the_law_are_not_converged(monkeypatch):
+    """Whatever a method calls converged."""
+    def beyond(system, law, iteration):
+        state = NEWTON(system, law, iteration)
+        state.sigma[:, 0] = 1.01 * np.abs(state.sigma[:, 1]) + 1e-3
+        return state
+
+    monkeypatch.setattr("petcontact.pipeline.load_steps.method_of", lambda method: beyond)
+    solution = solve_assembly(assembly_of(parse(Case, tomllib.loads(BLOCK.replace("PLANE", "strain")), "test")))
+    assert solution.status == "not converged" and "exceed what contact allows" in solution.reason

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...contact.laws import OPEN, SLIP
+from ...contact.state import COLUMNS, History
 from ...errors import ResultError
 from ...mesh.storage import read_mesh, write_mesh
 from ...model.assembly import Assembly
@@ -21,6 +22,7 @@ from ..hdf5 import FORMAT, PROVENANCE, zone_attributes
 from .solution import AssemblySolution, BodyResult, ObstacleResult, PairResult, StepResult
 
 FORMAT_VERSION = 2
+RESIDUALS = ("normal", "tangential", "balance", "elastic")
 PAIR_ARRAYS = ("x", "normal", "tangent", "weight", "arc_length", "pressure", "sigma_t", "bound", "gap", "slip",
                "slip_increment", "state")  # fmt: skip
 
@@ -37,18 +39,30 @@ def fill(group: Any, solution: AssemblySolution) -> None:
         place.attrs.update({"body": solution.sides[name][0], "part": solution.sides[name][1]})
     for k, step in enumerate(solution.steps, 1):
         _fill_step(group.create_group(f"steps/{k}"), solution, step)
+    if solution.failed is not None:
+        _fill_step(group.create_group("failed"), solution, solution.failed)
     if len(solution.meshes) == 1 and solution.steps:
         _fill_shorthand(group, solution, text)
-    rows = group.create_group("history")
-    for key in ("step", "load_factor", "iterations"):
-        rows[key] = np.array([getattr(step, key) for step in solution.steps])
-    for key in ("normal", "tangential", "balance", "elastic"):
-        rows[key] = np.array([step.residuals[key] for step in solution.steps])
+    _fill_tables(group, solution.tried)
     group.attrs.update({
         "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.assembly.toml(), "status": solution.status,
         "reason": solution.reason, "iterations": solution.iterations, "timings": json.dumps(solution.timings),
         "info": json.dumps(solution.info), **{key: str(solution.info.get(key, "")) for key in PROVENANCE},
     })  # fmt: skip
+
+
+def _fill_tables(group: Any, steps: list[StepResult]) -> None:
+    """/increments, a row an increment, and /history, a row an iteration; one that failed comes last."""
+    table = group.create_group("increments")
+    for key in ("step", "load_factor", "iterations"):
+        table[key] = np.array([getattr(step, key) for step in steps])
+    for key in RESIDUALS:
+        table[key] = np.array([step.residuals[key] for step in steps])
+    rows = group.create_group("history")
+    rows["increment"] = np.repeat(np.arange(1, len(steps) + 1), [len(step.history) for step in steps])
+    for key in COLUMNS:
+        values = [value for step in steps for value in getattr(step.history, key)]
+        rows[key] = np.array(values, dtype=int if key == "ksp_iterations" else float)
 
 
 def _fill_step(place: Any, solution: AssemblySolution, step: StepResult) -> None:
@@ -124,8 +138,10 @@ def read_assembly(group: Any, source: str) -> AssemblySolution:
         nodes = {name: place["nodes"][()] for name, place in group["pairs"].items()}
         sides = {name: (str(p.attrs["body"]), str(p.attrs["part"])) for name, p in group["pairs"].items()}
         count = len(group["steps"]) if "steps" in group else 0
-        steps = [_read_step(group[f"steps/{k}"]) for k in range(1, count + 1)]
-        for step in steps:
+        rows = group["history"]
+        steps = [_read_step(group[f"steps/{k}"], _read_history(rows, k)) for k in range(1, count + 1)]
+        failed = _read_step(group["failed"], _read_history(rows, count + 1)) if "failed" in group else None
+        for step in steps if failed is None else [*steps, failed]:
             for name, body in step.bodies.items():
                 check_fields(meshes[name], {f"{name}/u": body.u, f"{name}/traction": body.traction}, source)
             for name, pair in step.pairs.items():
@@ -134,7 +150,7 @@ def read_assembly(group: Any, source: str) -> AssemblySolution:
         return AssemblySolution(
             assembly, {b.name: meshes[b.name] for b in assembly.body}, nodes, sides, steps, str(attributes["status"]),
             str(attributes["reason"]), read_table(attributes["timings"], f"{source}: timings", numbers=True),
-            read_table(attributes["info"], f"{source}: info"),
+            read_table(attributes["info"], f"{source}: info"), failed,
         )  # fmt: skip
     except ResultError:
         raise
@@ -142,7 +158,15 @@ def read_assembly(group: Any, source: str) -> AssemblySolution:
         raise ResultError(f"{source}: damaged ({type(error).__name__}: {' '.join(str(error).split())})") from error
 
 
-def _read_step(place: Any) -> StepResult:
+def _read_history(rows: Any, increment: int) -> History:
+    """The iterations of one increment; files of 0.2.0 have none."""
+    if "increment" not in rows:
+        return History()
+    mine = rows["increment"][()] == increment
+    return History(**{key: rows[key][()][mine].tolist() for key in COLUMNS})
+
+
+def _read_step(place: Any, history: History) -> StepResult:
     facts = place.attrs
     pairs = {name: _read_pair(here) for name, here in place.get("contact", {}).items()}
     bodies = {name: BodyResult(here["u"][()], here["traction"][()]) for name, here in place.get("body", {}).items()}
@@ -150,10 +174,11 @@ def _read_step(place: Any) -> StepResult:
         name: ObstacleResult(*(here.attrs[key] for key in ("displacement", "rotation", "force", "moment")))
         for name, here in place.get("obstacle", {}).items()
     }  # fmt: skip
-    residuals = {key: float(facts[f"residual_{key}"]) for key in ("normal", "tangential", "balance", "elastic")}
+    residuals = {key: float(facts[f"residual_{key}"]) for key in RESIDUALS}
     return StepResult(
         str(facts["name"]), int(facts["step"]), float(facts["load_factor"]), str(facts["status"]), str(facts["reason"]),
         int(facts["iterations"]), residuals, pairs, bodies, obstacles, place["alpha"][()],
+        history,
     )  # fmt: skip
 
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from ...arrays import Array, Index, States
 from ...bem.kernels import kernel_for
+from ...contact.state import History
 from ...errors import InputError
 from ...fields.interior import field_at
 from ...geometry.rotation import Axial
@@ -121,6 +122,8 @@ class StepResult:
     pairs, bodies, obstacles : dicts by name
     alpha : (r,) array
         Rigid motions of the bodies.
+    history : History
+        A row an iteration.
     """
 
     name: str
@@ -134,6 +137,7 @@ class StepResult:
     bodies: dict[str, BodyResult]
     obstacles: dict[str, ObstacleResult]
     alpha: Array
+    history: History = field(default_factory=History)
 
 
 @dataclass(frozen=True)
@@ -149,11 +153,13 @@ class AssemblySolution:
     sides : dict of (body, part) by interface
         Of the secondary.
     steps : list of StepResult
-        Increments in the order in which they were solved.
+        Increments that were solved, in order.
     status : {"converged", "not converged", "failed"}
     reason : str
     timings : dict of str to float
     info : dict
+    failed : StepResult, optional
+        The increment at which the solve ended, if it found no solution of it.
     """
 
     assembly: Assembly
@@ -165,6 +171,7 @@ class AssemblySolution:
     reason: str
     timings: dict[str, float]
     info: dict[str, Any] = field(default_factory=dict)
+    failed: StepResult | None = None
 
     @property
     def converged(self) -> bool:
@@ -173,13 +180,18 @@ class AssemblySolution:
 
     @property
     def iterations(self) -> int:
-        """Iterations of all increments."""
-        return sum(step.iterations for step in self.steps)
+        """Iterations of all increments, the failed one too."""
+        return sum(step.iterations for step in self.tried)
 
     @property
     def last(self) -> StepResult:
-        """The last increment that was solved."""
-        return self.steps[-1]
+        """The last increment that was solved; the one that failed where none was."""
+        return (self.steps or self.tried)[-1]
+
+    @property
+    def tried(self) -> list[StepResult]:
+        """The increments that were solved and the one that failed."""
+        return self.steps if self.failed is None else [*self.steps, self.failed]
 
     def fields_at(self, points: Any, body: str | None = None, step: StepResult | None = None) -> tuple[Array, Array]:
         """Displacement (k, d) [length] and stress (k, 3), in space (k, 6) [stress] at points inside a body.

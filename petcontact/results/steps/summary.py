@@ -28,11 +28,12 @@ def verdict(solution: AssemblySolution) -> str:
         held = f", {free} motion{'s' if free > 1 else ''} held by contact only" if free else ""
         size = f"{mesh.n_elements} elements of order {order}, {2 * mesh.n_nodes} unknowns"
         lines.append(f"  {'' if name == ONE_BODY else f'body {printable(name)}: '}{size}{held}")
-    ends = [k for k, step in enumerate(solution.steps) if step.load_factor == 1.0 or k == len(solution.steps) - 1]
+    tried = solution.tried
+    ends = [k for k, step in enumerate(tried) if step.load_factor == 1.0 or k == len(tried) - 1]
     shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
     for before, k in zip([-1, *ends[:-1]], ends, strict=True):
         if k in shown:
-            lines += _step(solution.steps[before + 1 : k + 1])
+            lines += _step(tried[before + 1 : k + 1])
         elif k == ends[SHOWN - 1]:
             lines.append(f"  ... {len(ends) - SHOWN} more steps ...")
     for warning in solution.info.get("warnings", []):

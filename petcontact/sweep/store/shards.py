@@ -102,7 +102,7 @@ def contact_arrays(solution: AnySolution) -> dict[str, Any]:
 def _history_arrays(solution: AnySolution) -> dict[str, Any]:
     """One value an iteration; of load steps one an increment."""
     if isinstance(solution, AssemblySolution):
-        return {key: np.array([getattr(step, key) for step in solution.steps], float)
+        return {key: np.array([getattr(step, key) for step in solution.tried], float)
                 for key in ("step", "load_factor", "iterations")}  # fmt: skip
     return {key: np.array(getattr(solution.history, key), float) for key in COLUMNS}
 
