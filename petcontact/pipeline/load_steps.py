@@ -12,6 +12,7 @@ import numpy as np
 
 from ..contact.criterion import Criterion
 from ..contact.equilibrium import unheld
+from ..contact.friction_law import contact_norm
 from ..contact.iteration import Iteration
 from ..contact.methods.registry import method_of
 from ..contact.state import ContactState, Start
@@ -30,7 +31,11 @@ from .increment import Freedoms, Progress, SteppedProblem, reduced_problem, step
 HALVINGS = 8
 """How often an increment that fails is halved."""
 PATH_ERROR = 1e-3
-"""With increments = "auto": change of σ over its size that halving an increment may make."""
+"""With increments = "auto": change of σ and of w over their sizes that halving an increment may make."""
+LEAST_SLIP = 1e-3
+"""Slip, over what the tractions move, below which its path error is relative to that."""
+JAM = 1e-3
+"""Pressure, over the largest that there was, that stays where nothing jams."""
 FAR = 0.05
 """Initial gap, over the size of the body, that is told."""
 Monitor = Callable[[StepResult], str | None]
@@ -192,9 +197,14 @@ def _attempt(
     if not first.converged:
         return None
     second, end = _increment(problem, freedoms, middle, number, target)
+    if not second.converged:
+        return None
     weight = problem.system.weight
-    change = np.sqrt(weight @ np.sum((second.sigma - whole.sigma) ** 2, axis=1))
-    if not second.converged or change > PATH_ERROR * np.sqrt(weight @ np.sum(second.sigma**2, axis=1)):
+    # where nothing slips w is round-off of what the tractions move
+    moved = problem.system.compliance @ second.sigma.ravel()
+    size = max(contact_norm(end.slip, weight), LEAST_SLIP * contact_norm(moved.reshape(second.sigma.shape), weight))
+    apart = contact_norm(second.sigma - whole.sigma, weight) > PATH_ERROR * contact_norm(second.sigma, weight)
+    if apart or contact_norm(end.slip - after.slip, weight) > PATH_ERROR * size:
         return None
     return [(first, middle), (second, end)]
 
@@ -249,6 +259,7 @@ def _finished(
         status, reason = "not converged", failed.reason
     if status == "converged":
         reason = _reached(discrete, results)
+    discrete.warnings += _jammed(problem, results)
     names = [body.name for body in discrete.assembly.body]
     info = {
         "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.assembly.petsc),
@@ -262,6 +273,27 @@ def _finished(
         {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
         results, status, reason, timings, info, failed,
     )  # fmt: skip
+
+
+def _jammed(problem: SteppedProblem, results: list[StepResult]) -> list[str]:
+    """What is said of pairs that stay pressed at the end of a step that took all loads away, though no gap is negative."""
+    discrete, d, told = problem.discrete, problem.system.dim, []
+    obstacles = list(discrete.assembly.obstacle)
+    for number, step in enumerate(problem.steps, 1):
+        obstacles = [_changed(o, step) for o in obstacles]
+        loaded = any(loading.value[number].any() or loading.force[number].any() for loading in discrete.loadings)
+        given = (motion if motion != "free" else load for o in obstacles
+                 for motion, load in zip(o.motions(d), o.loads(d), strict=True))  # fmt: skip
+        ends = [r for r in results if r.step == number and r.load_factor == 1.0]
+        if loaded or any(given) or not ends:
+            continue
+        for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+            pressed = max(float(r.pairs[side.name].pressure.max(initial=0.0)) for r in results)
+            left = float(ends[0].pairs[side.name].pressure.max(initial=0.0))
+            if interface.gap.min(initial=np.inf) >= 0.0 and left > JAM * pressed:
+                told.append(f"pair {side.name!r} stays pressed after step {step.name!r} took all loads away: it jams, and "
+                            "what stays depends on the path; unload in several increments")  # fmt: skip
+    return told
 
 
 def _reached(discrete: Discrete, results: list[StepResult]) -> str:

@@ -103,6 +103,12 @@ def check_parts(assembly: Assembly, boundaries: list[Boundary], sides: list[Side
                 _known_part(f"{side.key}.{what}: body {body.name!r}", part, boundary.parts)
                 if part in taken:
                     raise InputError(f"{side.key}.{what}: {part!r} of body {body.name!r} has a boundary condition already")
+        faces = [(s.body, s.part) for s in sides] + [s.primary for s in sides if s.primary]
+        met = [*taken, *(part for number, part in faces if number == b)]
+        missing = [part for part in boundary.parts if part not in met]
+        if missing and body.name == ONE_BODY and len(assembly.body) == 1:
+            raise InputError(f"boundary: part {missing[0]!r} has no condition; each of {', '.join(boundary.parts)} needs "
+                             "one or a [[contact]] (only parts of a [[body]] are free of traction without)")  # fmt: skip
 
 
 def _known_part(key: str, part: str, parts: tuple[str, ...]) -> None:

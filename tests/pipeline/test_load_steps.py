@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 
 import h5py
 import numpy as np
@@ -12,6 +13,7 @@ from petcontact import Assembly, InputError, adapt_assembly, read_result, solve_
 from petcontact.commands.main import main
 from petcontact.model.base import parse
 
+ROOT = Path(__file__).resolve().parents[2]
 PUNCH = """
 [[body]]
 name = "block"
@@ -319,3 +321,36 @@ def test_a_file_of_another_mesh_is_refused(tmp_path):
     write_solution(tmp_path / "r.h5", solve_assembly(assembly(PUNCH, body__0__mesh={"element_size": 0.5})))
     with pytest.raises(InputError, match="holds other bodies, pairs or meshes"):
         solve_assembly(assembly(PUNCH, body__0__mesh={"element_size": 0.25}, method={"start": str(tmp_path / "r.h5")}))
+
+
+def test_a_wedge_that_jams_is_told():
+    """Driven and let go: the warning names the pair; while a load is left there is none."""
+    text = (ROOT / "configs" / "wedge.toml").read_text().replace("levels = 6, order = 3", "levels = 4, order = 2")
+    told = solve_assembly(parse(Assembly, tomllib.loads(text), "wedge")).info["warnings"]
+    assert len(told) == 2 and all("stays pressed after step 'let go'" in line and "jams" in line for line in told)
+    held = parse(Assembly, tomllib.loads(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]")), "wedge")
+    assert solve_assembly(held).info["warnings"] == []
+
+
+def test_parts_of_a_one_body_file_need_a_condition(tmp_path, capsys):
+    """Whatever keys it has; a part of a [[body]] is free of traction without one."""
+    (tmp_path / "case.toml").write_text("""
+[material]
+young_modulus = 1.0
+poisson_ratio = 0.3
+[geometry]
+shape = "rectangle"
+lower_left = [0, 0]
+upper_right = [1, 1]
+[[boundary]]
+part = "top"
+condition = "displacement"
+value = [0, -0.01]
+[[boundary]]
+part = "bottom"
+condition = "contact"
+normal = "unilateral"
+""")
+    assert main(["solve", str(tmp_path / "case.toml"), "--no-figures"]) == 2
+    error = capsys.readouterr().err
+    assert error.count("\n") == 1 and "part 'right' has no condition; each of bottom, right, top, left needs one" in error
