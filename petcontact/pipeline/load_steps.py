@@ -201,8 +201,8 @@ def _attempt(
         return None
     weight = problem.system.weight
     # where nothing slips w is round-off of what the tractions move
-    moved = problem.system.compliance @ second.sigma.ravel()
-    size = max(contact_norm(end.slip, weight), LEAST_SLIP * contact_norm(moved.reshape(second.sigma.shape), weight))
+    moved = problem.system.apply(second.sigma)
+    size = max(contact_norm(end.slip, weight), LEAST_SLIP * contact_norm(moved, weight))
     apart = contact_norm(second.sigma - whole.sigma, weight) > PATH_ERROR * contact_norm(second.sigma, weight)
     if apart or contact_norm(end.slip - after.slip, weight) > PATH_ERROR * size:
         return None
