@@ -36,6 +36,10 @@ SHUFFLES = 40
 """Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which break all."""
 STRAIGHT = 1e-10
 """Relative residual of the law that is round-off: pieces on disks are not linear."""
+RUNAWAY = 1e9
+"""v over what the first step strains, from which on a body slides away on the pieces that are tried."""
+FADED = 1e-60
+"""σ over the largest so far below which its pieces are those of loads that vanish, and no step finds them."""
 PULL = 0.1
 """ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it slips the other way."""
 
@@ -155,10 +159,18 @@ def pivots(
     alpha = np.zeros(rank) if alpha is None else alpha
     rho = np.ones_like(base)
     fewest, patience, seen_sets = len(base) + 1, PATIENCE, set[bytes]()
+    farthest, largest = np.inf, 0.0
     shuffle = np.random.default_rng(2019)
     while True:
         pieces = Pieces.at(law, tau)
         sigma, v, alpha, push = linear_solve(solver, pieces, base, modes, sigma, alpha, rho)
+        size = float(np.abs(sigma).max(initial=0.0))
+        largest = max(largest, size)
+        if not np.abs(v).max(initial=0.0) <= farthest or 0.0 < size < FADED * largest:
+            return
+        if np.isinf(farthest):
+            strain = v - base if modes is None else v - base - modes.motion @ alpha
+            farthest = RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
         revised, rho = next_tau(pieces, law, sigma, v, solver.noise)
         wrong = np.flatnonzero(law.states(revised) != pieces.states)
         bent = float(np.abs(law.project(revised) + sigma).max(initial=0.0) / (np.abs(sigma).max(initial=0.0) or 1.0))

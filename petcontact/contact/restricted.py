@@ -93,7 +93,7 @@ class DirectCompliance(_Counted):
             _check(result)
             return result, np.zeros(0), np.zeros((0, 0))
         border = Border(modes, pieces, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
-        answer = np.linalg.solve(border.around(block), np.concatenate([rhs.ravel()[seen], border.rhs]))
+        answer = _solved(border.around(block), np.concatenate([rhs.ravel()[seen], border.rhs]))
         result.flat[seen] = answer[: len(seen)]
         _check(result)
         return result, border.motion(answer[len(seen) :]), border.free
@@ -112,6 +112,14 @@ class DirectCompliance(_Counted):
 
     def close(self) -> None:
         """Nothing of PETSc's is held."""
+
+
+def _solved(matrix: Array, rhs: Array) -> Array:
+    """By LU; the least solution where a body that is about to slide away leaves nothing to divide by."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, rhs))
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(matrix, rhs, rcond=None)[0])
 
 
 def _block(dense: Array, pieces: Pieces, rho: Array, seen: Index) -> Array:
@@ -162,10 +170,16 @@ class Border:
         values, vectors = np.linalg.svd(factor, full_matrices=True)[1:]
         held = np.zeros(rank, dtype=bool)
         held[: len(values)] = values > FREE * max(1.0, float(values.max(initial=0.0)))
-        self._basis, self.free = vectors[held].T / size[:, None], vectors[~held].T
+        basis, self.free = vectors[held].T, vectors[~held].T
+        work = np.einsum("rib,ibc->ric", modes.resultant / size[:, None, None], pieces.derivative)[:, pieces.seen]
+        # where all nodes slide one way nothing resists a motion along it, though it moves components that are seen
+        turned, strength, _ = np.linalg.svd(np.asarray(np.linalg.qr((basis.T @ work).T, mode="r")).T)
+        resisted = np.append(strength, np.zeros(basis.shape[1] - len(strength))) > FREE * float(strength.max(initial=0.0))
+        if not resisted.all():
+            basis, self.free = basis @ turned[:, resisted], np.column_stack([self.free, basis @ turned[:, ~resisted]])
+        self._basis = basis / size[:, None]
         self.columns = modes.motion[pieces.seen] @ self._basis * self._length
-        work = np.einsum("rib,ibc->ric", modes.resultant, pieces.derivative)[:, pieces.seen]
-        rows = self._basis.T @ work
+        rows = basis.T @ work
         self._unit = self._length / (float(np.abs(rows).max(initial=0.0)) or 1.0)
         self.rows = self._unit * rows
         self.rhs = self.work(-modes.unbalanced(sigma))
