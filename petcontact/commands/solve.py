@@ -127,7 +127,7 @@ def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any]
 def announced(nodes: int, seconds: float) -> None:
     """Tell the size of what will take a while."""
     if seconds > SOON:
-        size = f"{nodes} nodes, {2 * nodes} unknowns"
+        size = f"{nodes} nodes"
         print(f"petcontact: {size}: about {seconds:.0f} s to eliminate", file=sys.stderr, flush=True)
 
 

@@ -10,7 +10,7 @@ import tomli_w
 from .base import Coordinate, Expression, Finite, Model, Options, nearest
 from .load_steps import Loads, Motions, Step, Vector, spread
 from .mesh_options import MeshOptions
-from .problem import Condition, Contact, Displacement, Geometry, Material, Normal, Traction
+from .problem import Condition, Contact, Displacement, Geometry, Material, Normal, Traction, no_friction_if_bonded
 from .solver_options import Bem, Method
 from .units import Units
 
@@ -150,6 +150,11 @@ class Pair(Model):
     direction: Annotated[tuple[Finite, ...], Vector] | None = None
     friction_coefficient: Expression | None = None
     friction_bound: Expression | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _bonded_does_not_slip(self) -> Pair:
+        no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
+        return self
 
     @pydantic.field_validator("direction")
     @classmethod

@@ -103,6 +103,13 @@ class Traction(Model):
 Normal = Literal["bilateral", "unilateral", "bonded"]
 
 
+def no_friction_if_bonded(normal: Normal, coefficient: object, bound: object) -> None:
+    """Refuse friction of parts that are bonded."""
+    if normal == "bonded" and not (coefficient is None and bound is None):
+        key = "friction_bound" if coefficient is None else "friction_coefficient"
+        raise ValueError(f'{key}: bonded parts do not slip; leave it out, or take normal = "bilateral"')
+
+
 class Contact(Model):
     """Contact with a fixed rigid obstacle; |σ_t| is bounded by Tresca, Coulomb, both (the bound caps), or is zero.
 
@@ -128,6 +135,11 @@ class Contact(Model):
     gap: Expression = 0.0
     friction_coefficient: Expression | None = None
     friction_bound: Expression | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _bonded_does_not_slip(self) -> Contact:
+        no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
+        return self
 
     @property
     def plain(self) -> bool:

@@ -26,7 +26,7 @@ def verdict(solution: AssemblySolution) -> str:
         order = str(orders[0]) if len(orders) == 1 else f"{orders[0]}-{orders[-1]}"
         free = solution.info.get("motions", {}).get(name, 0)
         held = f", {free} motion{'s' if free > 1 else ''} held by contact only" if free else ""
-        size = f"{mesh.n_elements} elements of order {order}, {2 * mesh.n_nodes} unknowns"
+        size = f"{mesh.n_elements} elements of order {order}, {mesh.x.size} unknowns"
         lines.append(f"  {'' if name == ONE_BODY else f'body {printable(name)}: '}{size}{held}")
     tried = solution.tried
     ends = [k for k, step in enumerate(tried) if step.load_factor == 1.0 or k == len(tried) - 1]

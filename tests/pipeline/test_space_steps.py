@@ -1,0 +1,361 @@
+"""Bodies, obstacles, laws and load steps in space: what must not change an answer, what cannot be held, what is refused."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import h5py
+import meshio
+import numpy as np
+import pytest
+import scipy
+
+from petcontact import solve_assembly
+from petcontact.contact.equilibrium import unheld
+from petcontact.contact.laws import Frictional
+from petcontact.contact.system import Modes
+from petcontact.errors import InputError
+from petcontact.geometry.rotation import rigid_motions
+from petcontact.geometry.surface import BOX_PARTS, BoxSurface
+from petcontact.mesh.panelling import box_mesh
+from petcontact.model.assembly import assembly_of
+from petcontact.model.case import load, parse_any
+from petcontact.pipeline.prepare import prepare
+from petcontact.pipeline.run import run
+from petcontact.results.figures import plot_all
+from petcontact.results.hdf5 import read_result, write_solution
+from petcontact.results.steps.vtu import write_collection
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+FREE = "".join(f'[[boundary]]\npart = "{part}"\ncondition = "traction"\nvalue = [0.0, 0.0, 0.0]\n'
+               for part in ("left", "right", "front", "back"))  # fmt: skip
+BLOCK = (
+    """
+[material]
+young_modulus = 100.0
+poisson_ratio = 0.3
+[geometry]
+shape = "box"
+lower = [0.0, 0.0, 0.0]
+upper = [2.0, 1.0, 1.0]
+[mesh]
+element_size = 0.5
+order = 1
+[[boundary]]
+part = "bottom"
+condition = "contact"
+normal = "unilateral"
+friction_coefficient = 0.3
+[[boundary]]
+part = "top"
+condition = "traction"
+value = [0.0, 0.0, -1.0]
+"""
+    + FREE
+    + """
+[[step]]
+name = "press"
+[[step]]
+name = "push"
+[[step.boundary]]
+part = "top"
+value = [0.15, 0.1, -1.0]
+"""
+)
+PUNCHED = """
+[[body]]
+name = "block"
+material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+geometry = { shape = "box", lower = [-1.0, -1.0, -1.0], upper = [1.0, 1.0, 0.0] }
+mesh = { element_size = 0.5, order = 1 }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0, 0.0]
+[[obstacle]]
+name = "ball"
+displacement = [0.0, 0.0, -0.1]
+centre = [0.0, 0.0, 0.5]
+[[contact]]
+name = "top"
+secondary = "block.top"
+primary = "ball"
+gap = "(x**2 + y**2)/4"
+friction_coefficient = 0.3
+[[step]]
+[[step]]
+[[step.obstacle]]
+name = "ball"
+displacement = [0.03, 0.01, -0.1]
+"""
+STACK = """
+[[body]]
+name = "base"
+material = { young_modulus = 200.0, poisson_ratio = 0.25 }
+geometry = { shape = "box", lower = [-1.0, -1.0, -1.0], upper = [3.0, 2.0, 0.0] }
+mesh = { element_size = 1.0, order = 2 }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0, 0.0]
+[[body]]
+name = "block"
+material = { young_modulus = 100.0, poisson_ratio = 0.3 }
+geometry = { shape = "box", lower = [0.0, 0.0, 0.0], upper = [2.0, 1.0, 1.0] }
+mesh = { element_size = 0.5, order = 1 }
+[[body.boundary]]
+part = "top"
+condition = "traction"
+value = [0.15, 0.1, -1.0]
+[[contact]]
+name = "pair"
+secondary = "block.bottom"
+primary = "base.top"
+friction_coefficient = 0.3
+"""
+
+
+SQUARE = {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1.0]}
+
+
+def solved(text, **changes):
+    case = parse_any(tomllib.loads(text), "test", {key.replace("__", "."): value for key, value in changes.items()}, Path())
+    return solve_assembly(case if hasattr(case, "body") else assembly_of(case))
+
+
+def vectors(pair, components):
+    return np.einsum("mt,mtc->mc", components, pair.tangent)
+
+
+def assert_law(pair, mu, tolerance=2e-5):
+    """Unilateral contact with Coulomb's law at every node, whoever found it."""
+    size = np.abs(pair.pressure).max(initial=1e-300)
+    assert pair.pressure.min() >= -tolerance * size and pair.gap.min() >= -1e-12
+    assert not pair.pressure[pair.state == 2].any() and not pair.sigma_t[pair.state == 2].any()
+    shear, moved = np.linalg.norm(pair.sigma_t, axis=1), np.linalg.norm(pair.slip_increment, axis=1)
+    assert np.all(shear <= mu * pair.pressure + tolerance * size)
+    slides = (pair.state == 1) & (moved > 1e-6 * moved.max(initial=1e-300))
+    against = pair.slip_increment[slides] / moved[slides, None]
+    assert np.allclose(pair.sigma_t[slides], -mu * pair.pressure[slides, None] * against, atol=10 * tolerance * size)
+    assert np.all(moved[pair.state == 0] <= 1e-10 + tolerance * moved.max(initial=0.0))
+
+
+def test_a_bound_alone_is_the_bilateral_solve_of_the_paper():
+    """Tresca's law as a case of the law in all directions, against the condensed system in the tangents alone."""
+    case = load(CONFIGS / "space_b.toml", {"mesh.element_size": 2.0, "method.tolerance": 1e-11})
+    system = prepare(case)
+    paper = run(system, case)
+    system.close()
+    pair = solve_assembly(assembly_of(case)).last.pairs["bottom"]
+    assert np.allclose(pair.slip, paper.contact.u_t, atol=1e-8 * np.abs(paper.contact.u_t).max())
+    assert np.allclose(pair.sigma_t, paper.contact.sigma_t, atol=1e-7 * 150.0)
+    assert np.allclose(-pair.pressure, paper.contact.sigma_n, atol=1e-7 * 150.0)
+
+
+def test_a_block_on_the_floor_held_by_friction():
+    """Six motions, no known displacement: equilibrium of forces and moments to round-off; mirrored loads mirror the answer."""
+    one, other = solved(BLOCK), solved(BLOCK, step__1__boundary__0__value=[-0.15, 0.1, -1.0])
+    assert one.converged and one.info["motions"] == {"body": 6}
+    pair, mirrored = one.last.pairs["bottom"], other.last.pairs["bottom"]
+    assert pair.force == pytest.approx([-0.3, -0.2, 2.0], abs=1e-12)
+    assert pair.moment == pytest.approx([1.0 + 0.2, -2.0 - 0.3, -0.05], abs=1e-12)
+    assert_law(pair, 0.3)
+    place = scipy.spatial.cKDTree(mirrored.x).query(pair.x * [-1.0, 1.0, 1.0] + [2.0, 0.0, 0.0])[1]
+    assert np.allclose(pair.pressure, mirrored.pressure[place], atol=1e-4)
+    assert np.allclose(pair.sigma_t, mirrored.sigma_t[place] * [-1.0, 1.0], atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("value", "why"),
+    [
+        ([0.4, 0.0, -1.0], "pushes it along +x"),
+        ([0.288, 0.119, -1.0], "cannot be held"),  # 1.04 µ at 22.5°, between the first eight sides of the polygon
+        ([0.0, 0.0, 0.5], "pushes it along +z"),
+        (["-2*(y - 0.5)", "2*(x - 1)", -1.0], "turns it"),
+    ],
+)
+def test_loads_that_nothing_holds_are_named(value, why):
+    solution = solved(BLOCK, step__1__boundary__0__value=value)
+    assert solution.status == "not converged" and why in solution.reason
+    assert "beyond what contact and friction allow" in solution.reason
+
+
+@pytest.mark.parametrize("angle", [0.0, 11.25, 22.5, 33.0])
+def test_polygons_get_the_sides_that_are_asked_for(angle):
+    """A plate on the floor slides at µN in every direction, to 0.1 %."""
+    x = np.array([(a, b, 0.0) for a in np.linspace(-1, 1, 7) for b in np.linspace(-1, 1, 7)])
+    frame = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
+    motion = np.einsum("kc,mcr->mkr", frame, rigid_motions(x))
+    law = Frictional(np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3)
+    for share, slides in ((0.999, False), (1.001, True)):
+        push = 0.3 * share * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
+        modes = Modes(motion, np.moveaxis(motion, 2, 0) / len(x), np.array([*push, -1.0, 0.0, 0.0, 0.0]))
+        assert (unheld(modes, law) is not None) == slides
+
+
+def written_as_facets(path, turn):
+    """The block of PUNCHED as quadrilaterals of a Gmsh file, turned in space."""
+    mesh = box_mesh(BoxSurface(np.array([-1.0, -1.0, -1.0]), np.array([1.0, 1.0, 0.0])), lambda part: 0.5, 1, 1.4)
+    points, numbers = np.unique(mesh.corners.reshape(-1, 3).round(12), axis=0, return_inverse=True)
+    tags = mesh.part + 1
+    meshio.write(path, meshio.Mesh(
+        points @ turn.T, [("quad", numbers.reshape(-1, 4))], cell_data={"gmsh:physical": [tags], "gmsh:geometrical": [tags]},
+        field_data={name: np.array([k + 1, 2]) for k, name in enumerate(BOX_PARTS)},
+    ), file_format="gmsh22", binary=False)  # fmt: skip
+
+
+def test_a_turned_body_has_a_turned_answer(tmp_path):
+    """A Gmsh surface turned in space, with its loads, gap and obstacle, against the box."""
+    turn = scipy.spatial.transform.Rotation.from_rotvec([0.4, -0.7, 0.3]).as_matrix()
+    written_as_facets(tmp_path / "turned.msh", turn)
+    x, y = (" + ".join(f"({factor:.16g})*{name}" for factor, name in zip(turn[:, k], "xyz", strict=True)) for k in (0, 1))
+    straight = solved(PUNCHED, method__tolerance=1e-10)
+    turned = solved(PUNCHED, method__tolerance=1e-10, **{
+        "body__0__geometry": {"shape": "gmsh", "file": str(tmp_path / "turned.msh")}, "body__0__mesh": {"order": 1},
+        "obstacle__0__displacement": (turn @ [0.0, 0.0, -0.1]).tolist(),
+        "obstacle__0__centre": (turn @ [0.0, 0.0, 0.5]).tolist(),
+        "step__1__obstacle__0__displacement": (turn @ [0.03, 0.01, -0.1]).tolist(),
+        "contact__0__gap": f"(({x})**2 + ({y})**2)/4",
+    })  # fmt: skip
+    assert straight.converged and turned.converged
+    for one, other in zip(straight.steps, turned.steps, strict=True):
+        a, b = one.pairs["top"], other.pairs["top"]
+        place = scipy.spatial.cKDTree(b.x).query(a.x @ turn.T)[1]
+        size = a.pressure.max()
+        assert np.allclose(a.pressure, b.pressure[place], atol=1e-7 * size)
+        assert np.allclose(vectors(a, a.sigma_t) @ turn.T, vectors(b, b.sigma_t)[place], atol=1e-7 * size)
+        assert np.allclose(vectors(a, a.slip) @ turn.T, vectors(b, b.slip)[place], atol=1e-8)
+        for key in ("force", "moment"):
+            assert np.allclose(turn @ getattr(a, key), getattr(b, key), atol=1e-7 * size)
+            assert np.allclose(turn @ getattr(one.obstacles["ball"], key), getattr(other.obstacles["ball"], key), atol=1e-7)
+
+
+def test_an_obstacle_under_its_reactions_stays_where_it_was():
+    """All six motions given, then free under the forces and moments that held them: the same tractions."""
+    given = solved(PUNCHED, obstacle__0__rotation=[0.0, 0.05, 0.02], method__tolerance=1e-10)
+    held = given.steps[0].obstacles["ball"]
+    freed = solved(PUNCHED, method__tolerance=1e-10, step=[], **{
+        "obstacle__0__displacement": "free", "obstacle__0__rotation": "free",
+        "obstacle__0__force": held.force.tolist(), "obstacle__0__moment": held.moment.tolist(),
+    })  # fmt: skip
+    assert freed.converged, freed.reason
+    moved = freed.last.obstacles["ball"]
+    assert moved.displacement == pytest.approx([0.0, 0.0, -0.1], abs=1e-8)
+    assert moved.rotation == pytest.approx([0.0, 0.05, 0.02], abs=1e-8)
+    a, b = given.steps[0].pairs["top"], freed.last.pairs["top"]
+    assert np.allclose(a.pressure, b.pressure, atol=1e-7) and np.allclose(a.sigma_t, b.sigma_t, atol=1e-7)
+
+
+def test_a_stack_files_figures_and_fields(tmp_path):
+    """Faces of other meshes match, action is reaction, and a file of format 2 gives back what was solved."""
+    solution = solved(STACK)
+    assert solution.converged and not solution.info["warnings"] and solution.info["motions"] == {"base": 0, "block": 6}
+    pair = solution.last.pairs["pair"]
+    assert pair.force == pytest.approx([-0.3, -0.2, 2.0], abs=1e-12)
+    base, traction = solution.meshes["base"], solution.last.bodies["base"].traction
+    nodes = base.nodes_of("top")
+    assert base.weight[nodes] @ traction[nodes] == pytest.approx(-pair.force, abs=1e-12)
+    bottom = base.nodes_of("bottom")
+    assert base.weight[bottom] @ traction[bottom] == pytest.approx(pair.force, rel=0.02)
+    write_solution(tmp_path / "stack.h5", solution)
+    with h5py.File(tmp_path / "stack.h5") as file:
+        place, m = file["steps/1/contact/pair"], len(pair.x)
+        shapes = {"x": (m, 3), "tangent": (m, 2, 3), "gap": (m,), **dict.fromkeys(("sigma_t", "slip", "slip_increment"), (m, 2))}
+        assert all(place[key].shape == shape for key, shape in shapes.items())
+        assert place.attrs["force"].shape == place.attrs["moment"].shape == (3,)
+    again = read_result(tmp_path / "stack.h5")
+    assert again.verdict() == solution.verdict() and "body block: 40 elements of order 1, 480 unknowns" in again.verdict()
+    inside = np.array([[1.0, 0.5, 0.5], [0.4, 0.3, 0.7]])
+    assert np.array_equal(again.at(inside, "block"), solution.at(inside, "block"))
+    assert again.stress_at(inside, "block")[:, 2] == pytest.approx([-1.0, -1.0], abs=0.3)
+    with pytest.raises(InputError, match="no body 'blok', did you mean 'block'"):
+        again.at(inside, "blok")
+    figures = {path.stem for path in plot_all(again, tmp_path, "stack")}
+    assert figures == {f"stack-{kind}" for kind in ("surface", "history", "pair-traction", "pair-motion", "pair-states")}
+    files = write_collection(tmp_path / "stack.vtu", again, (3, 3, 3))
+    assert [path.suffix for path in files] == [".vtu"] * 4 + [".pvd"]
+    assert set(meshio.read(files[3]).point_data) == {"displacement", "stress", "von_mises"}
+    assert 0 <= meshio.read(files[2]).cell_data["contact"][0].max() <= 2
+
+
+def test_a_one_body_file_has_the_shorthand_and_goes_on(tmp_path):
+    solution = solved(BLOCK)
+    write_solution(tmp_path / "block.h5", solution)
+    with h5py.File(tmp_path / "block.h5") as file:
+        contact, m = file["contact"], len(solution.last.pairs["bottom"].x)
+        assert contact["u_t"].shape == contact["sigma_t"].shape == (m, 2) and contact["tangent"].shape == (m, 2, 3)
+        u = file["boundary/u"][()][contact["nodes"][()]]
+        assert np.allclose(contact["u_t"], np.einsum("md,mtd->mt", u, contact["tangent"]))
+    later = solved(BLOCK, method__start=f"{tmp_path / 'block.h5'}:1")
+    assert later.converged and len(later.steps) == 2
+    assert np.allclose(later.last.pairs["bottom"].sigma_t, solution.last.pairs["bottom"].sigma_t, atol=1e-5)
+
+
+def test_gaps_are_distances_along_the_direction():
+    """A block above the base, pushed down by more than the distance, along its normal or an oblique direction."""
+    lifted = {"body__1__geometry__lower": [0.0, 0.0, 0.1], "body__1__geometry__upper": [2.0, 1.0, 1.1],
+              "body__1__boundary": [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.11]}]}  # fmt: skip
+    straight = solved(STACK, **lifted)
+    assert straight.converged and straight.info["distance"]["pair"] == pytest.approx(0.1)
+    assert straight.last.pairs["pair"].force[2] > 0.5
+    oblique = solved(STACK, **lifted, contact__0__direction=[0.0, 0.6, -0.8])
+    assert oblique.converged and oblique.info["distance"]["pair"] == pytest.approx(0.125)
+    assert not oblique.info["warnings"]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_random_problems_obey_the_law(seed):
+    """Random boxes, materials, gaps and loads: equilibrium to round-off and Coulomb's law at every node, step by step."""
+    rng = np.random.default_rng(seed)
+    lower = rng.uniform(-1.0, 0.0, 3)
+    upper = lower + rng.uniform(0.7, 1.5, 3)
+    mu, tilt = float(rng.uniform(0.1, 1.0)), rng.uniform(-0.02, 0.02, 2)
+    solution = solved(
+        BLOCK, geometry__lower=lower.tolist(), geometry__upper=upper.tolist(), mesh__order=int(rng.integers(0, 3)),
+        material__poisson_ratio=float(rng.uniform(-0.2, 0.45)), boundary__0__friction_coefficient=mu,
+        boundary__0__gap=f"{tilt[0]}*x + {tilt[1]}*y + 0.01*(x - {upper[0]})**2",
+        step__1__boundary__0__value=[*(0.3 * mu * rng.uniform(-0.5, 0.5, 2)).tolist(), -1.0],
+        step__1__increments=int(rng.integers(1, 3)),
+    )  # fmt: skip
+    assert solution.converged, solution.reason
+    for step in solution.steps:
+        assert step.residuals["balance"] < 1e-12 and not step.residuals["elastic"] > 1e-10
+        assert_law(step.pairs["bottom"], mu)
+
+
+@pytest.mark.parametrize(
+    ("text", "changes", "message"),
+    [
+        (PUNCHED, {"obstacle__0__displacement": [0.0, -0.1]}, "obstacle 'ball': displacement: needs 3 components"),
+        (PUNCHED, {"obstacle__0__rotation": 0.1}, "obstacle 'ball': rotation: needs 3 components here, got 0.1"),
+        (PUNCHED, {"obstacle__0__centre": [0.0, 0.0]}, "centre: needs 3 components"),
+        (PUNCHED, {"obstacle__0__force": "strong"}, r"obstacle\[0\].force: must be a finite number or an array"),
+        (PUNCHED, {"contact__0__direction": [0.0, 1.0]}, r"contact\[0\].direction: the body has 3 dimensions"),
+        (PUNCHED, {"contact__0__gap": "s"}, "unknown name 's'"),
+        (PUNCHED, {"contact__0__friction_coefficient": "z - 1"}, "must be >= 0, is -1 at x = .*, y = .*, z = 0"),
+        (PUNCHED, {"contact__0__normal": "bonded"}, "friction_coefficient: bonded parts do not slip"),
+        (STACK, {"body__0__boundary__0__value": [0.0, 0.0]}, "body 'base': bottom.*: the body has 3 dimensions, got 2"),
+        (STACK, {"body__1__geometry": SQUARE}, "has 2 dimensions"),
+        (STACK, {"body__1__point_force": [{"at": [1.0, 1.0], "force": [0.0, 0.0, 1.0]}]}, "at: the body has 3 dimensions"),
+        (STACK, {"contact__0__primary": "base.tip"}, "no part 'tip', did you mean 'top'"),
+        (BLOCK, {"step__1__boundary__0__value": [0.1, 0.2]}, "the body has 3 dimensions, got 2 components|has 3 components"),
+        (BLOCK, {"mesh__levels": 3}, "mesh.levels: is for plane bodies"),
+    ],
+)  # fmt: skip
+def test_bad_input_is_one_line(text, changes, message):
+    with pytest.raises(InputError, match=message) as caught:
+        solved(text, **changes)
+    assert "\n" not in str(caught.value)
+
+
+def test_meshes_that_do_not_match_are_told(tmp_path):
+    """A Gmsh surface on a box: values are interpolated, the verdict says so, forces still balance to the mesh's error."""
+    written_as_facets(tmp_path / "cube.msh", np.eye(3))
+    solution = solved(STACK, body__0__geometry={"shape": "gmsh", "file": str(tmp_path / "cube.msh")},
+                      body__0__mesh={"order": 1}, body__1__geometry__lower=[-0.7, -0.4, 0.0],
+                      body__1__geometry__upper=[0.7, 0.6, 1.0])  # fmt: skip
+    assert solution.converged and "do not match" in solution.info["warnings"][0] and "warning: " in solution.verdict()
+    base, traction = solution.meshes["base"], solution.last.bodies["base"].traction
+    nodes = base.nodes_of("top")
+    assert base.weight[nodes] @ traction[nodes] == pytest.approx(-solution.last.pairs["pair"].force, rel=0.3, abs=0.1)

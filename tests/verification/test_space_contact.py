@@ -1,0 +1,186 @@
+"""Contact in space against fields that are exact on finite blocks, the plane solver, and what must not change an answer.
+
+Blocks cut out of a half space under sqrt(1 - r²/a²): exact displacement on all sides but the contact face, exact gap there.
+u follows from that of the flat punch density 1/sqrt(t² - r²) by integration over t, with w = z + it, S = sqrt(w² + r²),
+V = 2π Im ln(w + S), F_1 = 2π Im(w ln(w + S) - S), ∂F_1/∂z = V, and for ν = 0
+    2G·2π u = p: (-F_1,x - z V_x, -F_1,y - z V_y, 2V - z V_z),   q e_x: (2V - z F_1,xx, -z F_1,xy, F_1,x - z F_1,xz).
+"""
+
+from __future__ import annotations
+
+import tomllib
+
+import numpy as np
+import pytest
+
+from petcontact import Assembly
+from petcontact.mesh.basis import gauss
+from petcontact.model.base import parse
+from petcontact.model.case import parse_any
+from petcontact.pipeline import assemble
+from petcontact.pipeline.load_steps import prepare_assembly, run_steps, solve_assembly
+
+MU, STICK, HALF = 0.4, 0.6, 1.5
+HELD = {"lower": ("left", "right", "front", "back", "bottom"), "upper": ("left", "right", "front", "back", "top")}
+
+
+def half_space(x, nu, a, p, q):
+    """u (n, 3) at z >= 0 (into the body, E = 1) for pressure p and shear q e_x, each times sqrt(1 - r²/a²); q needs ν = 0."""
+    u = np.zeros_like(x)
+    (along, across, depth), square = x.T, x[:, 0] ** 2 + x[:, 1] ** 2
+    for node, weight in zip(*gauss(39), strict=True):
+        t = 0.5 * a * (1.0 + node)
+        share = 0.5 * weight * t * (1.0 + nu) / np.pi * 0.5
+        w = depth + 1j * t
+        s = np.sqrt(w * w + square)
+        v, v_z = 2.0 * np.pi * np.log(w + s).imag, 2.0 * np.pi * (1.0 / s).imag
+        # F_1,x = x f, F_1,xx = f + x² g, V_x = x h
+        f, g, h = -2.0 * np.pi * (1.0 / (w + s)).imag, 2.0 * np.pi * (1.0 / (s * (w + s) ** 2)).imag, \
+            2.0 * np.pi * (1.0 / (s * (w + s))).imag  # fmt: skip
+        radial = -(1.0 - 2.0 * nu) * f - depth * h
+        u += p * share * np.column_stack([along * radial, across * radial, 2.0 * (1.0 - nu) * v - depth * v_z])
+        u += q * share * np.column_stack([2.0 * v - depth * (f + along**2 * g), -depth * along * across * g,
+                                          along * (f - depth * h)])  # fmt: skip
+    return u
+
+
+def block(name, nu, h, order):
+    lower, upper = ([-HALF, -HALF, -HALF], [HALF, HALF, 0.0]) if name == "lower" else ([-HALF, -HALF, 0.0], [HALF] * 3)
+    face = "top" if name == "lower" else "bottom"
+    return {
+        "name": name, "material": {"young_modulus": 1.0, "poisson_ratio": nu},
+        "geometry": {"shape": "box", "lower": lower, "upper": upper},
+        "mesh": {"element_size": 2.0 * h, "element_sizes": {face: h}, "order": order, "exponent": 1.0},
+        "boundary": [{"part": part, "condition": "displacement", "value": [0.0] * 3} for part in HELD[name]],
+    }  # fmt: skip
+
+
+def solved(data, states):
+    """The problem with displacements states[b](x) (K, n, 3) of body b on all held parts in its load states."""
+    assembly = parse(Assembly, data, "exact blocks in space")
+    discrete = assemble.discretise(assembly)
+    for mesh, loading, exact in zip(discrete.meshes, discrete.loadings, states, strict=True):
+        held = ~loading.traction_known.any(axis=1)
+        loading.value[1:, held] = exact(mesh.x[held])
+    solution = run_steps(prepare_assembly(assembly, discrete=discrete))
+    assert solution.converged, solution.reason
+    return solution
+
+
+def relative(weight, found, exact):
+    return float(np.sqrt(weight @ np.sum((found - exact) ** 2, axis=1) / (weight @ np.sum(exact**2, axis=1))))
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_hertz_on_a_rigid_sphere(order):
+    """p_0 = 1, a = 1, ν = 0.3: pressure, and its resultant 2π/3."""
+    nu = 0.3
+    rise = 0.25 * np.pi * (1.0 - nu**2)
+    data = {"body": [block("lower", nu, 0.5, order)], "obstacle": [{"name": "sphere"}], "contact": [
+        {"name": "top", "secondary": "lower.top", "primary": "sphere", "gap": f"{rise}*(x**2 + y**2 - 2)"}
+    ]}  # fmt: skip
+    flip = np.array([1.0, 1.0, -1.0])
+    pair = solved(data, [lambda x: half_space(x * flip, nu, 1.0, 1.0, 0.0)[None] * flip]).last.pairs["top"]
+    p = np.sqrt(np.maximum(1.0 - pair.x[:, 0] ** 2 - pair.x[:, 1] ** 2, 0.0))
+    assert relative(pair.weight, pair.pressure[:, None], p[:, None]) < 0.02
+    assert pair.force == pytest.approx([0.0, 0.0, -2.0 * np.pi / 3.0], abs=2e-3)
+    assert np.abs(pair.moment).max() < 1e-12
+
+
+def cattaneo(x, sign):
+    """Displacements of both steps, (2, n, 3), on the lower (sign -1) or upper body, zero slip where they stick."""
+    turned = x * [1.0, 1.0, sign]
+    press = half_space(turned, 0.0, 1.0, 1.0, 0.0)
+    shear = half_space(turned, 0.0, 1.0, 0.0, MU) - STICK * half_space(turned, 0.0, STICK, 0.0, MU)
+    shear[:, 0] -= 0.5 * np.pi * MU * (1.0 - STICK**2)
+    return np.array([press, press - sign * shear]) * [1.0, 1.0, sign]
+
+
+def test_cattaneo_and_mindlin_between_two_blocks():
+    """ν = 0: slip is exactly along x, the stick zone a circle. The primary's face takes the panels of the secondary."""
+    data = {
+        "body": [block("lower", 0.0, 0.5, 2), block("upper", 0.0, 0.75, 1)], "step": [{"name": "press"}, {"name": "push"}],
+        "contact": [{"name": "pair", "secondary": "lower.top", "primary": "upper.bottom", "friction_coefficient": MU,
+                     "gap": f"{0.5 * np.pi}*(x**2 + y**2 - 2)"}],
+    }  # fmt: skip
+    solution = solved(data, [lambda x: cattaneo(x, -1.0), lambda x: cattaneo(x, 1.0)])
+    assert not solution.info["warnings"]
+    pair = solution.last.pairs["pair"]
+    r = np.hypot(pair.x[:, 0], pair.x[:, 1])
+    p = np.sqrt(np.maximum(1.0 - r**2, 0.0))
+    q = MU * (p - STICK * np.sqrt(np.maximum(1.0 - (r / STICK) ** 2, 0.0)))
+    assert relative(pair.weight, pair.pressure[:, None], p[:, None]) < 0.025
+    assert relative(pair.weight, pair.sigma_t, np.column_stack([q, 0.0 * q])) < 0.04
+    force = 2.0 * np.pi / 3.0 * np.array([MU * (1.0 - STICK**3), 0.0, -1.0])
+    assert pair.force == pytest.approx(force, abs=1e-2)
+    # action and reaction, force and moment, to round-off
+    other, mesh = solution.last.bodies["upper"], solution.meshes["upper"]
+    nodes = mesh.nodes_of("bottom")
+    loads = mesh.weight[nodes, None] * other.traction[nodes]
+    assert np.allclose(loads.sum(axis=0), -pair.force, atol=1e-13)
+    assert np.allclose(np.cross(mesh.x[nodes], loads).sum(axis=0), -pair.moment, atol=1e-13)
+    # Coulomb's law, and slip against the shear
+    slips = pair.state == 1
+    size = np.linalg.norm(pair.slip_increment[slips], axis=1)[:, None]
+    assert np.allclose(pair.sigma_t[slips], -MU * pair.pressure[slips, None] * pair.slip_increment[slips] / size, atol=1e-6)
+
+
+STRAIN = """
+[material]
+young_modulus = 1.0
+poisson_ratio = 0.3
+[geometry]
+{geometry}
+[mesh]
+element_size = {h}
+order = {order}
+{grading}
+[[boundary]]
+part = "bottom"
+condition = "displacement"
+value = {zero}
+[[boundary]]
+part = "left"
+condition = "traction"
+value = {zero}
+[[boundary]]
+part = "right"
+condition = "traction"
+value = {zero}
+{rollers}
+[[obstacle]]
+name = "parabola"
+displacement = {down}
+[[contact]]
+name = "top"
+secondary = "top"
+primary = "parabola"
+gap = "x**2/4"
+friction_coefficient = 0.4
+[[step]]
+[[step]]
+[[step.obstacle]]
+name = "parabola"
+displacement = {right}
+"""
+
+
+def test_plane_strain_between_rollers_is_that_of_the_plane():
+    """A slice of a long block with rollers on its ends: unilateral contact with Coulomb friction, two load steps."""
+    roller = '[[boundary]]\npart = "{}"\ncondition = "displacement"\nvalue = ["free", 0.0, "free"]\n'
+    flat = STRAIN.format(
+        geometry='shape = "rectangle"\nlower_left = [-2.0, -2.0]\nupper_right = [2.0, 0.0]', h=0.125, order=2, grading="",
+        zero=[0.0, 0.0], rollers="", down=[0.0, -0.15], right=[0.06, -0.15],
+    )  # fmt: skip
+    deep = STRAIN.format(
+        geometry='shape = "box"\nlower = [-2.0, 0.0, -2.0]\nupper = [2.0, 0.5, 0.0]', h=0.5, order=2,
+        grading="exponent = 1.0", zero=[0.0, 0.0, 0.0], rollers=roller.format("front") + roller.format("back"), down=[0.0, 0.0, -0.15],
+        right=[0.06, 0.0, -0.15],
+    )  # fmt: skip
+    plane, space = (solve_assembly(parse_any(tomllib.loads(text), "test", {}, ".")) for text in (flat, deep))
+    assert plane.converged and space.converged
+    for one, other in zip(plane.steps, space.steps, strict=True):
+        pushed, wanted = other.pairs["top"].force / 0.5, one.pairs["top"].force
+        assert pushed[[0, 2]] == pytest.approx(wanted, rel=0.01, abs=0.01 * np.abs(wanted).max())
+        assert abs(pushed[1]) < 1e-10
+        assert other.obstacles["parabola"].moment[1] / 0.5 == pytest.approx(-one.obstacles["parabola"].moment, abs=2e-3)
