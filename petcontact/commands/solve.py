@@ -124,10 +124,10 @@ def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any]
     return with_estimate(solution, comm)
 
 
-def announced(nodes: int, seconds: float) -> None:
+def announced(nodes: int, unknowns: int, seconds: float) -> None:
     """Tell the size of what will take a while."""
     if seconds > SOON:
-        size = f"{nodes} nodes"
+        size = f"{nodes} nodes, {unknowns} unknowns"
         print(f"petcontact: {size}: about {seconds:.0f} s to eliminate", file=sys.stderr, flush=True)
 
 

@@ -73,12 +73,12 @@ def held_by_friction(case: Case) -> bool:
 
 
 def prepare(
-    case: Case, comm: Any = None, cases: int = 1, announce: Callable[[int, float], None] | None = None
+    case: Case, comm: Any = None, cases: int = 1, announce: Callable[[int, int, float], None] | None = None
 ) -> Prepared:
     """Discretise and eliminate; what does not depend on the method's parameters is done once, here.
 
-    `cases` is how many will be run on it: several may share more than one would. `announce` is told the number of nodes and
-    the predicted seconds before they are spent.
+    `cases` is how many will be run on it: several may share more than one would. `announce` is told the numbers of nodes and
+    unknowns, and the predicted seconds before they are spent.
 
     Raises
     ------
@@ -91,7 +91,8 @@ def prepare(
     began = time.perf_counter()
     operators = discretise(case)
     if announce is not None:
-        announce(operators.mesh.n_nodes, predicted_seconds(resolved_bem(case.bem), operators.mesh))
+        seconds = predicted_seconds(resolved_bem(case.bem), operators.mesh)
+        announce(operators.mesh.n_nodes, operators.n_unknowns, seconds)
     return prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began}, cases)
 
 

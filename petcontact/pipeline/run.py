@@ -115,7 +115,7 @@ def solve(
     petsc_options: Mapping[str, Any] | None = None,
     comm: Any = None,
     monitor: Monitor | None = None,
-    announce: Callable[[int, float], None] | None = None,
+    announce: Callable[[int, int, float], None] | None = None,
 ) -> Solution:
     """Solve a case, or a problem with a method; in the plane adaptively where its `[mesh]` leaves the mesh open.
 

@@ -69,9 +69,9 @@ def test_dense_operators_that_do_not_fit_the_machine_are_refused(monkeypatch, co
 def test_what_takes_a_while_is_announced(comm, capsys):
     told = []
     prepare(many_sided(100, element_size=1.0), comm, announce=lambda *words: told.append(words)).close()
-    assert told == [(100, choice.dense_seconds(100))]
+    assert told == [(100, 200, choice.dense_seconds(100))]
     mesh = discretise(many_sided(1000)).mesh
-    announced(mesh.n_nodes, choice.predicted_seconds(Bem(), mesh))
+    announced(mesh.n_nodes, 2 * mesh.n_nodes, choice.predicted_seconds(Bem(), mesh))
     announced(*told[0])
     size = f"{mesh.n_nodes} nodes, {2 * mesh.n_nodes} unknowns"
     assert capsys.readouterr().err == f"petcontact: {size}: about 14 s to eliminate\n"

@@ -25,7 +25,7 @@ HELD = {"lower": ("left", "right", "front", "back", "bottom"), "upper": ("left",
 
 
 def half_space(x, nu, a, p, q):
-    """u (n, 3) at z >= 0 (into the body, E = 1) for pressure p and shear q e_x, each times sqrt(1 - r²/a²); q needs ν = 0."""
+    """u (n, 3) at z >= 0 (into the body, E = 1) for pressure p and shear q e_x times sqrt(1 - r²/a²); q needs ν = 0."""
     u = np.zeros_like(x)
     (along, across, depth), square = x.T, x[:, 0] ** 2 + x[:, 1] ** 2
     for node, weight in zip(*gauss(39), strict=True):
@@ -174,8 +174,8 @@ def test_plane_strain_between_rollers_is_that_of_the_plane():
     )  # fmt: skip
     deep = STRAIN.format(
         geometry='shape = "box"\nlower = [-2.0, 0.0, -2.0]\nupper = [2.0, 0.5, 0.0]', h=0.5, order=2,
-        grading="exponent = 1.0", zero=[0.0, 0.0, 0.0], rollers=roller.format("front") + roller.format("back"), down=[0.0, 0.0, -0.15],
-        right=[0.06, 0.0, -0.15],
+        grading="exponent = 1.0", zero=[0.0, 0.0, 0.0], rollers=roller.format("front") + roller.format("back"),
+        down=[0.0, 0.0, -0.15], right=[0.06, 0.0, -0.15],
     )  # fmt: skip
     plane, space = (solve_assembly(parse_any(tomllib.loads(text), "test", {}, ".")) for text in (flat, deep))
     assert plane.converged and space.converged
