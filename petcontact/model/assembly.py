@@ -8,7 +8,7 @@ import pydantic
 import tomli_w
 
 from .base import Coordinate, Expression, Finite, Model, Options, nearest
-from .load_steps import Loads, Motions, Step, Vector, spread
+from .load_steps import Name, Obstacle, Step, Vector
 from .mesh_options import MeshOptions
 from .problem import Condition, Contact, Displacement, Geometry, Material, Normal, Traction, no_friction_if_bonded
 from .solver_options import Bem, Method
@@ -16,7 +16,6 @@ from .units import Units
 
 ONE_BODY = "body"
 """Name of the body of a file without [[body]]."""
-Name = Annotated[str, pydantic.Field(min_length=1, pattern=r"^[^./]+$")]
 
 
 class PointForce(Model):
@@ -66,56 +65,6 @@ class Body(Model):
     def condition(self, part: str) -> Displacement | Traction | Contact | None:
         """The condition of a part."""
         return next((c for c in self.boundary if c.part == part), None)
-
-
-class Obstacle(Model):
-    """A rigid body without a mesh: it moves by given components, or by those that are "free" under its force and moment.
-
-    One number stands for every component where it is 0 or "free".
-
-    Attributes
-    ----------
-    name : str
-        Of the obstacle.
-    displacement : a number or "free" a component
-        Of the centre [length].
-    rotation : number or "free", in space one about each of x, y, z
-        About the centre, counter-clockwise, small [rad].
-    centre : point
-        What it turns about [length].
-    force : a number a component
-        From outside, where the component is free [force/length, in space force].
-    moment : number, in space one about each of x, y, z
-        From outside about the centre, where the rotation is free [force, in space force · length].
-    """
-
-    name: Name
-    displacement: Motions = 0.0
-    rotation: Motions = 0.0
-    centre: Loads = 0.0
-    force: Loads = 0.0
-    moment: Loads = 0.0
-
-    def motions(self, d: int) -> list[Any]:
-        """Displacement and rotation in d dimensions, component by component, each a number or "free".
-
-        Raises
-        ------
-        InputError
-            If one has another number of components.
-        """
-        return self._each("displacement", d) + self._each("rotation", d * (d - 1) // 2)
-
-    def loads(self, d: int) -> list[float]:
-        """Force and moment, likewise."""
-        return self._each("force", d) + self._each("moment", d * (d - 1) // 2)
-
-    def centre_in(self, d: int) -> list[float]:
-        """The centre, likewise."""
-        return self._each("centre", d)
-
-    def _each(self, key: str, count: int) -> list[Any]:
-        return spread(getattr(self, key), count, f"obstacle {self.name!r}: {key}")
 
 
 class Pair(Model):

@@ -1,4 +1,4 @@
-"""Load steps: what changes, one after the other; every value is reached linearly in its step."""
+"""Load steps: what changes, one after the other, every value reached linearly in its step; and what they move, obstacles."""
 
 from __future__ import annotations
 
@@ -47,6 +47,7 @@ Motions = Annotated[float | Literal["free"] | tuple[float | Literal["free"], ...
 """A number or "free" for every component, or an array of them."""
 Loads = Annotated[float | tuple[float, ...], _components(_number)]
 """A number for every component, or an array of them."""
+Name = Annotated[str, pydantic.Field(min_length=1, pattern=r"^[^./]+$")]
 Vector = pydantic.Field(min_length=2, max_length=3)
 """As many components as the body has dimensions."""
 
@@ -67,6 +68,56 @@ def spread(value: Any, count: int, key: str) -> list[Any]:
     if count > 1 and value not in (0.0, "free"):
         raise InputError(f"{key}: needs {count} components here, got {value!r}")
     return [value] * count
+
+
+class Obstacle(Model):
+    """A rigid body without a mesh: it moves by given components, or by those that are "free" under its force and moment.
+
+    One number stands for every component where it is 0 or "free".
+
+    Attributes
+    ----------
+    name : str
+        Of the obstacle.
+    displacement : a number or "free" a component
+        Of the centre [length].
+    rotation : number or "free", in space one about each of x, y, z
+        About the centre, counter-clockwise, small [rad].
+    centre : point
+        What it turns about [length].
+    force : a number a component
+        From outside, where the component is free [force/length, in space force].
+    moment : number, in space one about each of x, y, z
+        From outside about the centre, where the rotation is free [force, in space force · length].
+    """
+
+    name: Name
+    displacement: Motions = 0.0
+    rotation: Motions = 0.0
+    centre: Loads = 0.0
+    force: Loads = 0.0
+    moment: Loads = 0.0
+
+    def motions(self, d: int) -> list[Any]:
+        """Displacement and rotation in d dimensions, component by component, each a number or "free".
+
+        Raises
+        ------
+        InputError
+            If one has another number of components.
+        """
+        return self._each("displacement", d) + self._each("rotation", d * (d - 1) // 2)
+
+    def loads(self, d: int) -> list[float]:
+        """Force and moment, likewise."""
+        return self._each("force", d) + self._each("moment", d * (d - 1) // 2)
+
+    def centre_in(self, d: int) -> list[float]:
+        """The centre, likewise."""
+        return self._each("centre", d)
+
+    def _each(self, key: str, count: int) -> list[Any]:
+        return spread(getattr(self, key), count, f"obstacle {self.name!r}: {key}")
 
 
 class BoundaryChange(Model):
