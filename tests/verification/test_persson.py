@@ -30,7 +30,7 @@ def pin(angle, **mesh):
              "geometry": {"shape": "outline", "exterior": True, "loops": [{"part": "hole", **circle}]}},
         ],
         "contact": [{"name": "fit", "secondary": "pin.rim", "primary": "plate.hole",
-                     "gap": f"{play!r}*(1 + sin(atan2(y, x)))"}],
+                     "gap": f"{float(play)!r}*(1 + sin(atan2(y, x)))"}],
     }  # fmt: skip
     return parse(Assembly, data, "pin")
 

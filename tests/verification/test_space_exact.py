@@ -149,7 +149,7 @@ def test_linear_fields_in_random_boxes(seed: int) -> None:
              "geometry": {"shape": "box", "lower": low.tolist(), "upper": (low + extent).tolist()},
              "mesh": {"element_size": float(extent.max()) / 2.0, "order": order, "exponent": 1.5}}  # fmt: skip
     held = ["top", *rng.permutation(["left", "right", "front", "back"])[: int(rng.integers(3))]]
-    moved = [" + ".join(f"({gradient[i, j]!r})*{name}" for j, name in enumerate("xyz")) for i in range(3)]
+    moved = [" + ".join(f"({float(gradient[i, j])!r})*{name}" for j, name in enumerate("xyz")) for i in range(3)]
     boundary: list[dict[str, object]] = [
         {"part": "bottom", "condition": "contact", "friction_bound": 1e3 * float(np.abs(stress).max()) if sticks else 0.0}
     ]
