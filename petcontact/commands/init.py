@@ -12,6 +12,7 @@ KINDS = {
     "outline": "straight sides, arcs and a hole",
     "gmsh": "a body from a Gmsh mesh",
     "bodies": "two bodies, Coulomb friction, load steps",
+    "space": "a block in three dimensions",
     "sweep": "many cases of a block",
 }
 

@@ -53,10 +53,11 @@ def _step(increments: list[StepResult]) -> list[str]:
     lines = [f"{head}{reached}: {', '.join(counts)}"]
     for name, pair in last.pairs.items():
         lines += _pair(name, pair, sum(step.pairs[name].dissipated for step in increments))
+    reach = max(map(_reach, last.pairs.values()), default=0.0)
     for name, obstacle in last.obstacles.items():
         lines += wrapped(f"    {printable(name)}: ", [
             f"moved {_shown(obstacle.displacement)}", f"turned {_shown(obstacle.rotation)}",
-            f"held by {_shown(_clean(obstacle.force))}", f"moment {_shown(_clean(obstacle.moment))}",
+            f"held by {_shown(_clean(obstacle.force))}", f"moment {_shown(_clean(obstacle.moment, reach))}",
         ])  # fmt: skip
     return lines
 
@@ -66,7 +67,7 @@ def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
     closed = pair.state != 2
     p, total = pair.pressure, float(pair.weight.sum())
     items = [
-        f"force {_shown(_clean(pair.force))}", f"moment {_shown(_clean(pair.moment))}",
+        f"force {_shown(_clean(pair.force))}", f"moment {_shown(_clean(pair.moment, _reach(pair)))}",
         f"closed {pair.area:.6g} of {total:.6g}", f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
         f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {float(lengths(pair.slip[closed]).max(initial=0.0)):.4g}",
         f"dissipated {dissipated:.6g}",
@@ -88,6 +89,11 @@ def _shown(value: Axial) -> str:
     return text if np.ndim(value) == 0 else f"({text})"
 
 
-def _clean(force: Axial) -> Array:
-    """Round-off of a component that vanishes is not shown."""
-    return np.asarray(np.where(np.abs(force) < 1e-12 * np.abs(force).max(initial=0.0), 0.0, force))
+def _clean(force: Axial, size: float = 0.0) -> Array:
+    """Round-off of a component that vanishes, next to the others or a size, is not shown."""
+    return np.asarray(np.where(np.abs(force) < 1e-12 * max(size, np.abs(force).max(initial=0.0)), 0.0, force))
+
+
+def _reach(pair: PairResult) -> float:
+    """The moment that the forces of an interface have where they lie farthest out."""
+    return float(pair.weight @ np.abs(pair.pressure)) * float(np.abs(pair.x).max(initial=0.0))

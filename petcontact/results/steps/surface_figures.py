@@ -62,7 +62,8 @@ def draw_states_by_step(figure: Any, solution: AssemblySolution, name: str) -> N
                 axes.plot(*x[chosen].T, ls="", marker=marker, color=colour, mec="black", mew=0.2, ms=3.0, label=word)
         axes.set(xlabel=names[0], ylabel=names[1], aspect="equal", title=plain(step.name))
         axes.title.set_fontsize("small")
-        axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="x-small")
+    found = {word: handle for axes in every for handle, word in zip(*axes.get_legend_handles_labels(), strict=True)}
+    every[-1].legend(found.values(), found.keys(), loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="x-small")
     figure.suptitle(_title(solution, name), fontsize="medium")
 
 
