@@ -19,8 +19,8 @@ from ..arrays import Array, Index, Mask
 from ..bem.operators import BoundaryOperators
 from .layer.operator import fitted
 
-LARGEST = 3000
-"""Contact nodes up to which there is a T: it is dense."""
+LARGEST = 1000
+"""Contact nodes up to which there is a T: it is dense, and beyond its factorisations cost more than they save."""
 RECTANGLE = 1e-6
 """Relative difference between a part's area and its bounding box that is round-off."""
 

@@ -21,7 +21,7 @@ LARGEST = 12_000
 """Nodes up to which a compression that went wrong is replaced by dense operators (4.6 GB)."""
 # Seconds of processor time on one core, measured with boxes, graded boxes and plates with ten holes of 1000 to 3600 nodes.
 ENTRY, FLOP = 1.4e-7, 1.4e-10
-"""A dense system of n nodes takes ENTRY n² + FLOP n³."""
+"""A dense system of n unknowns over two takes ENTRY n² + FLOP n³, in space as in the plane."""
 EVEN, UNEVEN = 1.5e-4, 1e-3
 """A compressed one takes so much a node: of elements of about one length on few curves; graded, or of many holes."""
 SURFACE = 7e-4
@@ -30,9 +30,10 @@ RATIO, CURVES = 30.0, 3
 """Largest ratio of node weights, and number of curves, that count as even."""
 
 
-def dense_seconds(n_nodes: int) -> float:
+def dense_seconds(n_nodes: int, dim: int = 2) -> float:
     """Predicted time to assemble and factorise dense operators."""
-    return ENTRY * n_nodes**2 + FLOP * float(n_nodes) ** 3
+    size = 0.5 * dim * n_nodes
+    return ENTRY * size**2 + FLOP * size**3
 
 
 def compressed_seconds(mesh: BoundaryMesh) -> float:
@@ -48,7 +49,7 @@ def compressed_seconds(mesh: BoundaryMesh) -> float:
 def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
     """Processor time of assembly and factorisation, to tell before it is spent."""
     if not is_compressed(bem, mesh):
-        return dense_seconds(mesh.n_nodes)
+        return dense_seconds(mesh.n_nodes, mesh.dim)
     return compressed_seconds(mesh) if isinstance(mesh, CurveMesh) else SURFACE * mesh.n_nodes
 
 
