@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ..arrays import Array
 from ..linalg.row_layout import node_ranges
 from ..runtime.petsc import petsc
 from .operators import BLOCK, BoundaryOperators
@@ -29,8 +30,9 @@ def assemble_dense(operators: BoundaryOperators, comm: Any) -> DenseBlocks:
     first, last = node_ranges(n, size)[rank]
     contact_first, contact_last = node_ranges(m, size, k)[rank]
     rows = (d * (last - first), d * n)
+    # every entry of A_0 is written: no need for PETSc's zeros
     blocks = DenseBlocks(
-        module.Mat().createDense((rows, rows), comm=comm),
+        module.Mat().createDense((rows, rows), array=np.empty(rows, order="F"), comm=comm),
         module.Mat().createDense((rows, (contact_last - contact_first, m * k)), comm=comm),
         module.Vec().createMPI(rows, comm=comm),
     )
@@ -40,12 +42,17 @@ def assemble_dense(operators: BoundaryOperators, comm: Any) -> DenseBlocks:
     system = blocks.system.getDenseArray().T.reshape(n, d, last - first, d)
     contact = blocks.contact.getDenseArray().T.reshape(m * k, last - first, d)
     load = np.zeros((last - first, d))
+    whole: dict[str, Array] = {}
+    if (compiled := operators.filler(columns)) is not None:
+        compiled.fill(np.arange(first, last), np.arange(n), system, contact)
+    else:
+        whole = {"system": system, "right_hand_sides": contact}
     column_blocks = operators.blocks(columns)
     for a in range(first, last, BLOCK[0]):
         nodes = np.arange(a, min(a + BLOCK[0], last))
         local = slice(a - first, a - first + len(nodes))
         for block in column_blocks:
-            operators.fill(nodes, block, system=system[:, :, local], right_hand_sides=contact[:, local], load=load[local])
+            operators.fill(nodes, block, load=load[local], **{name: array[..., local, :] for name, array in whole.items()})
     blocks.load.setArray(load.ravel())
     for matrix in (blocks.system, blocks.contact, blocks.load):
         matrix.assemble()

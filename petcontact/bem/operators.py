@@ -91,7 +91,10 @@ class BoundaryOperators:
 
     @functools.cached_property
     def _filler(self) -> ColumnFiller | None:
-        rhs = self.right_hand_sides
+        return self.filler(self.right_hand_sides)
+
+    def filler(self, rhs: RightHandSides) -> ColumnFiller | None:
+        """Compiled code for A_0 beside some right-hand sides; None where `fill` has to do."""
         data = ColumnData(
             self.data.traction_known, self.data.frame, np.append(rhs.first, len(rhs.node)), rhs.traction, rhs.displacement
         )

@@ -12,6 +12,7 @@ from ..bem.operators import BoundaryOperators
 from ..linalg.ksp import LinearSolver
 from ..runtime.petsc import petsc, stage
 from .base import EliminatedSystem
+from .elimination import eliminate
 
 
 class CondensedSystem(EliminatedSystem):
@@ -22,17 +23,9 @@ class CondensedSystem(EliminatedSystem):
         with stage("assemble"):
             blocks = assemble_dense(operators, comm)
         with stage("factor"):
-            elastic = LinearSolver(comm, "elastic_", "factor", in_place=True)
-            elastic.set_operator(blocks.system)
-            self._influence = elastic.solve_many(blocks.contact)
-            self._at_rest = blocks.load.duplicate()
-            elastic.solve(blocks.load, self._at_rest)
-            elastic.close()
-            for block in (blocks.system, blocks.contact, blocks.load):
-                block.destroy()
-        local = self.contact.contact_rows(self._influence.getDenseArray()) / self._scale
-        at_rest = self.contact.contact_rows(self._at_rest.getArray(readonly=True))
-        self.u_0 = self.contact.everywhere(at_rest).reshape(self.contact.shape) + operators.data.sliding
+            self._elimination = eliminate(blocks, self.contact)
+        self.u_0 = self.contact.everywhere(self._elimination.at_rest).reshape(self.contact.shape) + operators.data.sliding
+        local = self._elimination.influence / self._scale
         layout = self.contact.layout
         self._compliance = petsc().Mat().createDense((layout, layout), array=np.asfortranarray(local), comm=comm)
         self._compliance.assemble()
@@ -67,13 +60,7 @@ class CondensedSystem(EliminatedSystem):
 
     def boundary(self, sigma_t: Array) -> tuple[Array, Array]:
         """Unknowns at rest plus the influence of σ_t."""
-        x = self.contact.vector(sigma_t / self._scale)
-        unknowns = self._at_rest.duplicate()
-        self._influence.multAdd(x, self._at_rest, unknowns)
-        result = self._everywhere(unknowns, sigma_t)
-        x.destroy()
-        unknowns.destroy()
-        return result
+        return self.operators.split(self._elimination.unknowns(sigma_t / self._scale), sigma_t)
 
     def describe(self) -> str:
         """Formulation and solver."""
@@ -82,7 +69,8 @@ class CondensedSystem(EliminatedSystem):
     def close(self) -> None:
         """Free every PETSc object."""
         self._solver.close()
-        for item in (self._influence, self._at_rest, self._compliance, self._robin_matrix):
+        self._elimination.close()
+        for item in (self._compliance, self._robin_matrix):
             if item is not None:
                 item.destroy()
 
@@ -91,8 +79,7 @@ class CondensedSystem(EliminatedSystem):
             return
         if self._robin_matrix is None:
             self._robin_matrix = self._compliance.duplicate(copy=False)
-        self._compliance.copy(self._robin_matrix)
-        self._robin_matrix.scale(rho)
+        np.multiply(self._compliance.getDenseArray(), rho, out=self._robin_matrix.getDenseArray())
         self._robin_matrix.shift(1.0)
         self._solver.set_operator(self._robin_matrix)
         self._rho = rho

@@ -1,0 +1,55 @@
+"""Elimination to u_t on Γ_C: LAPACK's, with these unknowns last, is what a KSP makes of all unknowns."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from conftest import example
+
+from petcontact import MeshOptions, SolverError
+from petcontact.bem.dense_assembly import assemble_dense
+from petcontact.compliance.contact_vectors import ContactVectors
+from petcontact.compliance.elimination import KSPElimination, LapackElimination, eliminate
+from petcontact.pipeline.prepare import discretise
+from petcontact.runtime.petsc import options, petsc
+
+
+@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.5), MeshOptions(element_size=0.8, order=2)])
+@pytest.mark.parametrize("place", ["first", "last", "anywhere"])
+def test_both_ways_agree_wherever_the_unknowns_stand(mesh, place):
+    comm = petsc().COMM_SELF
+    operators = discretise(example(2, mesh=mesh))
+    contact = ContactVectors(operators, comm)
+    n, m = operators.n_unknowns, contact.size
+    kept = {"first": np.arange(m), "last": np.arange(n - m, n), "anywhere": operators.data.contact_unknowns}[place]
+    by_ksp = KSPElimination(assemble_dense(operators, comm), contact)
+    by_lapack = LapackElimination(assemble_dense(operators, comm), kept)
+    sigma = np.random.default_rng(1).standard_normal(contact.shape)
+    every = by_ksp.unknowns(sigma)
+    close = {"rtol": 0.0, "atol": 1e-12 * np.abs(every).max()}
+    np.testing.assert_allclose(by_lapack.unknowns(sigma), every, **close)
+    np.testing.assert_allclose(by_lapack.at_rest + by_lapack.influence @ sigma.ravel(), every[kept], **close)
+    by_ksp.close()
+    by_lapack.close()
+
+
+def test_options_of_the_ksp_are_heard():
+    comm = petsc().COMM_SELF
+    operators = discretise(example(1, mesh=MeshOptions(element_size=1.0)))
+    for given, kind in (({}, LapackElimination), ({"elastic_pc_type": "lu"}, KSPElimination)):
+        with options(given):
+            found = eliminate(assemble_dense(operators, comm), ContactVectors(operators, comm))
+        assert type(found) is kind
+        found.close()
+
+
+@pytest.mark.parametrize(("entry", "message"), [(0.0, "zero pivot in LU.*is the body fixed"), (np.nan, "not finite")])
+def test_a_matrix_without_a_solution_is_refused(entry, message):
+    comm = petsc().COMM_SELF
+    operators = discretise(example(1, mesh=MeshOptions(element_size=1.0)))
+    blocks = assemble_dense(operators, comm)
+    blocks.system.getDenseArray()[:, 3] = entry
+    with pytest.raises(SolverError, match=message):
+        eliminate(blocks, SimpleNamespace(comm=comm, local_unknowns=operators.data.contact_unknowns))
