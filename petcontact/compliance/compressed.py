@@ -18,6 +18,7 @@ from ..errors import SolverError
 from ..linalg.ksp import LinearSolver
 from ..mesh.curve_mesh import as_curve
 from ..model.solver_options import Bem
+from ..runtime.malloc import give_back
 from ..runtime.petsc import petsc, stage
 from ..runtime.threads import one_blas_thread, threads_per_rank
 from .base import EliminatedSystem
@@ -31,6 +32,8 @@ ROBIN_RTOL = 1e-4
 1e-12, in as many steps, at a third of the price."""
 SPANNED = 1e-12
 """Part of a solution that may lie outside of the vectors whose products with S are known."""
+SCARCE = 200_000
+"""Nodes from which memory is worth the page faults of asking for it again."""
 THREADED = 20_000
 """Nodes from which a second thread pays: below, the threads mostly wait for Python's lock."""
 
@@ -68,7 +71,12 @@ class CompressedOperators:
                 self.loads = self._outer @ operators.amplitudes[first:last]
             with stage("factor"):
                 self._factor = factor(self._system, use_up=True)
+                self._spare()
         self.here = slice(operators.kernel.dim * own[0], operators.kernel.dim * own[1])
+
+    def _spare(self) -> None:
+        if self.operators.mesh.n_nodes >= SCARCE:
+            give_back()
 
     def push(self, sigma: Array) -> Array:
         """G_Ct σ on this rank's nodes for σ (m k,) or several (m k, s)."""
@@ -127,6 +135,7 @@ class CompressedOperators:
             threads=threads, comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
             serve=(all_entries, [pairs, single]),
         )  # fmt: skip
+        self._spare()
         outer = system.beside(operators.outer_entries, single)
         for matrix, entries in ((system, system_entries), (outer, operators.outer_entries)):
             missed = matrix.error_estimate(entries, np.random.default_rng(2019))

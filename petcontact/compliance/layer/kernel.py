@@ -148,19 +148,22 @@ def _reflection(operators: BoundaryOperators, points: Array, corner: Array, dire
 def body_thickness(mesh: CurveMesh, nodes: Index) -> float:
     """Distance through the body along the inward normals of some nodes, the median of a few rays [length]."""
     chosen = nodes[np.unique(np.linspace(0, len(nodes) - 1, RAYS).astype(int))]
-    direction = mesh.end - mesh.start
-    ray = -mesh.normal[chosen][:, None]
-    offset = mesh.start - mesh.x[chosen][:, None]
-    with np.errstate(divide="ignore", invalid="ignore"):
-        determinant = _cross(ray, direction)
-        along, where = _cross(offset, direction) / determinant, _cross(offset, ray) / determinant
-    own = mesh.element[chosen]
-    hit = (along > 1e-6 * mesh.length[own][:, None]) & (where >= 0.0) & (where <= 1.0)
-    hit[np.arange(len(chosen)), own] = False
-    found = np.where(hit, along, np.inf).min(axis=1)
+    found = np.array([_thickness_at(mesh, int(node)) for node in chosen])
     found = found[np.isfinite(found)]
     extent = float(np.ptp(mesh.x, axis=0).max())
     return float(np.median(found)) if len(found) else extent
+
+
+def _thickness_at(mesh: CurveMesh, node: int) -> float:
+    """Distance along the inward normal of a node to the next element, infinite where there is none."""
+    direction, offset, ray = mesh.end - mesh.start, mesh.start - mesh.x[node], -mesh.normal[node]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        determinant = _cross(ray, direction)
+        along, where = _cross(offset, direction) / determinant, _cross(offset, ray) / determinant
+    own = mesh.element[node]
+    hit = (along > 1e-6 * mesh.length[own]) & (where >= 0.0) & (where <= 1.0)
+    hit[own] = False
+    return float(along[hit].min(initial=np.inf))
 
 
 def _cross(a: Array, b: Array) -> Array:
