@@ -7,12 +7,16 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..bem.dense_assembly import assemble_dense
+from ..bem.dense_assembly import DenseBlocks, assemble_dense
 from ..bem.operators import BoundaryOperators
+from ..linalg.elimination import Elimination
 from ..linalg.ksp import LinearSolver
 from ..runtime.petsc import petsc, stage
 from .base import EliminatedSystem
-from .elimination import eliminate
+from .contact_vectors import ContactVectors
+
+PREFIX = "elastic_"
+"""Of the options of the elimination's KSP."""
 
 
 class CondensedSystem(EliminatedSystem):
@@ -23,7 +27,7 @@ class CondensedSystem(EliminatedSystem):
         with stage("assemble"):
             blocks = assemble_dense(operators, comm)
         with stage("factor"):
-            self._elimination = eliminate(blocks, self.contact)
+            self._elimination = (ByKSP if comm.getSize() > 1 or _wants_ksp() else ByLapack)(blocks, self.contact)
         self.u_0 = self.contact.everywhere(self._elimination.at_rest).reshape(self.contact.shape) + operators.data.sliding
         local = self._elimination.influence / self._scale
         layout = self.contact.layout
@@ -83,3 +87,66 @@ class CondensedSystem(EliminatedSystem):
         self._robin_matrix.shift(1.0)
         self._solver.set_operator(self._robin_matrix)
         self._rho = rho
+
+
+class ByLapack:
+    """A_0 x = load + G_Ct σ eliminated on one rank.
+
+    Attributes
+    ----------
+    influence : (r, m k) array
+        Rows of u_t of A_0⁻¹ G_Ct, this rank's of the even layout of contact vectors.
+    at_rest : (r,) array
+        The same of A_0⁻¹ load.
+    """
+
+    def __init__(self, blocks: DenseBlocks, contact: ContactVectors) -> None:
+        self._blocks = blocks
+        arrays = blocks.system.getDenseArray(), blocks.contact.getDenseArray(), blocks.load.getArray()
+        self._elimination = Elimination(*arrays, contact.local_unknowns)
+        self.influence, self.at_rest = self._elimination.influence, self._elimination.at_rest
+
+    def unknowns(self, sigma: Array) -> Array:
+        """All of x, on every rank, for tractions (m, k) over `traction_scale`."""
+        return self._elimination.unknowns(sigma.ravel())
+
+    def close(self) -> None:
+        """Free every PETSc object."""
+        for block in (self._blocks.system, self._blocks.contact, self._blocks.load):
+            block.destroy()
+
+
+class ByKSP:
+    """The same by the KSP of prefix `elastic_` and all columns of A_0⁻¹ G_Ct, over any number of ranks."""
+
+    def __init__(self, blocks: DenseBlocks, contact: ContactVectors) -> None:
+        self._contact = contact
+        solver = LinearSolver(contact.comm, PREFIX, "factor", in_place=True)
+        solver.set_operator(blocks.system)
+        self._columns = solver.solve_many(blocks.contact)
+        self._rest = blocks.load.duplicate()
+        solver.solve(blocks.load, self._rest)
+        solver.close()
+        for block in (blocks.system, blocks.contact, blocks.load):
+            block.destroy()
+        self.influence = contact.contact_rows(self._columns.getDenseArray())
+        self.at_rest = contact.contact_rows(self._rest.getArray(readonly=True))
+
+    def unknowns(self, sigma: Array) -> Array:
+        """As of `ByLapack`."""
+        x, result = self._contact.vector(sigma), self._rest.duplicate()
+        self._columns.multAdd(x, self._rest, result)
+        whole = self._contact.everywhere(result.getArray(readonly=True))
+        x.destroy()
+        result.destroy()
+        return whole
+
+    def close(self) -> None:
+        """Free every PETSc object."""
+        self._columns.destroy()
+        self._rest.destroy()
+
+
+def _wants_ksp() -> bool:
+    """Whether options speak of the KSP, -help among them, which lists what there is."""
+    return any(name == "help" or name.startswith(PREFIX) for name in petsc().Options().getAll())

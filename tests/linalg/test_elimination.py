@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from conftest import example
 
 from petcontact import MeshOptions, SolverError
 from petcontact.bem.dense_assembly import assemble_dense
+from petcontact.compliance.condensed import ByKSP, ByLapack, CondensedSystem
 from petcontact.compliance.contact_vectors import ContactVectors
-from petcontact.compliance.elimination import KSPElimination, LapackElimination, eliminate
+from petcontact.linalg.elimination import Elimination
 from petcontact.pipeline.prepare import discretise
 from petcontact.runtime.petsc import options, petsc
 
@@ -24,25 +23,24 @@ def test_both_ways_agree_wherever_the_unknowns_stand(mesh, place):
     contact = ContactVectors(operators, comm)
     n, m = operators.n_unknowns, contact.size
     kept = {"first": np.arange(m), "last": np.arange(n - m, n), "anywhere": operators.data.contact_unknowns}[place]
-    by_ksp = KSPElimination(assemble_dense(operators, comm), contact)
-    by_lapack = LapackElimination(assemble_dense(operators, comm), kept)
+    by_ksp, blocks = ByKSP(assemble_dense(operators, comm), contact), assemble_dense(operators, comm)
+    by_lapack = Elimination(blocks.system.getDenseArray(), blocks.contact.getDenseArray(), blocks.load.getArray(), kept)
     sigma = np.random.default_rng(1).standard_normal(contact.shape)
     every = by_ksp.unknowns(sigma)
     close = {"rtol": 0.0, "atol": 1e-12 * np.abs(every).max()}
-    np.testing.assert_allclose(by_lapack.unknowns(sigma), every, **close)
+    np.testing.assert_allclose(by_lapack.unknowns(sigma.ravel()), every, **close)
     np.testing.assert_allclose(by_lapack.at_rest + by_lapack.influence @ sigma.ravel(), every[kept], **close)
     by_ksp.close()
-    by_lapack.close()
 
 
 def test_options_of_the_ksp_are_heard():
     comm = petsc().COMM_SELF
     operators = discretise(example(1, mesh=MeshOptions(element_size=1.0)))
-    for given, kind in (({}, LapackElimination), ({"elastic_pc_type": "lu"}, KSPElimination)):
+    for given, kind in (({}, ByLapack), ({"elastic_pc_type": "lu"}, ByKSP)):
         with options(given):
-            found = eliminate(assemble_dense(operators, comm), ContactVectors(operators, comm))
-        assert type(found) is kind
-        found.close()
+            system = CondensedSystem(operators, comm)
+        assert type(system._elimination) is kind
+        system.close()
 
 
 @pytest.mark.parametrize(("entry", "message"), [(0.0, "zero pivot in LU.*is the body fixed"), (np.nan, "not finite")])
@@ -52,4 +50,4 @@ def test_a_matrix_without_a_solution_is_refused(entry, message):
     blocks = assemble_dense(operators, comm)
     blocks.system.getDenseArray()[:, 3] = entry
     with pytest.raises(SolverError, match=message):
-        eliminate(blocks, SimpleNamespace(comm=comm, local_unknowns=operators.data.contact_unknowns))
+        ByLapack(blocks, ContactVectors(operators, comm))

@@ -1,0 +1,71 @@
+"""Dense elimination by LAPACK of all unknowns but a few."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from ..arrays import Array, Index
+from ..errors import SolverError
+
+
+class Elimination:
+    """x = A⁻¹ (b + B y): LU with some unknowns last, known after forward substitution and a small solve, at half the
+    price of all; the others follow from one back substitution for each y that asks for them.
+
+    Parameters
+    ----------
+    system : (n, n) array
+        A by columns (Fortran's order), overwritten.
+    columns : (n, m) array
+        B, likewise.
+    load : (n,) array
+        b.
+    kept : (k,) int array
+        Numbers of the unknowns that go last.
+
+    Attributes
+    ----------
+    influence : (k, m) array
+        Their rows of A⁻¹ B.
+    at_rest : (k,) array
+        The same of A⁻¹ b.
+
+    Raises
+    ------
+    SolverError
+        If A is singular, or the solution not finite.
+    """
+
+    def __init__(self, system: Array, columns: Array, load: Array, kept: Index) -> None:
+        n = len(system)
+        inner = n - len(kept)
+        last = np.arange(inner, n)
+        out, into = np.setdiff1d(kept, last), np.setdiff1d(last, kept)
+        by_column = system.T  # one after another in memory
+        by_column[into], by_column[out] = by_column[out], by_column[into]
+        self._order = np.arange(n)
+        self._order[into], self._order[out] = out, into
+        place = np.argsort(self._order)[kept] - inner
+        self._lu, swaps, info = scipy.linalg.lapack.dgetrf(system, overwrite_a=True)
+        if info > 0:
+            raise SolverError("factor", f"zero pivot in LU (row {info})", "the matrix is singular: is the body fixed?")
+        self._forward = self._half_solved(columns, swaps)
+        self._load = self._half_solved(load[:, None].copy(), swaps)[:, 0]
+        corner = np.asfortranarray(self._lu[inner:, inner:])
+        both = np.column_stack([self._forward[inner:], self._load[inner:]])
+        answer = scipy.linalg.blas.dtrsm(1.0, corner, both)[place]
+        if not np.isfinite(answer).all():
+            raise SolverError("factor", "the solution is not finite", "look at the data and the mesh")
+        self.influence, self.at_rest = answer[:, :-1], answer[:, -1]
+
+    def _half_solved(self, rhs: Array, swaps: Index) -> Array:
+        """L⁻¹ P rhs, in its place."""
+        swapped = scipy.linalg.lapack.dlaswp(rhs, swaps, overwrite_a=True)
+        return np.asarray(scipy.linalg.blas.dtrsm(1.0, self._lu, swapped, lower=1, diag=1, overwrite_b=1))
+
+    def unknowns(self, y: Array) -> Array:
+        """x (n,) for y (m,)."""
+        result = np.empty(len(self._order))
+        result[self._order] = scipy.linalg.blas.dtrsv(self._lu, self._load + self._forward @ y)
+        return result
