@@ -13,12 +13,14 @@ sys.path.insert(0, str(Path(__file__).parent))
 import launch
 
 pytestmark = pytest.mark.mpi
-CONFIG = Path(__file__).parents[2] / "configs" / "stack.toml"
+CONFIGS = Path(__file__).parents[2] / "configs"
+COARSE = ("--set", "body.1.mesh={element_size = 0.5, order = 1}")
 
 
-def test_ranks_agree_on_bodies_and_steps(tmp_path):
+@pytest.mark.parametrize(("name", "more"), [("stack", ()), ("space_stack", COARSE)], ids=["plane", "space"])
+def test_ranks_agree_on_bodies_and_steps(name, more, tmp_path):
     for ranks in (1, 2):
-        words = ("solve", str(CONFIG), "-o", str(tmp_path / f"{ranks}.h5"), "--no-figures")
+        words = ("solve", str(CONFIGS / f"{name}.toml"), "-o", str(tmp_path / f"{ranks}.h5"), "--no-figures", *more)
         done = launch.run(ranks, "-m", "petcontact", *words)
         assert done.returncode == 0 and done.stderr == "", done.stderr
     with h5py.File(tmp_path / "1.h5") as one, h5py.File(tmp_path / "2.h5") as two:

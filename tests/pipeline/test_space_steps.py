@@ -304,7 +304,10 @@ def test_gaps_are_distances_along_the_direction():
     assert not oblique.info["warnings"]
 
 
-@pytest.mark.parametrize("seed", range(4))
+SLOW = [pytest.param(seed, marks=pytest.mark.slow) for seed in range(2, 12)]
+
+
+@pytest.mark.parametrize("seed", [0, 1, *SLOW])
 def test_random_problems_obey_the_law(seed):
     """Random boxes, materials, gaps and loads: equilibrium to round-off and Coulomb's law at every node, step by step."""
     rng = np.random.default_rng(seed)
@@ -312,7 +315,8 @@ def test_random_problems_obey_the_law(seed):
     upper = lower + rng.uniform(0.7, 1.5, 3)
     mu, tilt = float(rng.uniform(0.1, 1.0)), rng.uniform(-0.02, 0.02, 2)
     solution = solved(
-        BLOCK, geometry__lower=lower.tolist(), geometry__upper=upper.tolist(), mesh__order=int(rng.integers(0, 3)),
+        BLOCK, geometry__lower=lower.tolist(), geometry__upper=upper.tolist(),
+        mesh__order=int(rng.integers(1, 3)),  # one row of constant panels tips
         material__poisson_ratio=float(rng.uniform(-0.2, 0.45)), boundary__0__friction_coefficient=mu,
         boundary__0__gap=f"{tilt[0]}*x + {tilt[1]}*y + 0.01*(x - {upper[0]})**2",
         step__1__boundary__0__value=[*(0.3 * mu * rng.uniform(-0.5, 0.5, 2)).tolist(), -1.0],

@@ -71,7 +71,7 @@ def relative(weight, found, exact):
     return float(np.sqrt(weight @ np.sum((found - exact) ** 2, axis=1) / (weight @ np.sum(exact**2, axis=1))))
 
 
-@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("order", [1, pytest.param(2, marks=pytest.mark.slow)])
 def test_hertz_on_a_rigid_sphere(order):
     """p_0 = 1, a = 1, ν = 0.3: pressure, and its resultant 2π/3."""
     nu = 0.3
