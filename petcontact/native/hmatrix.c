@@ -209,8 +209,9 @@ INLINE int64_t crosses(const Operator *a, const Block *b, const Work *w)
     }
 }
 
-/* Eigenvalues (on the diagonal) and eigenvectors (rows of y) of a symmetric matrix with rows of `stride`, by Jacobi. */
-INLINE void eigenvectors(int64_t k, int64_t stride, double *s, double *y)
+/* Eigenvalues (on the diagonal) and eigenvectors (rows of y) of a symmetric matrix with rows of `stride`, by Jacobi, up to
+   entries that are `small` beside the whole: those between eigenvalues that are both as small stay as they are. */
+INLINE void eigenvectors(int64_t k, int64_t stride, double small, double *s, double *y)
 {
     for (int64_t i = 0; i < k; i++) {
         memset(y + i * stride, 0, k * sizeof(double));
@@ -223,12 +224,13 @@ INLINE void eigenvectors(int64_t k, int64_t stride, double *s, double *y)
             for (int64_t j = i + 1; j < k; j++)
                 off += s[i * stride + j] * s[i * stride + j];
         }
-        if (off <= 1e-32 * on)
+        const double limit = small * small * (on + 2.0 * off);
+        if (off <= limit)
             return;
         for (int64_t p = 0; p < k; p++)
             for (int64_t q = p + 1; q < k; q++) {
                 const double pq = s[p * stride + q];
-                if (pq * pq <= 1e-34 * fabs(s[p * stride + p] * s[q * stride + q]))
+                if (pq * pq * (double)(k * k) <= limit)
                     continue;
                 const double theta = 0.5 * (s[q * stride + q] - s[p * stride + p]) / pq;
                 const double t = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
@@ -282,7 +284,7 @@ INLINE int64_t recompress(const Work *w, int64_t k, double tolerance, double *sc
     for (int64_t i = 0; i < k; i++)
         for (int64_t j = 0; j < i; j++)
             s[i * p + j] = s[j * p + i] = 0.5 * (s[i * p + j] + s[j * p + i]);
-    eigenvectors(k, p, s, y);
+    eigenvectors(k, p, 0.01 * tolerance * tolerance, s, y);
     double all = 0.0, left = 0.0;
     for (int64_t i = 0; i < k; i++)
         all += s[i * p + i] > 0.0 ? s[i * p + i] : 0.0;

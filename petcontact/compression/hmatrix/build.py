@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ... import native
-from ...arrays import Index
+from ...arrays import Array, Index
 from .aca import low_rank
 from .block_tree import Blocks, Clusters, divided
 from .entries import Callback, Entries, block
@@ -114,6 +114,7 @@ class _Compiled:
         self.beside = native.contiguous(entries.beside, np.int64)
         self.nodes = np.arange(len(self.beside), dtype=np.int64)
         self.wide = int(np.diff(self.beside).max(initial=0))
+        self._local = threading.local()
 
     def __call__(self, tiles: Index) -> Chunk:
         assert _build is not None and self.addresses is not None
@@ -129,7 +130,7 @@ class _Compiled:
         room = known + (tiles[:, 4] > 0) * (most * (m + n) + 2 * most**2 + np.maximum(self.d * n, m) + fetched)
         values: Any = np.empty(capacity, self.dtype)
         ranks = np.empty(some, dtype=np.int64)
-        real, flags = np.empty(int(room.max())), np.empty(int((m + n).max()), dtype=np.int8)
+        real, flags = self._work(int(room.max())), np.empty(int((m + n).max()), dtype=np.int8)
         done = np.empty(2, dtype=np.int64)
         _build(
             *self.addresses, self.d, native.pointer(self.nodes), native.pointer(self.beside), self.tolerance, some,
@@ -140,6 +141,14 @@ class _Compiled:
             self.callback.check()
         values.resize(int(done[1]), refcheck=False)
         return Chunk(tiles[: done[0]], ranks[: done[0]], values)
+
+
+    def _work(self, size: int) -> Array:
+        """Room for a thread, kept: new memory costs a page fault each time that it is touched."""
+        found: Array | None = getattr(self._local, "work", None)
+        if found is None or len(found) < size:
+            found = self._local.work = np.empty(size)
+        return found
 
 
 class _Plain:
