@@ -33,3 +33,20 @@ def test_ranks_agree(formulation: str, tmp_path: Path) -> None:
     assert count == other_count
     np.testing.assert_allclose(other_u, u, atol=1e-9 * np.abs(u).max())
     np.testing.assert_allclose(other_sigma, sigma, atol=1e-7 * np.abs(sigma).max())
+
+
+def test_ranks_share_an_h_matrix(tmp_path: Path) -> None:
+    """Blocks are cut where the rows of a rank end, so that digits differ below the tolerance only."""
+    found = []
+    for ranks in (1, 2):
+        output = tmp_path / f"{ranks}.h5"
+        done = launch.run(
+            ranks, "-m", "petcontact", "solve", str(CONFIG), "-o", str(output), "--no-figures",
+            "--set", "mesh.element_size=1.4", "-bem_mat_type", "hmatrix", "-bem_hmatrix_tol", "1e-5",
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+        assert "hmatrix 1e-05" in done.stdout
+        with h5py.File(output) as file:
+            found.append((file["boundary/u"][()], file["contact/sigma_t"][()]))
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(other, one, atol=1e-4 * np.abs(one).max())
