@@ -232,7 +232,7 @@ class Assembly(Model):
 
 
 def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction:
-    """The condition of a part with the values of a step; components that are free stay so.
+    """The condition of a part with the values of a step.
 
     Raises
     ------
@@ -251,10 +251,6 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
     if len(change.value) != len(old.value):
         raise ValueError(f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, "
                          f"got {len(change.value)}")  # fmt: skip
-    for new, before in zip(change.value, old.value, strict=True):
-        if (new == "free") != (before == "free"):
-            raise ValueError(f"{key}.value: a component of {change.part!r} that is free stays free, and a known one known; "
-                             f"the condition has {list(old.value)}, got {list(change.value)}")  # fmt: skip
     return Displacement(part=old.part, value=change.value)
 
 

@@ -27,6 +27,7 @@ from ..model.expressions import evaluate
 from ..model.problem import Displacement, Problem, Traction
 from ..model.solver_options import Bem
 from ..refinement.meshes import mesh_of
+from ..results.steps.solution import BodyResult
 from .choice import LARGEST, check_memory, is_compressed, resolved_bem
 from .probe import ELASTIC_LIMIT, SAFE
 from .sides import Side, as_problem, check_parts, interfaces_of
@@ -151,16 +152,42 @@ def _not_negative(value: Any, names: dict[str, Array], m: int, key: str, x: Arra
     return values
 
 
-def _loading(assembly: Assembly, number: int, mesh: BoundaryMesh) -> Loading:
-    """Known data of a body: nothing in state 0, the conditions with the changes of steps 1 to k in state k."""
-    body, shape = assembly.body[number], mesh.x.shape
-    known = np.ones(shape, dtype=bool)
-    for condition in body.boundary:
+def loadings_from(discrete: Discrete, step: int, ends: dict[str, BodyResult]) -> list[Loading]:
+    """The data from a step on (from 1), after the step before ended with these fields; of bodies by name.
+
+    What is known instead of another thing starts where that ended: a component that was free from its displacement, one
+    that was held from its traction. Loadings of bodies of which the same is known are the old ones.
+    """
+    result = []
+    for number, (body, mesh, old) in enumerate(zip(discrete.assembly.body, discrete.meshes, discrete.loadings, strict=True)):
+        known = _traction_known(discrete.assembly, number, mesh, step)
+        if np.array_equal(known, old.traction_known):
+            result.append(old)
+            continue
+        new, end = _loading(discrete.assembly, number, mesh, step), ends[body.name]
+        start = np.where(known, end.traction, end.u)
+        new.value[step - 1] = np.where(known == old.traction_known, new.value[step - 1], start)
+        result.append(new)
+    return result
+
+
+def _traction_known(assembly: Assembly, number: int, mesh: BoundaryMesh, step: int) -> Mask:
+    """Components (n, d) whose traction is known in a step."""
+    known = np.ones(mesh.x.shape, dtype=bool)
+    for part, condition in assembly.conditions(number)[step - 1].items():
         if isinstance(condition, Displacement):
-            check_components(condition.value, mesh, f"body {body.name!r}: {condition.part}")
-            nodes = mesh.nodes_of(condition.part)
+            check_components(condition.value, mesh, f"body {assembly.body[number].name!r}: {part}")
+            nodes = mesh.nodes_of(part)
             for c, component in enumerate(condition.value):
                 known[nodes, c] = component == "free"
+    return known
+
+
+def _loading(assembly: Assembly, number: int, mesh: BoundaryMesh, step: int = 1) -> Loading:
+    """Known data of a body: nothing in state 0, the conditions with the changes of steps 1 to k in state k; what is known is
+    that of one step."""
+    body, shape = assembly.body[number], mesh.x.shape
+    known = _traction_known(assembly, number, mesh, step)
     values, pushes = [np.zeros(shape)], [np.zeros((len(body.point_force), mesh.dim))]
     cache: dict[str, tuple[Any, Array]] = {}
     for s, conditions in enumerate(assembly.conditions(number)):

@@ -64,7 +64,7 @@ def check_memory(mesh: BoundaryMesh) -> None:
     needed, there = 8.0 * (mesh.dim * mesh.n_nodes) ** 2, physical_memory()
     if needed > there:
         raise InputError(f"mesh: dense operators of {mesh.n_nodes} nodes take {needed / 1e9:.0f} GB, this machine has "
-                         f'{there / 1e9:.0f}; use larger elements or bem.mat_type = "auto"')  # fmt: skip
+                         f'{there / 1e9:.0f}; use larger elements, or compression where there is one')  # fmt: skip
 
 
 def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:

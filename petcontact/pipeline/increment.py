@@ -16,6 +16,7 @@ from ..contact.laws import EXCESS, OPEN, law_excess
 from ..contact.state import ContactState, Start
 from ..contact.system import Modes
 from ..geometry.rotation import axial, moment
+from ..model.assembly import Obstacle
 from ..model.load_steps import Step
 from ..results.steps.solution import BodyResult, ObstacleResult, PairResult, StepResult
 from .assemble import Discrete
@@ -80,6 +81,41 @@ class SteppedProblem:
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; one that reaches all values where there are none."""
         return self.discrete.assembly.step or (Step(name="load"),)
+
+
+def progress_after(problem: SteppedProblem, done: list[StepResult], warm: Start | None) -> Progress:
+    """What the last of some increments hands on; the unloaded state where there is none."""
+    system, m, d = problem.system, len(problem.system.weight), problem.system.dim
+    obstacles = problem.discrete.assembly.obstacle
+    if not done:
+        still = np.zeros((len(obstacles), d * (d + 1) // 2))
+        return Progress(np.zeros((m, d - 1)), warm, np.zeros(system.modes.shape[1]), still, still.copy())
+    pairs = [done[-1].pairs[face.name] for face in system.interfaces]
+    slip, moved = (np.concatenate([getattr(pair, key) for pair in pairs]) for key in ("slip", "slip_increment"))
+    gap = np.concatenate([pair.gap for pair in pairs])
+    sigma = np.concatenate([np.column_stack([pair.sigma_t, -pair.pressure]) for pair in pairs])
+    v = np.column_stack([moved, -np.where(np.isfinite(gap), gap, 0.0)])
+    places = [done[-1].obstacles[o.name] for o in obstacles]
+    positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(len(places), d * (d + 1) // 2)
+    loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(len(places), d * (d + 1) // 2)
+    return Progress(slip, (v, sigma), done[-1].alpha, positions, loads)
+
+
+def changed(obstacle: Obstacle, step: Step) -> Obstacle:
+    """An obstacle with what a step changes of it."""
+    for change in step.obstacle:
+        if change.name == obstacle.name:
+            given = {key: getattr(change, key) for key in ("displacement", "rotation", "force", "moment")}
+            obstacle = obstacle.model_copy(update={key: value for key, value in given.items() if value is not None})
+    return obstacle
+
+
+def freedoms_of(obstacle: Obstacle, progress: Progress, k: int, d: int) -> Freedoms:
+    """From where the obstacle is and what it feels to what the step wants."""
+    wanted, load = obstacle.motions(d), np.array(obstacle.loads(d))
+    free = np.array([value == "free" for value in wanted])
+    end = np.array([0.0 if value == "free" else float(value) for value in wanted])
+    return Freedoms(free, np.array([progress.positions[k], end]), np.array([progress.loads[k], load]))
 
 
 def reduced_problem(

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import sys
 import time
 from collections.abc import Callable, Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -17,16 +19,24 @@ from ..contact.iteration import Iteration
 from ..contact.methods.registry import method_of
 from ..contact.state import ContactState, Start
 from ..errors import InputError
-from ..model.assembly import Assembly, Obstacle
-from ..model.load_steps import Step
+from ..model.assembly import Assembly
 from ..results.hdf5 import read_result
 from ..results.steps.solution import AssemblySolution, StepResult
 from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc
 from ..runtime.terminal import printable
-from .assemble import Discrete, build, discretise
-from .increment import Freedoms, Progress, SteppedProblem, reduced_problem, step_result
+from .assemble import Discrete, build, discretise, loadings_from
+from .increment import (
+    Freedoms,
+    Progress,
+    SteppedProblem,
+    changed,
+    freedoms_of,
+    progress_after,
+    reduced_problem,
+    step_result,
+)
 
 HALVINGS = 8
 """How often an increment that fails is halved."""
@@ -49,11 +59,25 @@ def prepare_assembly(assembly: Assembly, comm: Any = None, discrete: Discrete | 
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
     discrete = discrete if discrete is not None else discretise(assembly)
-    timings = {"mesh": time.perf_counter() - began}
+    return _eliminated(discrete, comm, {"mesh": time.perf_counter() - began})
+
+
+def _eliminated(discrete: Discrete, comm: Any, timings: dict[str, float]) -> SteppedProblem:
     largest = max(mesh.x.size for mesh in discrete.meshes)
-    with options(assembly.petsc), threads.suited_to(largest):
+    with options(discrete.assembly.petsc), threads.suited_to(largest):
         system = build(discrete, comm, timings)
     return SteppedProblem(discrete, system, comm, timings)
+
+
+def _from_step(problem: SteppedProblem, number: int, done: list[StepResult]) -> SteppedProblem:
+    """The problem from a step on: eliminated once more where that holds or frees other components than the step before."""
+    before = [result for result in done if result.step < number]
+    if not before:
+        return problem
+    loadings = loadings_from(problem.discrete, number, before[-1].bodies)
+    if all(new is old for new, old in zip(loadings, problem.discrete.loadings, strict=True)):
+        return problem
+    return _eliminated(replace(problem.discrete, loadings=loadings), problem.comm, problem.timings)
 
 
 def solve_assembly(assembly: Assembly, *, comm: Any = None, monitor: Monitor | None = None) -> AssemblySolution:
@@ -95,15 +119,17 @@ def run_steps(problem: SteppedProblem, *, warm: Start | None = None, monitor: Mo
 def _increments(problem: SteppedProblem, warm: Start | None, done: list[StepResult]) -> Iterator[StepResult]:
     """Increment after increment from where those done end; the last one has failed where not all steps are reached."""
     progress = progress_after(problem, done, warm)
+    done = list(done)
     current = list(problem.discrete.assembly.obstacle)
     for number, step in enumerate(problem.steps, 1):
-        current = [_changed(o, step) for o in current]
+        current = [changed(o, step) for o in current]
         passed = bool(done) and number < done[-1].step
         reached = max((r.load_factor for r in done if r.step == number), default=float(passed))
         if reached >= 1.0:
             continue
+        problem = _from_step(problem, number, done)
         begun = progress_after(problem, [r for r in done if r.step < number], warm) if reached > 0.0 else progress
-        freedoms = [_freedoms(o, begun, k, problem.system.dim) for k, o in enumerate(current)]
+        freedoms = [freedoms_of(o, begun, k, problem.system.dim) for k, o in enumerate(current)]
         auto = step.increments == "auto"
         whole = 1.0 if auto else 1.0 / int(step.increments)
         size, doubt = whole, False
@@ -123,6 +149,7 @@ def _increments(problem: SteppedProblem, warm: Start | None, done: list[StepResu
                 result = step_result(
                     problem, freedoms, step, number, float(place), outcome, progress, following, checked=last
                 )
+                done.append(result)
                 yield result
                 if result.status != "converged":
                     return
@@ -159,24 +186,6 @@ def finished_before(problem: SteppedProblem) -> list[StepResult]:
     return steps[: int(count)] if count else steps
 
 
-def progress_after(problem: SteppedProblem, done: list[StepResult], warm: Start | None) -> Progress:
-    """What the last of some increments hands on; the unloaded state where there is none."""
-    system, m, d = problem.system, len(problem.system.weight), problem.system.dim
-    obstacles = problem.discrete.assembly.obstacle
-    if not done:
-        still = np.zeros((len(obstacles), d * (d + 1) // 2))
-        return Progress(np.zeros((m, d - 1)), warm, np.zeros(system.modes.shape[1]), still, still.copy())
-    pairs = [done[-1].pairs[face.name] for face in system.interfaces]
-    slip, moved = (np.concatenate([getattr(pair, key) for pair in pairs]) for key in ("slip", "slip_increment"))
-    gap = np.concatenate([pair.gap for pair in pairs])
-    sigma = np.concatenate([np.column_stack([pair.sigma_t, -pair.pressure]) for pair in pairs])
-    v = np.column_stack([moved, -np.where(np.isfinite(gap), gap, 0.0)])
-    places = [done[-1].obstacles[o.name] for o in obstacles]
-    positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(len(places), d * (d + 1) // 2)
-    loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(len(places), d * (d + 1) // 2)
-    return Progress(slip, (v, sigma), done[-1].alpha, positions, loads)
-
-
 def _unheld(problem: SteppedProblem, freedoms: list[Freedoms], progress: Progress, number: int, target: float) -> bool:
     """Whether no admissible traction holds the loads at a load factor."""
     reduced = reduced_problem(problem.system, freedoms, progress, number, target)
@@ -207,22 +216,6 @@ def _attempt(
     if apart or contact_norm(end.slip - after.slip, weight) > PATH_ERROR * size:
         return None
     return [(first, middle), (second, end)]
-
-
-def _changed(obstacle: Obstacle, step: Step) -> Obstacle:
-    for change in step.obstacle:
-        if change.name == obstacle.name:
-            given = {key: getattr(change, key) for key in ("displacement", "rotation", "force", "moment")}
-            obstacle = obstacle.model_copy(update={key: value for key, value in given.items() if value is not None})
-    return obstacle
-
-
-def _freedoms(obstacle: Obstacle, progress: Progress, k: int, d: int) -> Freedoms:
-    """From where the obstacle is and what it feels to what the step wants."""
-    wanted, load = obstacle.motions(d), np.array(obstacle.loads(d))
-    free = np.array([value == "free" for value in wanted])
-    end = np.array([0.0 if value == "free" else float(value) for value in wanted])
-    return Freedoms(free, np.array([progress.positions[k], end]), np.array([progress.loads[k], load]))
 
 
 def _increment(
@@ -259,12 +252,12 @@ def _finished(
         status, reason = "not converged", failed.reason
     if status == "converged":
         reason = _reached(discrete, results)
-    discrete.warnings += _jammed(problem, results)
+    warnings = [*discrete.warnings, *_ignored(problem), *_jammed(problem, results)]
     names = [body.name for body in discrete.assembly.body]
     info = {
         "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.assembly.petsc),
         "versions": versions(),
-        "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm), "warnings": discrete.warnings,
+        "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm), "warnings": warnings,
         "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, problem.system.bodies, strict=True)},
     }  # fmt: skip
@@ -275,12 +268,24 @@ def _finished(
     )  # fmt: skip
 
 
+def _ignored(problem: SteppedProblem) -> list[str]:
+    """What is said of obstacles that touch nothing, and of their loads on components whose motion is given."""
+    discrete, d, told = problem.discrete, problem.system.dim, []
+    for k, obstacle in enumerate(discrete.assembly.obstacle):
+        if all(side.obstacle != k for side in discrete.sides):
+            told.append(f"obstacle {obstacle.name!r} is in no contact")
+        states = itertools.accumulate(problem.steps, changed, initial=obstacle)
+        if any(load and motion != "free" for o in states for motion, load in zip(o.motions(d), o.loads(d), strict=True)):
+            told.append(f"obstacle {obstacle.name!r}: a force or moment on a component whose motion is given does nothing")
+    return told
+
+
 def _jammed(problem: SteppedProblem, results: list[StepResult]) -> list[str]:
     """What is said of pairs that stay pressed at the end of a step that took all loads away, though no gap is negative."""
     discrete, d, told = problem.discrete, problem.system.dim, []
     obstacles = list(discrete.assembly.obstacle)
     for number, step in enumerate(problem.steps, 1):
-        obstacles = [_changed(o, step) for o in obstacles]
+        obstacles = [changed(o, step) for o in obstacles]
         loaded = any(loading.value[number].any() or loading.force[number].any() for loading in discrete.loadings)
         given = (motion if motion != "free" else load for o in obstacles
                  for motion, load in zip(o.motions(d), o.loads(d), strict=True))  # fmt: skip

@@ -354,3 +354,45 @@ normal = "unilateral"
     assert main(["solve", str(tmp_path / "case.toml"), "--no-figures"]) == 2
     error = capsys.readouterr().err
     assert error.count("\n") == 1 and "part 'right' has no condition; each of bottom, right, top, left needs one" in error
+
+
+def held_and_freed(first, second, normal="bonded", **method):
+    """A block on the ground whose top is held in one way, then in another."""
+    change = {"part": "top", "value": second}
+    return parse(Assembly, {
+        "body": [{"name": "block", "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
+                  "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
+                  "mesh": {"element_size": 0.2, "order": 2},
+                  "boundary": [{"part": "top", "condition": "displacement", "value": first}]}],
+        "obstacle": [{"name": "ground"}],
+        "contact": [{"name": "sole", "secondary": "block.bottom", "primary": "ground", "normal": normal,
+                     **({} if normal == "bonded" else {"friction_coefficient": 0.3})}],
+        "step": [{"name": "one"}, {"name": "two", "increments": 2, "boundary": [change]}], "method": method,
+    }, "block")  # fmt: skip
+
+
+@pytest.mark.parametrize("values", [(["free", -0.02], [0.01, -0.02]), ([0.01, -0.02], ["free", -0.02]),
+                                    (["free", -0.02], [0.01, "free"])])  # fmt: skip
+def test_components_are_held_and_freed_by_steps(values):
+    """Bonded, so that the way does not matter: the end is that of its own condition alone, the start that of the step before
+    (to the discretisation error of equilibrium where only contact holds a component)."""
+    solution = solve_assembly(held_and_freed(*values))
+    alone = solve_assembly(held_and_freed(values[1], values[1])).last
+    assert solution.converged, solution.reason
+    for key in ("u", "traction"):
+        found, wanted = getattr(solution.last.bodies["block"], key), getattr(alone.bodies["block"], key)
+        assert np.allclose(found, wanted, atol=1e-9 * np.abs(wanted).max())
+    first, half, last = (step.bodies["block"].u for step in solution.steps)
+    assert np.allclose(half, 0.5 * (first + last), atol=1e-12 if values[1][1] != "free" else 1e-5)
+
+
+def test_going_on_behind_a_step_that_holds_what_was_free(tmp_path):
+    assembly = held_and_freed(["free", -0.02], [0.01, -0.02], "unilateral")
+    whole = solve_assembly(assembly)
+    assert whole.converged and whole.last.pairs["sole"].force[0] < 0.0
+    write_solution(tmp_path / "whole.h5", whole)
+    for count in (1, 2):
+        start = f"{tmp_path}/whole.h5:{count}"
+        rest = solve_assembly(held_and_freed(["free", -0.02], [0.01, -0.02], "unilateral", start=start))
+        assert rest.converged and len(rest.steps) == 3
+        assert np.allclose(rest.last.bodies["block"].u, whole.last.bodies["block"].u, atol=1e-11)

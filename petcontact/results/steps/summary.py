@@ -66,11 +66,15 @@ def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
     """Resultants, what is closed and slips, defects of the inequalities, and energy."""
     closed = pair.state != 2
     p, total = pair.pressure, float(pair.weight.sum())
+    # of motions that are round-off of where things are, and the energy of them, nothing is shown
+    least = 1e-15 * float(np.abs(pair.x).max(initial=0.0))
+    slip = float(lengths(pair.slip[closed]).max(initial=0.0))
+    spent = dissipated if dissipated > least * float(pair.weight @ np.abs(p)) else 0.0
     items = [
         f"force {_shown(_clean(pair.force))}", f"moment {_shown(_clean(pair.moment, _reach(pair)))}",
         f"closed {pair.area:.6g} of {total:.6g}", f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
-        f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {float(lengths(pair.slip[closed]).max(initial=0.0)):.4g}",
-        f"dissipated {dissipated:.6g}",
+        f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {slip if slip > least else 0.0:.4g}",
+        f"dissipated {spent:.6g}",
     ]
     faced = np.isfinite(pair.gap)
     if pair.tension_share > 0.0:
