@@ -22,6 +22,7 @@ from .model.problem import Displacement as Displacement
 from .model.problem import Material as Material
 from .model.problem import Problem as Problem
 from .model.problem import Traction as Traction
+from .model.shapes import Box as Box
 from .model.shapes import Circle as Circle
 from .model.shapes import Gmsh as Gmsh
 from .model.shapes import OutlineSide as OutlineSide

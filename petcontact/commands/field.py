@@ -19,9 +19,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("result", metavar="RESULT.h5", help="a result file")
     parser.add_argument("--grid", metavar="NXxNY", help="grid cells along x and y, in space along z too (100x100, 16x16x16)")
     parser.add_argument("-o", "--output", metavar="FILE.vtu", help="the field (default: the result's stem + .vtu)")
-    parser.add_argument("--boundary", metavar="FILE.vtu", help="also write the boundary's values")
+    parser.add_argument("--boundary", metavar="FILE.vtu",
+                        help="also write the boundary's values (those of bodies and steps always are)")  # fmt: skip
     parser.add_argument("--figure", metavar="FILE.png",
-                        help="also draw the deformed body coloured by von Mises stress (.png, .pdf or .svg)")  # fmt: skip
+                        help="also draw the deformed body coloured by von Mises stress "
+                        "(.png, .pdf or .svg; one body in the plane)")  # fmt: skip
     parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
 
 

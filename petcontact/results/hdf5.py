@@ -214,7 +214,9 @@ def read_group(group: Any, source: str) -> Solution:
     if attributes.get("format") != FORMAT:
         raise ResultError(f"{source}: not a result of petcontact")
     if attributes.get("format_version") != FORMAT_VERSION:
-        raise ResultError(f"{source}: format version {attributes.get('format_version')}, this is {FORMAT_VERSION}")
+        found = attributes.get("format_version")
+        hint = "; read_result reads bodies and load steps" if found == 2 else ""
+        raise ResultError(f"{source}: format version {found}, this is {FORMAT_VERSION}{hint}")
     if "boundary" not in group:
         raise ResultError(f"{source}: holds no fields, the case failed ({attributes.get('reason')})")
     try:

@@ -177,9 +177,11 @@ def draw_history(figure: Any, solution: AssemblySolution) -> None:
         energy = np.cumsum([pair.dissipated for pair in pairs])
         right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
     units = solution.assembly.units
-    left.set(xlabel=label("mean slip w", units.length), ylabel=label("tangential force on the primary", units.force),
+    along = "" if all(pair.slip.shape[1] == 1 for pair in solution.last.pairs.values()) else " along the largest slip"
+    left.set(xlabel=label(f"mean slip w{along}", units.length), ylabel=label("tangential force on the primary", units.force),
              title=_title(solution, "hysteresis"))  # fmt: skip
     right.set(xlabel="increment", title="energy dissipated")
+    right.xaxis.get_major_locator().set_params(integer=True)
     left.locator_params(axis="x", nbins=5)
     left.legend()
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -140,7 +141,7 @@ class StepResult:
     history: History = field(default_factory=History)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class AssemblySolution:
     """What a solve of an assembly returns and a result file of format 2 holds.
 
@@ -208,7 +209,7 @@ class AssemblySolution:
         Raises
         ------
         InputError
-            If there is no such body.
+            If there is no such body, or a point is not inside it.
         """
         names, step = [each.name for each in self.assembly.body], step or self.last
         if body is not None and body not in names:
@@ -216,7 +217,11 @@ class AssemblySolution:
         number = 0 if body is None else names.index(body)
         mesh, found, material = self.meshes[names[number]], step.bodies[names[number]], self.assembly.body[number].material
         points = np.asarray(points, dtype=np.float64)
-        u, stress = field_at(mesh, found.u, found.traction, material, points)
+        try:
+            u, stress = field_at(mesh, found.u, found.traction, material, points)
+        except InputError as error:
+            others = f"; body=... names another: {', '.join(names)}" if body is None and len(names) > 1 else ""
+            raise InputError(f"body {names[number]!r}: {error}{others}") from None
         forces = self.assembly.point_forces(number, step.step, step.load_factor)
         if forces:
             at, force = np.array([f.at for f in forces]), np.array([f.force for f in forces])
@@ -231,6 +236,26 @@ class AssemblySolution:
     def stress_at(self, points: Any, body: str | None = None) -> Array:
         """Stress there, σ_xx, σ_yy, σ_xy (k, 3); in space xx, yy, zz, xy, xz, yz, (k, 6) [stress]."""
         return self.fields_at(points, body)[1]
+
+    def reactions(self) -> dict[str, dict[str, Array]]:
+        """By body, the resultant of the tractions on each part at the end, (d,) each [stress · length, in space · area]."""
+        found = dict[str, dict[str, Array]]()
+        for name, mesh in self.meshes.items():
+            forces = mesh.weight[:, None] * self.last.bodies[name].traction
+            found[name] = {part: forces[mesh.node_part == k].sum(axis=0) for k, part in enumerate(mesh.part_names)}
+        return found
+
+    def save(self, path: str | Path) -> None:
+        """Write a result file, see `write_solution`; `read_result` reads it."""
+        from ..hdf5 import write_solution
+
+        write_solution(path, self)
+
+    def __repr__(self) -> str:
+        title = f" {self.assembly.title!r}" if self.assembly.title else ""
+        elements = sum(mesh.n_elements for mesh in self.meshes.values())
+        return (f"<AssemblySolution{title}: {self.status}, {len(self.steps)} increments, {self.iterations} iterations, "
+                f"{len(self.meshes)} bodies, {elements} elements>")  # fmt: skip
 
     def verdict(self) -> str:
         """Lines that say how the solve ended."""

@@ -71,7 +71,8 @@ def _panels(figure: Any, solution: AssemblySolution, name: str) -> Any:
     """Two axes, beside or above one another as the interface is tall or wide."""
     pair = solution.last.pairs[name]
     wide, tall = np.ptp(pair.x @ view(pair, slice(None))[0].T, axis=0)
-    figure.suptitle(_title(solution, name), fontsize="medium")
+    end = f", {solution.last.name}" if len(solution.steps) > 1 else ""
+    figure.suptitle(_title(solution, name + end), fontsize="medium")
     if wide > 1.5 * tall:
         figure.set_size_inches(7.0, 2.0 + 11.0 * max(tall / wide, 0.1))
         return figure.subplots(2, 1)
@@ -94,7 +95,9 @@ def _arrows(axes: Any, pair: PairResult, components: Array, colour: str) -> None
     some = np.flatnonzero(np.any(vectors != 0.0, axis=1))
     some = some[:: max(1, len(some) // ARROWS)]
     if len(some):
-        axes.quiver(*(pair.x[some] @ directions.T).T, *vectors[some].T, color=colour, width=0.003)
+        # a white edge, so that they are seen on black panels
+        shown = {"color": colour, "width": 0.003, "edgecolor": "w", "linewidth": 0.2}
+        axes.quiver(*(pair.x[some] @ directions.T).T, *vectors[some].T, **shown)
 
 
 def _title(solution: AssemblySolution, what: str) -> str:
