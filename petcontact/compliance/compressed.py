@@ -61,6 +61,7 @@ class CompressedOperators:
         self.operators, self.comm, self.bem = operators, comm, bem
         self.contact = ContactVectors(operators, comm)
         self._contact_here = slice(*self.contact.by_node[comm.getRank()])
+        self._units = column_units(operators)
         # the threads are the compression's own: each works on a subtree, with one BLAS thread
         with one_blas_thread():
             with stage("assemble"):
@@ -72,7 +73,7 @@ class CompressedOperators:
             with stage("factor"):
                 self._factor = factor(self._system, use_up=True)
                 self._spare()
-        self.here = slice(operators.kernel.dim * own[0], operators.kernel.dim * own[1])
+        self._here, self.here = slice(*own), slice(operators.kernel.dim * own[0], operators.kernel.dim * own[1])
 
     def _spare(self) -> None:
         if self.operators.mesh.n_nodes >= SCARCE:
@@ -86,7 +87,8 @@ class CompressedOperators:
 
     def solve(self, rhs: Array) -> Array:
         """A_0⁻¹ times this rank's share of a right-hand side, or of several."""
-        return np.asarray(self._factor.solve(rhs))
+        unknowns = np.asarray(self._factor.solve(rhs))
+        return unknowns if self._units is None else (unknowns.T * self._units[self._here].ravel()).T
 
     def everywhere(self, unknowns: Array) -> Array:
         """All unknowns from each rank's."""
@@ -119,12 +121,16 @@ class CompressedOperators:
             left, right = (part.reshape(mesh.n_nodes, d, -1) for part in (border[0], border[1].T))
             return entries + left[rows].reshape(d * len(rows), -1) @ right[columns].reshape(d * len(columns), -1).T
 
+        def scaled(entries: Array, rows: Index, columns: Index) -> Array:
+            whole = bordered(entries, rows, columns)
+            return whole if self._units is None else whole * self._units[columns].ravel()
+
         def system_entries(rows: Index, columns: Index) -> Array:
-            return bordered(operators.system_entries(rows, columns), rows, columns)
+            return scaled(operators.system_entries(rows, columns), rows, columns)
 
         def all_entries(rows: Index, columns: Index) -> list[Array]:
             system, outer = operators.all_entries(rows, columns)
-            return [bordered(system, rows, columns), outer]
+            return [scaled(system, rows, columns), outer]
 
         sides = np.flatnonzero(np.diff(mesh.part[mesh.element]) | np.diff(mesh.line[mesh.element])) + 1
         threads = threads_per_rank() if mesh.n_nodes >= THREADED else 1
@@ -146,6 +152,20 @@ class CompressedOperators:
                     "use another -bem_hodlr_tol or -bem_mat_type dense",
                 )  # fmt: skip
         return system, outer
+
+
+def column_units(operators: BoundaryOperators) -> Array | None:
+    """Powers of two (n, d) that make unknown tractions forces, about; None where all elements are of one size.
+
+    G of a tiny element is tiny beside H: where blocks are accurate relative to their rows, the digits of its columns would
+    be lost, and the factorisation would fail.
+    """
+    mesh = as_curve(operators.mesh)
+    length = mesh.length[mesh.element]
+    units = np.exp2(np.round(np.log2(length.max() / length)))
+    if np.all(units == 1.0):
+        return None
+    return np.where(operators.data.traction_known, 1.0, units[:, None])
 
 
 class CompressedSystem(EliminatedSystem):

@@ -16,6 +16,7 @@ from petcontact.compliance.condensed import CondensedSystem
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline.choice import resolved_bem
 from petcontact.pipeline.prepare import discretise, prepare
+from petcontact.pipeline.probe import elastic_residual
 from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import options
 from petcontact.sweep.design.sweep import read_sweep
@@ -47,6 +48,19 @@ def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
             assert np.abs(a - b).max() < 1e5 * tolerance * np.abs(b).max()
         system.close()
     dense.close()
+
+
+def test_elements_of_a_billionth_of_the_body(comm):
+    """G of the smallest elements is 1e-10 of H: the factorisation keeps the digits of both."""
+    operators = discretise(example(1, mesh=MeshOptions(order=3, grading=0.5, levels=33)))
+    assert operators.mesh.length.min() < 1e-9
+    dense, system = CondensedSystem(operators, comm), CompressedSystem(operators, comm, Bem(hodlr_leaf=16))
+    sigma = np.cos(operators.mesh.x[operators.data.contact_nodes, :1])
+    for found, exact in ((system.u_0, dense.u_0), (system.apply(sigma), dense.apply(sigma))):
+        assert np.abs(found - exact).max() < 1e-8 * np.abs(exact).max()
+    assert elastic_residual(operators, *system.boundary(sigma)) < 1e-8
+    for each in (dense, system):
+        each.close()
 
 
 def test_the_unit_of_length_does_not_matter(comm):
