@@ -92,7 +92,7 @@ class ReducedSystem(ComposedSystem):
     ) -> None:  # fmt: skip
         super().__init__(u_0, weight, modes, surrogate)
         self._matrix = compliance
-        self._factored: tuple[Array, tuple[Array, Array]] | None = None
+        self._factored: tuple[Array, Border, tuple[Array, Array]] | None = None
 
     def apply(self, sigma: Array) -> Array:
         """S σ."""
@@ -105,20 +105,19 @@ class ReducedSystem(ComposedSystem):
 
     def _solve(self, rho: Array, r: Array, work: Array) -> tuple[Array, Array]:
         n, each = r.size, rho.ravel()
-        motion, resultant = np.zeros((n, 0)), np.zeros((0, n))
-        if self.modes is not None:
-            motion, resultant = self.modes.motion.reshape(n, -1), self.modes.resultant.reshape(-1, n)
         if self._factored is None or not np.array_equal(self._factored[0], each):
-            rank = motion.shape[1]
-            matrix = np.block([[np.eye(n) + each[:, None] * self._matrix, each[:, None] * motion],
-                               [resultant, np.zeros((rank, rank))]])  # fmt: skip
-            self._factored = each, scipy.linalg.lu_factor(matrix, check_finite=False)
+            border = Border(self.modes, Pieces.stuck(r), np.zeros_like(r), 1.0)
+            border.columns = each[:, None] * border.columns
+            matrix = border.around(np.eye(n) + each[:, None] * self._matrix)
+            self._factored = each, border, scipy.linalg.lu_factor(matrix, check_finite=False)
         self.elastic_solves += 1
-        answer = scipy.linalg.lu_solve(self._factored[1], np.concatenate([r.ravel(), work]), check_finite=False)
+        _, border, factors = self._factored
+        answer = scipy.linalg.lu_solve(factors, np.concatenate([r.ravel(), border.work(work)]), check_finite=False)
         if not np.isfinite(answer).all():
             raise SolverError("iterate", "a Robin solve is not finite", "look at the data and the mesh")
         sigma = answer[:n].reshape(r.shape)
-        return self.apply(sigma) + (motion @ answer[n:]).reshape(r.shape), sigma
+        dv = self.apply(sigma)
+        return dv if self.modes is None else dv + self.modes.motion @ border.motion(answer[n:]), sigma
 
 
 class ProductSystem(ComposedSystem):

@@ -57,14 +57,18 @@ def balanced(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fal
     base, weight = system.u_0, system.weight
     if len(law.groups) == 1:
         return balanced_rho(v, sigma, weight, fallback, FLOOR * contact_norm(base, weight))
-    moved = v - base
-    if system.modes is not None and len(system.modes.load):
-        moved = moved - system.modes.motion @ (system.modes.fit @ moved.ravel())
+    moved = without_motions(system, v - base)
     common, floor = balanced_rho(moved, sigma, weight, fallback), FLOOR * contact_norm(moved, weight)
     rho = np.empty(law.k)
     for group in law.groups:
         rho[group] = balanced_rho(moved[:, group], sigma[:, group], weight, common, floor)
     return rho
+
+
+def without_motions(system: ContactSystem, moved: Array) -> Array:
+    """A displacement (m, k) less the rigid motion nearest to it."""
+    modes = system.modes
+    return moved if modes is None else moved - modes.motion @ (modes.fit @ moved.ravel())
 
 
 def relative_residual(

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SolverError
-from .criterion import Criterion, balanced
+from .criterion import Criterion, balanced, without_motions
 from .friction_law import contact_norm
 from .laws import ContactLaw, law_residual
 from .rho_rules import usable_balance
@@ -94,8 +94,10 @@ class Recorder:
                 "iterate", f"iterate {len(self.history) + 1} is not finite (ρ = {rho})", "choose another rho or method"
             )
         assert residual is not None
+        # motions that cost no traction say nothing of S
+        strain = without_motions(self.system, dv)
         balances = [
-            usable_balance(contact_norm(dsigma[:, group], weight), contact_norm(dv[:, group], weight))
+            usable_balance(contact_norm(dsigma[:, group], weight), contact_norm(strain[:, group], weight))
             for group in self.law.groups
         ]
         balance = balances[0] if len(balances) == 1 else np.array(balances)
