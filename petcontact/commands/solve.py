@@ -99,29 +99,31 @@ def wanted_accuracy(arguments: argparse.Namespace, case: Any) -> float | None:
 
 def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None]) -> Any:
     """The solution on the mesh of the config, or on adaptive ones where an accuracy is wanted or the mesh is left open."""
-    from ..model.assembly import Assembly, assembly_of
-    from ..pipeline.prepare import held_by_friction
-
-    if isinstance(case, Assembly) or not case.plain or held_by_friction(case):
-        from ..pipeline.adaptive_assembly import adapt_assembly
-        from ..pipeline.load_steps import solve_assembly
-
-        assembly = case if isinstance(case, Assembly) else assembly_of(case)
-        if accuracy is not None:
-            return adapt_assembly(assembly, accuracy, comm=comm, monitor=monitor)
-        return solve_assembly(assembly, comm=comm, monitor=monitor)
     if accuracy is not None:
-        from ..pipeline.adaptive import adapt
-
-        return adapt(case, accuracy, comm=comm, monitor=monitor)
+        return adapted(case, accuracy, comm, monitor)
     from ..pipeline.run import solve
+    from ..results.solution import Solution
 
     solution = solve(case, comm=comm, monitor=monitor, announce=announced if comm.getRank() == 0 else None)
-    if "estimated_error" in solution.info:
+    if not isinstance(solution, Solution) or "estimated_error" in solution.info:
         return solution
     from ..pipeline.fixed_mesh import with_estimate
 
     return with_estimate(solution, comm)
+
+
+def adapted(case: Any, accuracy: float, comm: Any, monitor: Callable[[Any], str | None]) -> Any:
+    """The solution on meshes fine enough for an accuracy."""
+    from ..pipeline.prepare import is_stepped
+
+    if is_stepped(case):
+        from ..model.assembly import assembly_of
+        from ..pipeline.adaptive_assembly import adapt_assembly
+
+        return adapt_assembly(assembly_of(case), accuracy, comm=comm, monitor=monitor)
+    from ..pipeline.adaptive import adapt
+
+    return adapt(case, accuracy, comm=comm, monitor=monitor)
 
 
 def announced(nodes: int, unknowns: int, seconds: float) -> None:

@@ -34,6 +34,8 @@ BALANCED = 1e-9
 """Relative defect of equilibrium that is round-off."""
 SHUFFLES = 40
 """Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which break all."""
+VANISHED = 1e-12
+"""|σ|, over the largest so far, below which a contact is unloaded and no measure of ρ."""
 STRAIGHT = 1e-10
 """Relative residual of the law that is round-off: pieces on disks are not linear."""
 RUNAWAY = 1e9
@@ -116,13 +118,15 @@ class Pivot:
     bent: float
 
 
-def next_tau(pieces: Pieces, law: ContactLaw, sigma: Array, v: Array, noise: float) -> tuple[Array, Array]:
-    """τ = ρv - σ after a step, and ρ (m, k): small where nodes slip, any elsewhere.
+def next_tau(
+    pieces: Pieces, law: ContactLaw, sigma: Array, v: Array, noise: float, least: float = 0.0
+) -> tuple[Array, Array]:
+    """τ = ρv - σ after a step, and ρ (m, k): small where nodes slip, any elsewhere; `least` is a |σ| that is round-off.
 
     Where v is round-off it has no sign: held components have v = 0, the others keep, up to noise, the piece they are on.
     """
     v = np.where(pieces.held, 0.0, v)
-    ratio = (float(np.abs(sigma).max(initial=0.0)) or 1.0) / (float(np.abs(v).max(initial=0.0)) or 1.0)
+    ratio = (max(float(np.abs(sigma).max(initial=0.0)), least) or 1.0) / (float(np.abs(v).max(initial=0.0)) or 1.0)
     rho = np.full(sigma.shape, ratio)
     tangential = law.groups[0]
     size, moved = lengths(sigma[:, tangential]), lengths(v[:, tangential])
@@ -159,7 +163,7 @@ def pivots(
     alpha = np.zeros(rank) if alpha is None else alpha
     rho = np.ones_like(base)
     fewest, patience, seen_sets = len(base) + 1, PATIENCE, set[bytes]()
-    farthest, largest = np.inf, 0.0
+    farthest, largest = np.inf, float(np.abs(sigma).max(initial=0.0))
     shuffle = np.random.default_rng(2019)
     while True:
         pieces = Pieces.at(law, tau)
@@ -171,7 +175,7 @@ def pivots(
         if np.isinf(farthest):
             strain = v - base if modes is None else v - base - modes.motion @ alpha
             farthest = RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
-        revised, rho = next_tau(pieces, law, sigma, v, solver.noise)
+        revised, rho = next_tau(pieces, law, sigma, v, solver.noise, VANISHED * largest)
         wrong = np.flatnonzero(law.states(revised) != pieces.states)
         bent = float(np.abs(law.project(revised) + sigma).max(initial=0.0) / (np.abs(sigma).max(initial=0.0) or 1.0))
         step = Pivot(sigma, v, alpha, pieces, revised, len(wrong), push, bent)

@@ -261,7 +261,9 @@ def _distinct(key: str, names: list[str]) -> None:
 
 
 def assembly_of(case: Any) -> Assembly:
-    """A one-body case as an assembly of one body, whose contact conditions face fixed rigid obstacles."""
+    """A one-body case as an assembly of one body, whose contact conditions face fixed rigid obstacles; or an assembly."""
+    if isinstance(case, Assembly):
+        return case
     body = Body(name=ONE_BODY, material=case.material, geometry=case.geometry, mesh=case.mesh, boundary=case.boundary)
     return Assembly(title=case.title, units=case.units, body=(body,), step=case.step, method=case.method, bem=case.bem,
                     petsc=case.petsc)  # fmt: skip

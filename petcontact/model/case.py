@@ -123,7 +123,7 @@ def load_assembly(path: str | Path, overrides: Mapping[str, Any] | None = None) 
         As `load`.
     """
     case = load_any(path, overrides)
-    return case if isinstance(case, Assembly) else assembly_of(case)
+    return assembly_of(case)
 
 
 def load_any(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Case | Assembly:

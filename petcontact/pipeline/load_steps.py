@@ -53,9 +53,9 @@ Monitor = Callable[[StepResult], str | None]
 
 def prepare_assembly(assembly: Assembly, comm: Any = None, discrete: Discrete | None = None) -> SteppedProblem:
     """Discretise and eliminate."""
-    if assembly.method.resolved_name not in ("semismooth-newton", "projection"):
-        raise InputError(f"method.name: {assembly.method.resolved_name!r} solves one body in bilateral Tresca contact only; "
-                         'bodies, load steps and other laws take "semismooth-newton" or "projection"')  # fmt: skip
+    if assembly.method.resolved_name == "tao":
+        raise InputError('method.name: "tao" solves one body in bilateral Tresca contact only; bodies, load steps and other '
+                         'laws take "semismooth-newton", "projection" or "operator-robin"')  # fmt: skip
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
     discrete = discrete if discrete is not None else discretise(assembly)
@@ -106,7 +106,8 @@ def run_steps(problem: SteppedProblem, *, warm: Start | None = None, monitor: Mo
     began = time.perf_counter()
     results = finished_before(problem)
     status, reason = "converged", ""
-    with threads.suited_to(problem.system.dim * len(problem.system.weight)):
+    unknowns = problem.system.dim * len(problem.system.weight)
+    with options(problem.discrete.assembly.petsc), threads.suited_to(unknowns):
         for result in _increments(problem, warm, list(results)):
             results.append(result)
             stop = monitor(result) if monitor is not None else None

@@ -18,6 +18,7 @@ from ..contact.laws import ContactLaw, Tresca
 from ..contact.system import BodySystem
 from ..errors import InputError, SolverError
 from ..mesh.curve_mesh import CurveMesh
+from ..model.assembly import Assembly
 from ..model.case import Case
 from ..model.problem import Contact, Displacement, Problem
 from ..refinement.meshes import mesh_of
@@ -60,7 +61,12 @@ def discretise(problem: Problem) -> BoundaryOperators:
     return BoundaryOperators(mesh, evaluate_boundary(problem, mesh), kernel_for(mesh, problem.material))
 
 
-def held_by_friction(case: Case) -> bool:
+def is_stepped(case: Case | Assembly) -> bool:
+    """Whether a case takes bodies with contact tractions in all directions and load steps; else it is the paper's."""
+    return isinstance(case, Assembly) or not case.plain or _held_by_friction(case)
+
+
+def _held_by_friction(case: Case) -> bool:
     """Whether only friction keeps the body where it is: `solve_assembly` finds whether it can, the body's motion unknown."""
     conditions = case.boundary
     fixed = any(isinstance(c, Displacement) and "free" not in c.value for c in conditions)

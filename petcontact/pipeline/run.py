@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any
+from typing import Any, overload
 
 import numpy as np
 
@@ -21,18 +21,20 @@ from ..contact.laws import EXCESS, law_excess, law_residual
 from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
 from ..contact.state import ContactState, Monitor, Start
-from ..errors import SolverError
+from ..errors import InputError, SolverError
 from ..geometry.outline import Outline
+from ..model.assembly import Assembly, assembly_of
 from ..model.case import Case
 from ..model.problem import Problem
 from ..model.solver_options import Method
 from ..results.solution import Solution, contact_fields
+from ..results.steps.solution import AssemblySolution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc, reason_name, stage, timed
 from ..runtime.terminal import printable
 from .initial_state import initial_functions
-from .prepare import Prepared, prepare
+from .prepare import Prepared, is_stepped, prepare
 from .probe import ELASTIC_LIMIT, elastic_residual
 
 
@@ -107,22 +109,33 @@ def run(
     return probed(solution, prepared.operators) if probe else solution
 
 
+@overload
 def solve(
-    case: Case | Problem,
+    case: Assembly, *, method: Method | None = ..., petsc_options: Mapping[str, Any] | None = ..., comm: Any = ...,
+    monitor: Callable[[Any], str | None] | None = ...,
+) -> AssemblySolution: ...
+@overload
+def solve(
+    case: Case | Problem, *, method: Method | None = ..., rule: Rule | None = ...,
+    petsc_options: Mapping[str, Any] | None = ..., comm: Any = ..., monitor: Callable[[Any], str | None] | None = ...,
+    announce: Callable[[int, int, float], None] | None = ...,
+) -> Any: ...
+def solve(
+    case: Case | Problem | Assembly,
     *,
     method: Method | None = None,
     rule: Rule | None = None,
     petsc_options: Mapping[str, Any] | None = None,
     comm: Any = None,
-    monitor: Monitor | None = None,
+    monitor: Callable[[Any], str | None] | None = None,
     announce: Callable[[int, int, float], None] | None = None,
-) -> Solution:
-    """Solve a case, or a problem with a method; in the plane adaptively where its `[mesh]` leaves the mesh open.
+) -> Solution | AssemblySolution:
+    """Solve a case, a problem with a method, or several bodies; in the plane adaptively where `[mesh]` leaves the mesh open.
 
     Parameters
     ----------
-    case : Case or Problem
-        From `load`, or built in Python.
+    case : Case, Problem or Assembly
+        From `load`, `load_assembly`, or built in Python.
     method : Method, optional
         Over the case's own.
     rule : Rule, optional
@@ -132,24 +145,37 @@ def solve(
     comm : PETSc.Comm, optional
         PETSc.COMM_WORLD by default; every rank gets the whole solution.
     monitor : callable, optional
-        Called with the state so far after each iteration; a reason that it returns ends the solve there.
+        Called with the state so far after each iteration, of load steps with each increment; a reason that it returns ends
+        the solve there.
     announce : callable, optional
         As in `prepare`.
+
+    Returns
+    -------
+    Solution or AssemblySolution
+        The latter of several bodies, load steps, unilateral or Coulomb contact, and a body that only friction holds.
 
     Raises
     ------
     InputError
-        If the problem is ill-posed.
+        If the problem is ill-posed, or has a rule of one's own and such contact.
     SolverError
         If a solve fails before there is an iterate to keep.
     """
-    case, changes = Case.of(case), dict[str, Any]()
+    case, changes = case if isinstance(case, Assembly) else Case.of(case), dict[str, Any]()
     if method is not None:
         changes["method"] = method
     if petsc_options is not None:
         changes["petsc"] = {**case.petsc, **petsc_options}
     case = case.model_copy(update=changes)
-    if case.plain and case.mesh.automatic and isinstance(case.geometry.outline(), Outline):
+    if is_stepped(case):
+        from .load_steps import solve_assembly
+
+        if rule is not None:
+            raise InputError("rule: bodies, load steps and other laws take the rules of method.rule")
+        return solve_assembly(assembly_of(case), comm=comm, monitor=monitor)
+    assert isinstance(case, Case)
+    if case.mesh.automatic and isinstance(case.geometry.outline(), Outline):
         from .adaptive import solve_adaptively
 
         return solve_adaptively(case, rule=rule, comm=comm, monitor=monitor)

@@ -25,7 +25,7 @@ def prepare_group(case: AnyCase, comm: Any, cases: int) -> Shared:
     """Discretise and eliminate for so many cases that differ in their method alone."""
     if isinstance(case, Case) and case.plain:
         return preparation.prepare(case, comm, cases)
-    return prepare_assembly(_assembly(case), comm)
+    return prepare_assembly(assembly_of(case), comm)
 
 
 def run_case(shared: Shared, case: AnyCase) -> AnySolution:
@@ -33,7 +33,7 @@ def run_case(shared: Shared, case: AnyCase) -> AnySolution:
     if isinstance(shared, Prepared):
         assert isinstance(case, Case)
         return pipeline.run(shared, case)
-    discrete = dataclasses.replace(shared.discrete, assembly=_assembly(case))
+    discrete = dataclasses.replace(shared.discrete, assembly=assembly_of(case))
     return run_steps(dataclasses.replace(shared, discrete=discrete))
 
 
@@ -41,7 +41,3 @@ def release(shared: Shared) -> None:
     """Free every PETSc object; a system of several bodies has none."""
     if isinstance(shared, Prepared):
         shared.close()
-
-
-def _assembly(case: AnyCase) -> Assembly:
-    return case if isinstance(case, Assembly) else assembly_of(case)
