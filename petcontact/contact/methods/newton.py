@@ -24,10 +24,12 @@ from ..mixed import MixedCompliance
 from ..restricted import Border, LayerCompliance, Restricted, restricted_to
 from ..rho_rules import Rule
 from ..state import ContactState
-from ..system import ContactSystem, MixedSystem, Modes, Surrogate
+from ..system import ContactSystem, MixedSystem, Surrogate
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
+LATE = 3
+"""Steps with a dense S of bodies before a prediction: most need no more."""
 LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
 TRIES = 3
@@ -58,15 +60,16 @@ class SemismoothNewton:
 
         The criterion's tolerance bounds the relative residuals of what is returned as converged.
         """
-        base = system.u_0
+        linear = system.modes is None or law.groups[0].stop == 1
+        # a step with a dense S costs less than a prediction, which then is for sets that its own steps do not find soon
+        late = self.predict is None and not system.matrix_free and len(law.groups) > 1
         predict = self.predict
         if predict is None:
-            large = system.matrix_free or base.size > PLAIN_SIZE
-            predict = large and (system.modes is None or law.groups[0].stop == 1)
-        layer = system.surrogate() if predict or system.matrix_free else None
+            predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
+        layer = system.surrogate() if system.matrix_free or (predict and not late) else None
         if layer is not None:
             layer.rtol = LOOSE
-        foretell = _Foresight(layer, law, system.modes) if predict and layer is not None else None
+        foretell = _Foresight(system, law, layer) if predict and (late or layer is not None) else None
         solver: Restricted
         if isinstance(system, MixedSystem):
             solver = MixedCompliance(system, iteration.criterion.tolerance)
@@ -97,23 +100,29 @@ def first_guess(system: ContactSystem, layer: Surrogate, solver: Restricted) -> 
 
 
 class _Foresight:
-    """Sets by the contact problem of T through an iterate."""
+    """Sets by the contact problem of T through an iterate; where T is still to be made, from the LATE-th step on."""
 
-    def __init__(self, layer: Surrogate, law: ContactLaw, modes: Modes | None) -> None:
-        self.layer, self._law, self._modes, self._solver = layer, law, modes, LayerCompliance(layer)
+    def __init__(self, system: ContactSystem, law: ContactLaw, layer: Surrogate | None) -> None:
+        self.layer, self._system, self._law = layer, system, law
+        self._wait = 0 if layer is not None else LATE
 
     def __call__(self, step: Pivot) -> tuple[Array, Array]:
         """τ and σ of the prediction."""
-        return self.through(step.sigma, step.v, step.tau)
+        self._wait -= 1
+        if self._wait > 0 or step.wrong == 0:
+            return step.tau, step.sigma
+        if self.layer is None:
+            self.layer = self._system.surrogate()
+        return (step.tau, step.sigma) if self.layer is None else self.through(self.layer, step.sigma, step.v, step.tau)
 
-    def through(self, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
+    def through(self, layer: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
         """The same from any σ, v and τ."""
-        base = v - self.layer.apply(sigma)
-        last = box_problem(self._solver, self._law, base, tau, sigma, FORESIGHT, LOOSE, self._modes)
+        modes, base = self._system.modes, v - layer.apply(sigma)
+        last = box_problem(LayerCompliance(layer), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
         if last.wrong == 0 and not last.push.any():
             return last.pieces.tau, last.sigma
         # bodies that T's problem lets go of tell nothing
-        return (last.tau, last.sigma) if self._modes is None else (tau, sigma)
+        return (last.tau, last.sigma) if modes is None else (tau, sigma)
 
 
 Guess = tuple[Array, Array, Array]
@@ -128,9 +137,9 @@ def _first_guess(
     if iteration.start is not None:
         v, sigma = iteration.start
         return next_tau(Pieces.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
-    if foretell is not None:
+    if foretell is not None and foretell.layer is not None:
         sigma, v = first_guess(system, foretell.layer, solver)
-        return *foretell.through(sigma, v, stuck), v
+        return *foretell.through(foretell.layer, sigma, v, stuck), v
     return stuck, np.zeros_like(base), base
 
 
