@@ -15,10 +15,13 @@ import launch
 pytestmark = pytest.mark.mpi
 CONFIGS = Path(__file__).parents[2] / "configs"
 COARSE = ("--set", "body.1.mesh={element_size = 0.5, order = 1}")
+HODLR = ("-bem_mat_type", "hodlr", "-bem_hodlr_tol", "1e-13", "-bem_hodlr_leaf", "32")
 
 
-@pytest.mark.parametrize(("name", "more"), [("stack", ()), ("space_stack", COARSE)], ids=["plane", "space"])
+@pytest.mark.parametrize(("name", "more"), [("stack", ()), ("stack", HODLR), ("space_stack", COARSE)],
+                         ids=["plane", "compressed", "space"])  # fmt: skip
 def test_ranks_agree_on_bodies_and_steps(name, more, tmp_path):
+    """Dense bodies are dealt out to the ranks, compressed ones are those of all together."""
     for ranks in (1, 2):
         words = ("solve", str(CONFIGS / f"{name}.toml"), "-o", str(tmp_path / f"{ranks}.h5"), "--no-figures", *more)
         done = launch.run(ranks, "-m", "petcontact", *words)

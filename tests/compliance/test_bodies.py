@@ -1,0 +1,172 @@
+"""Bodies on compressed operators against dense ones; T of pairs; methods that know S by its products."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy
+from conftest import example
+
+from petcontact import Assembly, AssemblySolution, InputError, Solution, Traction, load_assembly, solve
+from petcontact.compliance.body import compressed
+from petcontact.compliance.body.base import BodyOperators, free_motions
+from petcontact.compliance.body.compressed import CompressedBody
+from petcontact.compliance.body.dense import DenseBody
+from petcontact.linalg.bordered import BorderedKrylov, Elimination
+from petcontact.model.base import parse
+from petcontact.model.solver_options import Bem, Method
+from petcontact.pipeline.assemble import contact_nodes, discretise
+from petcontact.pipeline.load_steps import prepare_assembly, run_steps
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+TIGHT = Bem(mat_type="hodlr", hodlr_tol=1e-12, hodlr_leaf=32)
+
+
+def config(name, **changes):
+    return load_assembly(CONFIGS / f"{name}.toml").model_copy(update=changes)
+
+
+def random_pair(seed):
+    """Two blocks of random size, stiffness and load, the upper one pressed or held, no two of them alike."""
+    rng = np.random.default_rng(seed)
+    (wide, high), (width, height) = rng.uniform(1.0, 4.0, (2, 2))
+    left = rng.uniform(-0.5, 0.5)
+    held = {"part": "top", "condition": "displacement", "value": [rng.uniform(-1e-3, 1e-3), -1e-2]}
+    pressed = {"part": "top", "condition": "traction", "value": [rng.uniform(-0.1, 0.1), -1.0]}
+
+    def body(name, lower, upper, condition):
+        material = {"young_modulus": 10.0 ** rng.uniform(1, 3), "poisson_ratio": rng.uniform(0, 0.45)}
+        return {"name": name, "material": material,
+                "geometry": {"shape": "rectangle", "lower_left": lower, "upper_right": upper},
+                "mesh": {"element_size": rng.uniform(0.15, 0.3), "order": int(rng.integers(0, 3))},
+                "boundary": [condition]}  # fmt: skip
+
+    base = {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}
+    upper = body("upper", [left, 0.0], [left + width, height], held if seed % 2 else pressed)
+    lower = body("lower", [-wide, -high], [wide + 4.0, 0.0], base)
+    contact = {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top",
+               "friction_coefficient": rng.uniform(0.2, 1.0)}  # fmt: skip
+    return parse(Assembly, {"body": [upper, lower], "contact": [contact]}, "test")
+
+
+def difference(one: AssemblySolution, other: AssemblySolution) -> float:
+    """Largest difference of p and q over the largest p, over all steps and pairs."""
+    worst = 0.0
+    for a, b in zip(one.steps, other.steps, strict=True):
+        for name, pair in b.pairs.items():
+            size = np.abs(pair.pressure).max()
+            for key in ("pressure", "sigma_t"):
+                worst = max(worst, np.abs(getattr(a.pairs[name], key) - getattr(pair, key)).max() / size)
+    return worst
+
+
+@pytest.mark.parametrize("name", ["blade", "pin"])
+def test_compressed_body_is_the_dense_one(name, comm):
+    """Held and free, with load states, point forces and all."""
+    discrete = discretise(config(name))
+    for number, mesh in enumerate(discrete.meshes):
+        loading = discrete.loadings[number]
+        contact = contact_nodes(discrete, number)
+        operators = BodyOperators.of(mesh, discrete.assembly.body[number].material, loading, contact)
+        modes = free_motions(mesh, loading.traction_known, discrete.boundaries[number].exterior)
+        dense, body = DenseBody(operators, modes), CompressedBody(operators, modes, TIGHT, comm)
+        size = np.abs(dense.compliance).max()
+        assert np.abs(body.compliance - dense.compliance).max() < 1e-10 * size
+        assert np.abs(body.u_0 - dense.u_0).max() <= 1e-10 * np.abs(dense.u_0).max()
+        traction = np.cos(mesh.x[contact])
+        shares = np.arange(1.0, len(dense.u_0) + 1.0)
+        ours, theirs = (b.unknowns(shares, traction) for b in (body, dense))
+        assert np.abs(ours - theirs).max() < 1e-9 * np.abs(theirs).max()
+        alpha = np.ones(modes.shape[2])
+        assert body.residual(shares, *body.boundary(shares, traction, alpha), alpha) < 1e-9
+
+
+@pytest.mark.parametrize("case", ["pin", "stack", 1, 2])
+def test_assemblies_by_products_are_the_dense_ones(case, monkeypatch):
+    """Configs and random pairs; S is never formed, Newton is GMRES with T and rigid motions in it."""
+    assembly = config(case) if isinstance(case, str) else random_pair(case)
+    dense = solve(assembly)
+    monkeypatch.setattr(compressed, "FORMED", 0)
+    problem = prepare_assembly(assembly.model_copy(update={"bem": TIGHT}))
+    assert problem.system.compliance is None
+    found = run_steps(problem)
+    assert (dense.status, found.status) == ("converged", "converged")
+    assert difference(found, dense) < 1e-9
+    assert max(step.iterations for step in found.steps) <= 10
+    # and S is formed where contact is small
+    monkeypatch.undo()
+    assert difference(solve(assembly.model_copy(update={"bem": TIGHT})), dense) < 1e-9
+
+
+def test_t_of_a_pair_is_spectrally_equivalent_to_s():
+    system = prepare_assembly(config("fretting")).system
+    values = scipy.linalg.eigvals(system.compliance, system.surrogate().matrix())
+    assert values.real.min() > 0.45 and np.abs(values).max() < 2.6
+    assert np.quantile(np.abs(values), 0.05) > 0.9 and np.quantile(np.abs(values), 0.95) < 1.1
+
+
+@pytest.mark.parametrize("name", ["press_fit", "stack"])
+@pytest.mark.parametrize("method", ["projection", "operator-robin"])
+def test_methods_agree_on_bodies_that_only_contact_holds(name, method):
+    newton = solve(config(name))
+    other = solve(config(name), method=Method(name=method, tolerance=1e-9, rho=100.0))
+    assert other.status == "converged", other.reason
+    assert difference(other, newton) < 1e-5
+    assert all(step.residuals["balance"] < 1e-12 for step in other.steps)
+
+
+def test_projection_and_operator_robin_need_products_only(monkeypatch):
+    monkeypatch.setattr(compressed, "FORMED", 0)
+    case = config("press_fit")
+    dense, changes = solve(case), {"bem": TIGHT}
+    for method in (Method(name="projection", tolerance=1e-9, rho=100.0), Method(name="operator-robin", tolerance=1e-9)):
+        found = solve(case.model_copy(update=changes), method=method)
+        assert found.status == "converged" and difference(found, dense) < 1e-6
+
+
+def test_steps_are_foretold_where_newton_does_not_find_its_sets_soon():
+    """From one step to the next no more than seven, with large changes of load."""
+    for name in ("blade", "wedge", "stack"):
+        assert max(step.iterations for step in solve(config(name)).steps) <= 7
+
+
+def test_bordered_systems():
+    rng = np.random.default_rng(3)
+    matrix = rng.standard_normal((12, 12)) + 8.0 * np.eye(12)
+    columns, rows = rng.standard_normal((2, 2, 6, 2))
+    rhs, work = rng.standard_normal((6, 2)), rng.standard_normal(2)
+    whole = np.block([[matrix, columns.reshape(2, 12).T], [rows.reshape(2, 12), np.zeros((2, 2))]])
+    exact = np.linalg.solve(whole, np.concatenate([rhs.ravel(), work]))
+
+    def product(x):
+        return (matrix @ x.ravel()).reshape(6, 2)
+
+    def inverse(x):
+        return np.linalg.solve(matrix, x.ravel()).reshape(6, 2)
+
+    y, c = Elimination(inverse, columns, rows)(rhs, work)
+    assert np.allclose(np.concatenate([y.ravel(), c]), exact)
+    krylov = BorderedKrylov((6, 2), 3, "test_")
+    y, c = krylov.solve(product, lambda x: x / 8.0, columns, rows, rhs, work, 0.0, 1e-12)
+    krylov.close()
+    assert np.allclose(np.concatenate([y.ravel(), c]), exact, atol=1e-9)
+    assert np.abs(rows.reshape(2, 12) @ y.ravel() - work).max() < 1e-13
+    y, _ = Elimination(lambda x: x / 8.0, columns, rows)(rhs, work)
+    assert np.abs(rows.reshape(2, 12) @ y.ravel() - work).max() < 1e-13
+
+
+def test_solve_takes_all_that_a_file_can_say():
+    plain = example(1)
+    assert isinstance(solve(plain), Solution)
+    fixed = {c.part for c in plain.boundary if c.condition == "displacement"}
+    loads = [Traction(part=c.part, value=(0.0, 0.0)) if c.part in fixed else c for c in plain.boundary]
+    loose = solve(plain.model_copy(update={"boundary": tuple(loads)}), method=Method())
+    assert isinstance(loose, AssemblySolution) and loose.info["motions"] == {"body": 3}
+    stepped = solve(config("wedge"))
+    assert isinstance(stepped, AssemblySolution) and stepped.status == "converged"
+    with pytest.raises(InputError, match="rule: bodies"):
+        solve(config("wedge"), rule=object())
+    with pytest.raises(InputError, match="tao"):
+        solve(config("wedge"), method=Method(name="tao"))
