@@ -163,7 +163,7 @@ def pivots(
     alpha = np.zeros(rank) if alpha is None else alpha
     rho = np.ones_like(base)
     fewest, patience, seen_sets = len(base) + 1, PATIENCE, set[bytes]()
-    farthest, largest = np.inf, float(np.abs(sigma).max(initial=0.0))
+    farthest, largest, begun = np.inf, 0.0, float(np.abs(sigma).max(initial=0.0))
     shuffle = np.random.default_rng(2019)
     while True:
         pieces = Pieces.at(law, tau)
@@ -175,7 +175,7 @@ def pivots(
         if np.isinf(farthest):
             strain = v - base if modes is None else v - base - modes.motion @ alpha
             farthest = RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
-        revised, rho = next_tau(pieces, law, sigma, v, solver.noise, VANISHED * largest)
+        revised, rho = next_tau(pieces, law, sigma, v, solver.noise, VANISHED * max(begun, largest))
         wrong = np.flatnonzero(law.states(revised) != pieces.states)
         bent = float(np.abs(law.project(revised) + sigma).max(initial=0.0) / (np.abs(sigma).max(initial=0.0) or 1.0))
         step = Pivot(sigma, v, alpha, pieces, revised, len(wrong), push, bent)
