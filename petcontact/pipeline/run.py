@@ -7,7 +7,7 @@ import sys
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
@@ -109,17 +109,6 @@ def run(
     return probed(solution, prepared.operators) if probe else solution
 
 
-@overload
-def solve(
-    case: Assembly, *, method: Method | None = ..., petsc_options: Mapping[str, Any] | None = ..., comm: Any = ...,
-    monitor: Callable[[Any], str | None] | None = ...,
-) -> AssemblySolution: ...
-@overload
-def solve(
-    case: Case | Problem, *, method: Method | None = ..., rule: Rule | None = ...,
-    petsc_options: Mapping[str, Any] | None = ..., comm: Any = ..., monitor: Callable[[Any], str | None] | None = ...,
-    announce: Callable[[int, int, float], None] | None = ...,
-) -> Any: ...
 def solve(
     case: Case | Problem | Assembly,
     *,
