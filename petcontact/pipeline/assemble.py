@@ -63,6 +63,8 @@ class Discrete:
     warnings: list[str] = field(default_factory=list)
 
 
+HIDDEN = 1.3
+"""Area that feels the tractions of the secondary, over that of the secondary which meets something, that is told."""
 MeshMaker = Callable[[int, Problem, Any], BoundaryMesh]
 """The mesh of a body by its number, the body as a problem of its own, and its boundary; primaries are matched afterwards."""
 
@@ -109,6 +111,10 @@ def _interface(side: Side, meshes: list[BoundaryMesh]) -> tuple[Interface, float
         if not facing.matched and bool(present.any()):
             notes.append(f"pair {side.name!r}: elements of the two sides do not match; values are interpolated, which "
                          "costs 1e-2 to 1e-1 of the pressure")  # fmt: skip
+        area = float(mesh.weight[nodes][present].sum())
+        if float(meshes[b].weight[facing.primary] @ (facing.loads @ np.ones(len(nodes)))) > HIDDEN * area:
+            notes.append(f"pair {side.name!r}: of the primary is faced what lies behind other parts of it, too: forces do "
+                         "not balance; give what is met a part of its own")  # fmt: skip
     else:
         normal, present = along(side.direction, mesh.normal[nodes]).copy(), np.ones(len(nodes), dtype=bool)
     if side.law.gap == "geometry":

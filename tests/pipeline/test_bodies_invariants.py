@@ -165,3 +165,33 @@ def test_random_loads_and_coefficients(seed):
         assert np.all(pair.sigma_t[slides, 0] * pair.slip_increment[slides, 0] <= 1e-12)
     mesh, body = solution.meshes["upper"], solution.last.bodies["upper"]
     assert np.allclose(mesh.weight @ body.traction, 0.0, atol=3e-2 * np.abs(pair.force).max())
+
+
+@pytest.mark.parametrize(("secondary", "primary", "direction"),
+                         [("disc.rim", "block.top", [0, -1]), ("block.top", "disc.rim", [0, 1])])  # fmt: skip
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_action_is_reaction_on_an_arc_and_a_line(secondary, primary, direction, order):
+    """Whichever side is collocated: the far half of the disc, behind the near one along the direction, feels nothing.
+
+    It was given the traction too: with the line as the secondary half of the force went there, and all was "converged".
+    """
+    material, mesh = {"young_modulus": 1.0, "poisson_ratio": 0.3}, {"element_size": 0.1, "order": order}
+    disc = {"shape": "outline", "loops": [{"part": "rim", "center": [0.0, 1.0], "radius": 1.0}]}
+    block = {"shape": "rectangle", "lower_left": [-2.0, -2.0], "upper_right": [2.0, 0.0]}
+    solution = solve_assembly(parse(Assembly, {
+        "body": [{"name": "disc", "material": material, "mesh": mesh, "geometry": disc,
+                  "point_force": [{"at": [0.0, 1.0], "force": [0.0, -0.03]}]},
+                 {"name": "block", "material": material, "mesh": mesh, "geometry": block,
+                  "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}]}],
+        "contact": [{"name": "pair", "secondary": secondary, "primary": primary, "direction": direction,
+                     "friction_coefficient": 0.3}],
+    }, "disc"))  # fmt: skip
+    pressed = {}
+    for name, part in (secondary.split("."), primary.split(".")):
+        body, nodes = solution.meshes[name], solution.meshes[name].nodes_of(part)
+        traction = solution.last.bodies[name].traction
+        pressed[name] = body.weight[nodes] @ traction[nodes]
+        if name == "disc":
+            assert not traction[body.x[:, 1] > 1.0].any()
+    assert solution.converged and pressed["disc"] == pytest.approx([0.0, 0.03], abs=1e-6)
+    assert pressed["block"] == pytest.approx(-pressed["disc"], abs=1e-6)

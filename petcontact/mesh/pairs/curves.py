@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, Mask
 from ...geometry.arcs import half_angles, on_arcs
 
 SLACK = 1e-9
@@ -38,6 +38,10 @@ class Hits:
     face: Index
     place: Array
     distance: Array
+
+    def where(self, seen: Mask) -> Hits:
+        """The same for some of the points (m,), none for the others."""
+        return Hits(np.where(seen, self.face, -1), self.place, np.where(seen, self.distance, np.inf))
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,10 @@ class Curves:
 
     def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
         """From where on the curves points with outward normals (m, 2) are met, by perpendiculars or against a direction."""
-        return self.foot(x, normal) if direction is None else self.cast(x, -along(direction, normal))
+        if direction is None:
+            return self.foot(x, normal)
+        # what looks away is met through the body
+        return self.cast(x, -along(direction, normal)).where(normal @ direction < 0.0)
 
     def cast(self, x: Array, direction: Array) -> Hits:
         """The nearest meeting of the lines x + t·direction with curves whose outward normal points against it.

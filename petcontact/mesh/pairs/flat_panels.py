@@ -57,7 +57,10 @@ class FlatPanels:
 
     def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
         """From where on the panels points with outward normals (m, 3) are met, by perpendiculars or against a direction."""
-        return self.foot(x, normal) if direction is None else self.cast(x, -along(direction, normal))
+        if direction is None:
+            return self.foot(x, normal)
+        # what looks away is met through the body
+        return self.cast(x, -along(direction, normal)).where(normal @ direction < 0.0)
 
     def cast(self, x: Array, direction: Array) -> Hits:
         """The nearest meeting of the lines x + t·direction with panels whose outward normal points against it.
