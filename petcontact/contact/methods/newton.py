@@ -28,7 +28,7 @@ from ..system import ContactSystem, MixedSystem, Surrogate
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
-LATE = 3
+LATE = 2
 """Steps with a dense S of bodies before a prediction: most need no more."""
 LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
