@@ -55,10 +55,14 @@ def balanced(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fal
     The displacement is v itself where v = 0 is sticking; where v_n is a gap it is what contact adds, rigid motions apart.
     """
     base, weight = system.u_0, system.weight
+    # bodies and obstacles that only contact holds may move as one where all of it sticks: then v - u_0 is no displacement
+    # that contact adds, which is Sσ
+    strained = 0.0 if system.modes is None else contact_norm(system.apply(sigma), weight)
     if len(law.groups) == 1:
-        return balanced_rho(v, sigma, weight, fallback, FLOOR * contact_norm(base, weight))
+        return balanced_rho(v, sigma, weight, fallback, FLOOR * max(contact_norm(base, weight), strained))
     moved = without_motions(system, v - base)
-    common, floor = balanced_rho(moved, sigma, weight, fallback), FLOOR * contact_norm(moved, weight)
+    floor = FLOOR * max(contact_norm(moved, weight), strained)
+    common = balanced_rho(moved, sigma, weight, fallback, floor)
     rho = np.empty(law.k)
     for group in law.groups:
         rho[group] = balanced_rho(moved[:, group], sigma[:, group], weight, common, floor)
