@@ -134,6 +134,41 @@ normal = "bonded"
     assert np.allclose(u[:, 1], -solution.meshes["b"].x[:, 1] * 2.0 * (1 - 0.25**2) / 10.0, atol=1e-9)
 
 
+STAMP = """
+[[body]]
+name = "base"
+material = { young_modulus = 500.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [-1, -1], upper_right = [1, 0] }
+mesh = { element_size = 0.2, order = 1 }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0, 0]
+[[obstacle]]
+name = "stamp"
+displacement = ["free", "free"]
+rotation = "free"
+force = [0.1, -2.0]
+[[contact]]
+name = "foot"
+secondary = "base.top"
+primary = "stamp"
+LAW
+"""
+
+
+@pytest.mark.parametrize("law", ['normal = "bonded"',
+                                 'normal = "bilateral"\nfriction_bound = 5.0', "friction_coefficient = 0.9"])  # fmt: skip
+def test_a_free_obstacle_may_stick_everywhere(law):
+    """v = 0 and u_0 = 0: the problem is linear, and nothing but Sσ says how large a displacement is."""
+    solution = solve_assembly(parse(Assembly, tomllib.loads(STAMP.replace("LAW", law)), "test"))
+    assert solution.converged, solution.reason
+    assert solution.iterations <= 2
+    assert np.allclose(solution.last.pairs["foot"].force, [0.1, -2.0], rtol=1e-12)
+    assert solution.last.pairs["foot"].area == pytest.approx(2.0)
+    assert -0.01 < solution.last.obstacles["stamp"].displacement[1] < -0.001
+
+
 @pytest.mark.parametrize("count", [3, 7])
 def test_a_path_of_constant_pressure_does_not_depend_on_its_increments(count):
     """Equal bodies: pushing changes no pressure, so that one increment is exact (Cattaneo, Mindlin)."""
