@@ -27,7 +27,8 @@ _from_tables: dict[str, bool] = {}
 """Options that `[petsc]` tables have set so far, and whether an object used them."""
 _LAUNCHED = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS", "SLURM_PROCID")
 """Variables of which a launcher of ranks sets one."""
-_SINGLETON = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_pml": "ob1"}
+_SINGLETON = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0", "OMPI_MCA_pml": "ob1"}
+"""No daemon; no folder, which without a daemon would be one for all that start and end at that moment; no network."""
 _PROGRAM_OPTIONS = ("options_", "help", "log_", "malloc", "info", "skip_petscrc", "no_signal_handler", "on_error_",
                     "start_in_debugger", "debugger", "fp_trap", "get_total_flops", "citations", "check_pointer_intensity",
                     "memory_view", "objects_dump", "version", "petsc_ci")  # fmt: skip
@@ -81,9 +82,8 @@ def initialise(argv: Sequence[str] = ()) -> None:
 @contextlib.contextmanager
 def _alone() -> Iterator[None]:
     """What Open MPI need not do for a process that no launcher started: run a daemon, for processes it might spawn, and load
-    the libraries of fast networks, which measure the processor's clock for 0.2 s. The user's own settings stay."""
-    launched = any(name in os.environ for name in _LAUNCHED)
-    ours = {} if launched else {name: word for name, word in _SINGLETON.items() if name not in os.environ}
+    the libraries of fast networks, which measure the processor's clock for 0.2 s. Who has set any of it keeps that."""
+    ours = {} if any(name in os.environ for name in (*_LAUNCHED, *_SINGLETON)) else _SINGLETON
     os.environ.update(ours)
     try:
         yield
