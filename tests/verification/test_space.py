@@ -102,3 +102,53 @@ def test_too_little_memory_is_told_before_the_build(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr("petcontact.pipeline.choice.physical_memory", lambda: 1e6)
     with pytest.raises(InputError, match="dense operators of 360 nodes take"):
         prepared("a")
+
+
+def on_contact_face(solution, x: np.ndarray) -> np.ndarray:
+    """u_t (m, 2) at points of the face, by the polynomials of its panels."""
+    mesh, contact = solution.mesh, solution.contact
+    place, result = np.full(mesh.n_nodes, -1), np.full((len(x), 2), np.nan)
+    place[contact.nodes] = np.arange(len(contact.nodes))
+    for element in np.unique(mesh.element[contact.nodes]):
+        panel = mesh.elements(np.array([element]))
+        low, high = panel.corners[0].min(axis=0), panel.corners[0].max(axis=0)
+        inside = np.flatnonzero(np.all((x >= low - 1e-9) & (x <= high + 1e-9), axis=1))
+        local = (x[inside] - panel.centre[0]) @ panel.frame[0, :2].T / panel.size[0]
+        nodes = np.arange(mesh.first_node[element], mesh.first_node[element + 1])
+        result[inside] = panel.basis(local[None])[0] @ contact.u_t[place[nodes]]
+    return result
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("letter", "size"), [("a", 0.3334), ("b", 0.25)])
+def test_reference_values_within_their_bounds(letter: str, size: float) -> None:
+    """On 12 960 and 23 040 nodes of the meshes that the reference is from (exponent 1.4, up to 98 010 nodes)."""
+    solution = run_case(letter, {"mesh.element_size": size, "bem.mat_type": "hmatrix", "bem.hmatrix_tol": 1e-5})
+    assert solution.converged
+    contact = solution.contact
+    force = contact.weight @ np.einsum("nk,nkd->nd", contact.sigma_t, contact.tangent)
+    push = solution.reactions()["bottom"][2]
+    at = on_contact_face(solution, np.array([[2.0, 2.0, 0.0], [0.5, 2.0, 0.0]]))
+    found = {"sigma_x": force[0], "sigma_y": force[1], "t_z": push, "u(2,2)_x": at[0, 0]}
+    if letter == "a":
+        found |= {"u_x": contact.weight @ contact.u_t[:, 0],
+                  "size": np.sqrt(contact.weight @ np.sum(contact.u_t**2, axis=1)),
+                  "work": contact.weight @ np.sum(contact.u_t * contact.sigma_t, axis=1),
+                  "slip": contact.weight @ (contact.state == 1), "u(.5,2)_x": at[1, 0]}  # fmt: skip
+        wanted = {"sigma_x": (-2920.40, 0.05), "sigma_y": (0.0, 0.01), "t_z": (1236.0, 0.1), "u_x": (0.39564, 4e-5),
+                  "size": (0.13409, 1e-5), "work": (-60.250, 0.006), "slip": (13.99, 0.02), "u(2,2)_x": (0.017656, 2e-6),
+                  "u(.5,2)_x": (0.05280, 4e-6)}  # fmt: skip
+    else:
+        found["u(2,2)_y"] = at[0, 1]
+        wanted = {"sigma_x": (-2851.45, 0.03), "sigma_y": (-3007.07, 0.04), "t_z": (2161.6, 0.1),
+                  "u(2,2)_x": (0.023870, 3e-6), "u(2,2)_y": (0.015745, 3e-6)}  # fmt: skip
+    missed = {key: (found[key], *wanted[key]) for key in wanted if abs(found[key] - wanted[key][0]) > wanted[key][1]}
+    assert not missed
+
+
+def run_case(letter: str, keys: dict[str, object]):
+    case, system = prepared(letter, **keys)
+    try:
+        return run(system, case)
+    finally:
+        system.close()
