@@ -32,7 +32,7 @@ class SystemBase:
 
     def surrogate(self) -> Surrogate | None:
         """T of elastic layers on curves, of half spaces on surfaces."""
-        return _surrogate(self.operators.mesh, self.operators)
+        return stand_in(self.operators.mesh, self.operators)
 
     def _everywhere(self, unknowns: Any, sigma_t: Array) -> tuple[Array, Array]:
         """Displacement and traction on the whole boundary from a PETSc vector of unknowns."""
@@ -55,16 +55,16 @@ class EliminatedSystem(SystemBase, abc.ABC):
 
 
 @functools.singledispatch
-def _surrogate(mesh: BoundaryMesh, operators: BoundaryOperators) -> Surrogate | None:
+def stand_in(mesh: BoundaryMesh, operators: BoundaryOperators) -> Surrogate | None:
     """By the kind of mesh; none where none is known."""
     return None
 
 
-@_surrogate.register
+@stand_in.register
 def _(mesh: CurveMesh, operators: BoundaryOperators) -> Surrogate | None:
     return LayerOperator.of(operators)
 
 
-@_surrogate.register
+@stand_in.register
 def _(mesh: SurfaceMesh, operators: BoundaryOperators) -> Surrogate | None:
     return HalfSpace.of(operators)

@@ -19,6 +19,7 @@ from ...contact.system import Modes, Surrogate
 from ...model.solver_options import Bem
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread
+from ..base import stand_in
 from .equations import MixedEquations, Relation
 
 FORCING = 0.1
@@ -27,6 +28,8 @@ INNER = 0.1
 """... and over the tolerance of the criterion at last."""
 RTOL = 1e-9
 """Residual of an elastic solve, relative to the load."""
+LARGEST_T = 8000
+"""Contact unknowns up to which T, which is dense, is formed."""
 ROUND_OFF = 1e-12
 """Relative difference of tractions that are the same."""
 
@@ -122,8 +125,8 @@ class HierarchicalSystem:
         return np.column_stack([self.apply(unit.reshape(m, k)).ravel() for unit in np.eye(m * k)])
 
     def surrogate(self) -> Surrogate | None:
-        """None."""
-        return None
+        """T, as of dense operators, as long as it is not large itself."""
+        return stand_in(self.operators.mesh, self.operators) if self._zero.size <= LARGEST_T else None
 
     def boundary(self, sigma: Array) -> tuple[Array, Array]:
         """One solve with σ given, from the last solution."""

@@ -66,7 +66,9 @@ class SemismoothNewton:
         predict = self.predict
         if predict is None:
             predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
-        layer = system.surrogate() if system.matrix_free or (predict and not late) else None
+        # a mixed system's step costs no more than T does to set up
+        mixed = isinstance(system, MixedSystem)
+        layer = system.surrogate() if not mixed and (system.matrix_free or (predict and not late)) else None
         if layer is not None:
             layer.rtol = LOOSE
         foretell = _Foresight(system, law, layer) if predict and (late or layer is not None) else None
