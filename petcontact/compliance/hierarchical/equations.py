@@ -228,8 +228,8 @@ class MixedEquations:
         viewer.printfASCII(f"    {self.describe()}\n")
 
     def describe(self) -> str:
-        """Tolerance, largest rank and memory."""
-        return f"hmatrix {self.tolerance:g}"
+        """Tolerance and memory."""
+        return f"hmatrix {self.tolerance:g} of {self.memory() / 1e6:.0f} MB"
 
     def memory(self) -> int:
         """Bytes on all ranks."""
