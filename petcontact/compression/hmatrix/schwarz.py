@@ -29,7 +29,7 @@ MARGIN = 0.3
 """Of half its extent, on each side."""
 CROWDED = 300
 """Nodes of a cluster with its margin, of which the nearest are taken."""
-COARSE = 2400
+COARSE = 900
 """Unknowns of the coarse level, about, whose LU every rank has."""
 
 
