@@ -88,18 +88,19 @@ def test_hertz_on_a_rigid_sphere(order):
 
 
 def cattaneo(x, sign):
-    """Displacements of both steps, (2, n, 3), on the lower (sign -1) or upper body, zero slip where they stick."""
+    """Displacements of press, +Q, -Q, +Q, (4, n, 3), on the lower (sign -1) or upper body, zero slip where they stick."""
     turned = x * [1.0, 1.0, sign]
     press = half_space(turned, 0.0, 1.0, 1.0, 0.0)
     shear = half_space(turned, 0.0, 1.0, 0.0, MU) - STICK * half_space(turned, 0.0, STICK, 0.0, MU)
     shear[:, 0] -= 0.5 * np.pi * MU * (1.0 - STICK**2)
-    return np.array([press, press - sign * shear]) * [1.0, 1.0, sign]
+    return np.array([press, press - sign * shear, press + sign * shear, press - sign * shear]) * [1.0, 1.0, sign]
 
 
 def test_cattaneo_and_mindlin_between_two_blocks():
     """ν = 0: slip is exactly along x, the stick zone a circle. The primary's face takes the panels of the secondary."""
     data = {
-        "body": [block("lower", 0.0, 0.5, 2), block("upper", 0.0, 0.75, 1)], "step": [{"name": "press"}, {"name": "push"}],
+        "body": [block("lower", 0.0, 0.5, 2), block("upper", 0.0, 0.75, 1)],
+        "step": [{"name": name} for name in ("press", "push", "pull", "push again")],
         "contact": [{"name": "pair", "secondary": "lower.top", "primary": "upper.bottom", "friction_coefficient": MU,
                      "gap": f"{0.5 * np.pi}*(x**2 + y**2 - 2)"}],
     }  # fmt: skip
@@ -113,6 +114,11 @@ def test_cattaneo_and_mindlin_between_two_blocks():
     assert relative(pair.weight, pair.sigma_t, np.column_stack([q, 0.0 * q])) < 0.04
     force = 2.0 * np.pi / 3.0 * np.array([MU * (1.0 - STICK**3), 0.0, -1.0])
     assert pair.force == pytest.approx(force, abs=1e-2)
+    # energy of a cycle (Mindlin and Deresiewicz), half of it a branch, a quarter the first one
+    spent, k = [step.pairs["pair"].dissipated for step in solution.steps], 1.0 - STICK**3
+    cycle = 7.2 * (2.0 * np.pi / 3.0 * MU) ** 2 * (1.0 - STICK**5 - 5.0 / 6.0 * k * (1.0 + STICK**2))
+    assert spent == pytest.approx([0.0, 0.25 * cycle, 0.5 * cycle, 0.5 * cycle], rel=0.01, abs=1e-15)
+    assert spent[1:] == pytest.approx([0.5 * spent[3], spent[3], spent[3]], rel=1e-4)
     # action and reaction, force and moment, to round-off
     other, mesh = solution.last.bodies["upper"], solution.meshes["upper"]
     nodes = mesh.nodes_of("bottom")
