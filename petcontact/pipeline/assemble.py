@@ -32,6 +32,9 @@ from .choice import LARGEST, check_memory, is_compressed, resolved_bem
 from .probe import ELASTIC_LIMIT, SAFE
 from .sides import Side, as_problem, check_parts, interfaces_of
 
+OUTWARD = 1e-9
+"""Cosine between a direction and some outward normal from which on it points outward."""
+
 
 @dataclass
 class Discrete:
@@ -104,11 +107,17 @@ def _interface(side: Side, meshes: list[BoundaryMesh]) -> tuple[Interface, float
     nodes = mesh.nodes_of(side.part)
     notes: list[str] = []
     facing = None
+    if side.direction is not None and not (mesh.normal[nodes] @ side.direction).max() > OUTWARD:
+        raise InputError(f"{side.key}.direction: must point out of part {side.part!r}, from the secondary to the primary; "
+                         f"{side.direction.round(6).tolist()} does not")  # fmt: skip
     if side.primary is not None:
         b, part = side.primary
         facing = face(mesh, side.part, meshes[b], part, side.direction)
         normal, present = facing.normal, facing.met
-        if not facing.matched and bool(present.any()):
+        if not present.any():
+            notes.append(f"pair {side.name!r}: no node of the secondary faces the primary along its normals: "
+                         "they never touch")  # fmt: skip
+        elif not facing.matched:
             notes.append(f"pair {side.name!r}: elements of the two sides do not match; values are interpolated, which "
                          "costs 1e-2 to 1e-1 of the pressure")  # fmt: skip
         area = float(mesh.weight[nodes][present].sum())

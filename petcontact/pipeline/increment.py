@@ -195,6 +195,34 @@ def step_result(
     )  # fmt: skip
 
 
+def undetermined(
+    problem: SteppedProblem, freedoms: list[Freedoms], before: Progress, number: int, target: float,
+    outcome: ContactState,
+) -> list[str]:  # fmt: skip
+    """What is yet to be said of motions at the end of a step that neither closed nor sticking nodes resist."""
+    system, law = problem.system, problem.discrete.law
+    modes = reduced_problem(system, freedoms, before, number, 1.0).modes
+    if modes is None or target < 1.0 or not outcome.converged:
+        return []
+    size = np.abs(outcome.sigma).max(initial=0.0) / (np.abs(outcome.v).max(initial=0.0) or 1.0)
+    derivative = law.linearise(size * outcome.v - outcome.sigma)
+    resisted = np.einsum("iab,ibr->iar", derivative, modes.motion / modes.size).reshape(-1, len(modes.load))
+    values, vectors = np.linalg.svd(np.linalg.qr(resisted, mode="r"))[1:]
+    loose = vectors[np.append(values, np.zeros(len(vectors) - len(values))) <= 1e-9 * max(1.0, values.max(initial=0.0))]
+    if not len(loose):
+        return []
+    moved = np.linalg.norm(loose, axis=0)
+    assembly, owners = problem.discrete.assembly, list[str]()
+    for body, eliminated in zip(assembly.body, system.bodies, strict=True):
+        owners += [f"body {body.name!r}"] * eliminated.modes.shape[2]
+    for obstacle, freedom in zip(assembly.obstacle, freedoms, strict=True):
+        owners += [f"obstacle {obstacle.name!r}"] * int(freedom.free.sum())
+    names = list(dict.fromkeys(owner for owner, share in zip(owners, moved, strict=True) if share > 1e-6))
+    motions = f"{len(loose)} motion{'s' if len(loose) > 1 else ''} of {' and '.join(names)}"
+    note = f"step {problem.steps[number - 1].name or number!r}: nothing holds {motions}; chosen as the least there is"
+    return [note] * (note not in problem.discrete.warnings)
+
+
 def _why(
     problem: SteppedProblem, freedoms: list[Freedoms], before: Progress, number: int, target: float,
     outcome: ContactState,

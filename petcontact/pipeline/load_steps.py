@@ -36,6 +36,7 @@ from .increment import (
     progress_after,
     reduced_problem,
     step_result,
+    undetermined,
 )
 
 HALVINGS = 8
@@ -47,7 +48,7 @@ LEAST_SLIP = 1e-3
 JAM = 1e-3
 """Pressure, over the largest that there was, that stays where nothing jams."""
 FAR = 0.05
-"""Initial gap, over the size of the body, that is told."""
+"""Initial gap or overlap, over the size of the body, that is told."""
 Monitor = Callable[[StepResult], str | None]
 
 
@@ -145,6 +146,7 @@ def _increments(problem: SteppedProblem, warm: Start | None, done: list[StepResu
                 if size >= whole * 0.5**HALVINGS:
                     continue
                 tried = [_increment(problem, freedoms, progress, number, target)]
+            problem.discrete.warnings += undetermined(problem, freedoms, progress, number, target, tried[-1][0])
             for place, (outcome, following) in zip(np.linspace(reached, target, len(tried) + 1)[1:], tried, strict=True):
                 last = not outcome.converged or place == 1.0
                 result = step_result(
@@ -312,9 +314,7 @@ def _reached(discrete: Discrete, results: list[StepResult]) -> str:
                           for side, d in zip(discrete.sides, discrete.distance, strict=True))  # fmt: skip
         text += f"; no contact anywhere ({apart})"
     for side, d in zip(discrete.sides, discrete.distance, strict=True):
-        if np.isfinite(d) and d > FAR * discrete.boundaries[side.body].diameter:
-            text += f"; pair {side.name!r} lies {d:.3g} apart, far for the theory of small displacements"
+        if np.isfinite(d) and abs(d) > FAR * discrete.boundaries[side.body].diameter:
+            how = f"lies {d:.3g} apart" if d > 0.0 else f"overlaps by {-d:.3g}"
+            text += f"; pair {side.name!r} {how}, far for the theory of small displacements"
     return text
-
-
-__all__ = ["SteppedProblem", "prepare_assembly", "run_steps", "solve_assembly"]

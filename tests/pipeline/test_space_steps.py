@@ -247,6 +247,32 @@ def test_an_obstacle_under_its_reactions_stays_where_it_was():
     assert np.allclose(a.pressure, b.pressure, atol=1e-7) and np.allclose(a.sigma_t, b.sigma_t, atol=1e-7)
 
 
+@pytest.mark.parametrize("normal", ["bonded", "unilateral"])
+def test_what_sticks_to_a_free_obstacle_all_over_moves_with_it(normal):
+    """The load comes through the obstacle alone: nothing but a rigid motion to measure the displacement by."""
+    friction = {"contact__0__friction_coefficient": 0.9} if normal == "unilateral" else {}
+    text = PUNCHED.replace("friction_coefficient = 0.3", "").replace('gap = "(x**2 + y**2)/4"', "")
+    solution = solved(text, step=[], obstacle__0__displacement="free", obstacle__0__force=[0.001, 0.002, -0.02],
+                      contact__0__normal=normal, **friction)  # fmt: skip
+    assert solution.converged and solution.iterations <= 3
+    pair, ball = solution.last.pairs["top"], solution.last.obstacles["ball"]
+    assert set(pair.state) == {0} and pair.force == pytest.approx([0.001, 0.002, -0.02], abs=1e-14)
+    moved = solution.last.bodies["block"].u[solution.nodes["top"]]
+    assert np.allclose(moved, ball.displacement, atol=1e-10 * np.abs(moved).max())
+
+
+def test_what_to_look_at_is_told():
+    """Motions that nothing holds, parts that do not face each other, overlaps, contact of a few nodes."""
+    smooth = solved(STACK, contact__0__friction_coefficient=0.0, body__1__boundary__0__value=[0.0, 0.0, -1.0])
+    assert smooth.converged and "nothing holds 3 motions of body 'block'" in smooth.info["warnings"][0]
+    apart = solved(STACK, contact__0__secondary="block.left", contact__0__primary="base.top")
+    assert not apart.converged and "never touch" in apart.info["warnings"][0]
+    inside = solved(STACK, body__1__geometry__lower=[0.0, 0.0, -0.5])
+    assert "overlaps by 0.5, far for the theory of small displacements" in inside.reason
+    few = solved(PUNCHED, obstacle__0__displacement=[0.0, 0.0, -0.012], step=[])
+    assert "ONLY 4 of 64 nodes closed" in " ".join(few.verdict().split())
+
+
 def test_a_stack_files_figures_and_fields(tmp_path):
     """Faces of other meshes match, action is reaction, and a file of format 2 gives back what was solved."""
     solution = solved(STACK)
@@ -336,6 +362,8 @@ def test_random_problems_obey_the_law(seed):
         (PUNCHED, {"obstacle__0__centre": [0.0, 0.0]}, "centre: needs 3 components"),
         (PUNCHED, {"obstacle__0__force": "strong"}, r"obstacle\[0\].force: must be a finite number or an array"),
         (PUNCHED, {"contact__0__direction": [0.0, 1.0]}, r"contact\[0\].direction: the body has 3 dimensions"),
+        (PUNCHED, {"contact__0__direction": [1.0, 0.0, 0.0]}, r"contact\[0\].direction: must point out of part 'top'"),
+        (PUNCHED, {"contact__0__direction": [0.0, 0.6, -0.8]}, r"contact\[0\].direction: must point out of part 'top'"),
         (PUNCHED, {"contact__0__gap": "s"}, "unknown name 's'"),
         (PUNCHED, {"contact__0__friction_coefficient": "z - 1"}, "must be >= 0, is -1 at x = .*, y = .*, z = 0"),
         (PUNCHED, {"contact__0__normal": "bonded"}, "friction_coefficient: bonded parts do not slip"),

@@ -72,7 +72,8 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     number = np.maximum(back.face, 0)
     n_a = own.at(number, back.place)[1]
     n = along(direction, n_a)
-    ratio = np.abs(np.sum(primary.normal[b] * n, axis=1)) / np.abs(np.sum(n_a * n, axis=1))
+    against, out = (np.abs(np.sum(vectors * n, axis=1)) for vectors in (primary.normal[b], n_a))
+    ratio = np.divide(against, out, out=np.zeros(len(out)), where=met & (out > 0.0))
     if direction is None:
         ratio /= own.stretch(number, np.where(met, back.distance, 0.0))
     loads = scipy.sparse.csr_array(scipy.sparse.diags(np.where(met, ratio, 0.0)) @ loads)

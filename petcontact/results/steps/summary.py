@@ -12,6 +12,8 @@ from ...runtime.terminal import printable
 from ..summary import cost, wrapped
 from .solution import AssemblySolution, PairResult, StepResult
 
+FEW = 4
+"""Closed nodes along each direction of an interface up to which its pressure is not resolved."""
 SHOWN = 6
 """Steps that the verdict shows: the first ones and the last."""
 
@@ -76,7 +78,9 @@ def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
         f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {slip if slip > least else 0.0:.4g}",
         f"dissipated {spent:.6g}",
     ]
-    faced = np.isfinite(pair.gap)
+    faced, count = np.isfinite(pair.gap), np.count_nonzero(closed)
+    if 0 < count < min(len(p), FEW ** pair.tangent.shape[1] + 1):
+        items.append(f"ONLY {count} of {len(p)} nodes closed: p is not resolved, refine the mesh there")
     if pair.tension_share > 0.0:
         items.append(f"IN TENSION on {100.0 * pair.tension_share:.3g} % of it, up to {-float(p.min()):.6g}")
     penetration = 0.0 - float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
@@ -95,7 +99,7 @@ def _shown(value: Axial) -> str:
 
 def _clean(force: Axial, size: float = 0.0) -> Array:
     """Round-off of a component that vanishes, next to the others or a size, is not shown."""
-    return np.asarray(np.where(np.abs(force) < 1e-12 * max(size, np.abs(force).max(initial=0.0)), 0.0, force))
+    return np.asarray(np.where(np.abs(force) < 1e-12 * max(size, np.abs(force).max(initial=0.0)), 0.0, force) + 0.0)
 
 
 def _reach(pair: PairResult) -> float:
