@@ -41,7 +41,7 @@ def draw_surfaces(figure: Any, bodies: Sequence[tuple[BoundaryMesh, Array]], hea
     axes.add_collection3d(Poly3DCollection(list(moved), facecolors=colour.to_rgba(size), edgecolors="0.3", linewidths=0.25))
     low, high = moved.min(axis=(0, 1)), moved.max(axis=(0, 1))
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), xlabel="x", ylabel="y", zlabel="z")
-    axes.set_box_aspect(high - low)
+    axes.set_box_aspect(high - low, zoom=0.85)  # room for the numbers at the axes
     axes.set_title(": ".join(filter(None, (title(heading), f"u × {factor:g}"))), fontsize="medium")
     figure.colorbar(colour, ax=axes, label="|u|", shrink=0.7, pad=0.1)
 
