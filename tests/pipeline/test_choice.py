@@ -45,12 +45,12 @@ def case():
 
 
 def test_a_compression_that_misses_is_replaced_by_itself(case, monkeypatch, comm):
-    """On 992 nodes, graded by 1/2 down to 1e-9, the compressed factorisation loses five digits."""
-    lost = solve(case.model_copy(update={"bem": Bem(mat_type="hodlr")}), comm=comm)
+    """A tolerance of 1e-7 leaves more than the integral equations may miss."""
+    lost = solve(case.model_copy(update={"bem": Bem(mat_type="hodlr", hodlr_tol=1e-7)}), comm=comm)
     assert lost.status == "failed" and lost.elastic_residual > 1e-7 and "hodlr" in lost.info["solver"]
     monkeypatch.setattr(choice, "SMALLEST", 100)
     monkeypatch.setattr(choice, "UNEVEN", 0.0)
-    solution = solve(case, comm=comm)
+    solution = solve(case.model_copy(update={"bem": Bem(hodlr_tol=1e-7)}), comm=comm)
     assert solution.converged and solution.elastic_residual < 1e-9 and "dense" in solution.info["solver"]
 
 
