@@ -259,9 +259,8 @@ def _finished(
     names = [body.name for body in discrete.assembly.body]
     info = {
         "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.assembly.petsc),
-        "versions": versions(),
-        "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm), "warnings": warnings,
-        "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
+        "versions": versions(), "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm),
+        "warnings": warnings, "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, problem.system.bodies, strict=True)},
     }  # fmt: skip
     return AssemblySolution(
@@ -308,7 +307,8 @@ def _reached(discrete: Discrete, results: list[StepResult]) -> str:
     """How a converged solve ended, and what to look at."""
     worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
              for key in ("normal", "tangential", "balance", "elastic")}  # fmt: skip
-    text = "residuals " + ", ".join(f"{key} {value:.1e}" for key, value in worst.items())
+    # a balance of 0 is none: nothing is held by contact only
+    text = "residuals " + ", ".join(f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value)
     if all(np.all(pair.state == 2) for pair in results[-1].pairs.values()):
         apart = "; ".join(f"pair {side.name!r} lies {d:.3g} apart" if np.isfinite(d) else f"pair {side.name!r} faces nothing"
                           for side, d in zip(discrete.sides, discrete.distance, strict=True))  # fmt: skip

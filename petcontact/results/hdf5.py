@@ -117,7 +117,7 @@ def write_group(group: Any, solution: Solution) -> None:
         rows[key] = np.array(getattr(history, key), dtype=int if key == "ksp_iterations" else float)
     if history.exchanged:
         rows["exchanged"] = np.array(history.exchanged, dtype=int)
-    _describe(group, solution.case.units)
+    describe_all(group, solution.case.units)
     group.attrs.update({
         "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.case.toml(), "status": solution.status,
         "reason": solution.reason, "iterations": solution.iterations, "rho": solution.rho,
@@ -133,12 +133,18 @@ def zone_attributes(zones: list[Zone]) -> dict[str, Any]:
             "zone_parts": json.dumps([z.part for z in zones])}  # fmt: skip
 
 
-def _describe(group: Any, units: Units) -> None:
-    """Attributes `unit` and `description` of the datasets; the unit is the user's name for it, where there is one."""
-    names = {"length": units.length, "stress": units.stress, "stress/length": units.stiffness}
-    for path, (unit, text) in DESCRIPTIONS.items():
+def describe_all(group: Any, units: Units) -> None:
+    """Describe the datasets of DESCRIPTIONS that there are."""
+    for path, meaning in DESCRIPTIONS.items():
         if path in group:
-            group[path].attrs.update({"unit": names.get(unit) or unit, "description": text})
+            describe(group[path], meaning, units)
+
+
+def describe(item: Any, meaning: tuple[str, str] | None, units: Units) -> None:
+    """Attributes `unit` and `description` of a dataset; the unit is the user's name for it, where there is one."""
+    if meaning is not None and isinstance(item, h5py.Dataset):
+        names = {"length": units.length, "stress": units.stress, "stress/length": units.stiffness}
+        item.attrs.update({"unit": names.get(meaning[0]) or meaning[0], "description": meaning[1]})
 
 
 def read_result(path: str | Path, group: str = "/") -> Solution | AssemblySolution:

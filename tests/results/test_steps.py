@@ -151,6 +151,10 @@ def test_the_verdict_of_an_increment_that_failed():
     assert "failed at" in verdict and "reached" not in verdict and "-0" not in verdict.replace("e-0", "")
 
 
+def check_described(path, item):
+    assert isinstance(item, h5py.Group) or {"unit", "description"} <= set(item.attrs), path
+
+
 def test_what_failed_is_kept_apart(tmp_path):
     """/steps has the increments that were solved alone, /failed the one that was not; /history a row an iteration."""
     data = tomllib.loads(BLOCK.replace("PLANE", "strain"))
@@ -162,6 +166,7 @@ def test_what_failed_is_kept_apart(tmp_path):
     with h5py.File(tmp_path / "r.h5") as file:
         assert len(file["steps"]) == len(solution.steps) and file["failed"].attrs["status"] == "not converged"
         assert len(file["increments/step"]) == len(solution.steps) + 1
+        file.visititems(lambda path, item: check_described(path, item))
         rows, counts = file["history"], file["increments/iterations"][()]
         assert np.array_equal(np.bincount(rows["increment"][()])[1:], counts)
         assert all(len(rows[key]) == counts.sum() for key in ("rho", "w", "change", "residual", "ksp_iterations"))

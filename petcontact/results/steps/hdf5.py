@@ -18,11 +18,44 @@ from ...model.assembly import Assembly
 from ...model.base import parse
 from ...refinement.zones import Zone, zones_of
 from ..checks import check_fields, check_group, check_pair, read_table
-from ..hdf5 import FORMAT, PROVENANCE, zone_attributes
+from ..hdf5 import FORMAT, PROVENANCE, describe, describe_all, zone_attributes
 from .solution import AssemblySolution, BodyResult, ObstacleResult, PairResult, StepResult
 
 FORMAT_VERSION = 2
 RESIDUALS = ("normal", "tangential", "balance", "elastic")
+FIELDS = {
+    "x": ("length", "nodes"),
+    "normal": ("1", "outward unit normals; of a pair from the secondary to the primary"),
+    "tangent": ("1", "tangents; in the plane the normal turned by +90 degrees"),
+    "weight": ("length", "quadrature weights, in space areas: the sum of weight * f(x) is the integral of f"),
+    "arc_length": ("length", "arc length along the part, 0 in space"),
+    "pressure": ("stress", "-sigma_n"),
+    "sigma_t": ("stress", "traction on the secondary along the tangents"),
+    "bound": ("stress", "largest |sigma_t| that friction allows"),
+    "gap": ("length", "what is left of the gap, infinite where nothing is faced"),
+    "slip": ("length", "tangential displacement of the secondary against the primary"),
+    "slip_increment": ("length", "what the increment added to slip"),
+    "state": ("1", "0 stick, 1 slip, 2 open"),
+    "u": ("length", "displacement"),
+    "traction": ("stress", "traction on the body"),
+    "alpha": ("length", "amplitudes of the rigid motions that only contact holds"),
+    "nodes": ("1", "numbers of the nodes among those of the body"),
+    "step": ("1", "number of the step, from 1"),
+    "load_factor": ("1", "share of the step's change that is reached"),
+    "iterations": ("1", "of the method"),
+    "balance": ("1", "resultant of tractions and loads on motions that only contact holds, over their work"),
+    "tangential": ("1", "residual of the friction law"),
+    "increment": ("1", "number of the increment that the iteration belongs to"),
+    "vertices": ("length", "corners of elements"),
+    "elements": ("1", "numbers of each element's corners"),
+    "order": ("1", "order of each element"),
+    "part_names": ("1", "names of the parts"),
+    "part": ("1", "part of each element or node"),
+    "curvature": ("1/length", "of each element, positive where the body is convex"),
+    "side_start": ("length", "arc length along the part at the start of each element"),
+    "line": ("1", "number of the straight line of each element, -1 on arcs"),
+}
+"""Unit and meaning of datasets by their last name."""
 PAIR_ARRAYS = ("x", "normal", "tangent", "weight", "arc_length", "pressure", "sigma_t", "bound", "gap", "slip",
                "slip_increment", "state")  # fmt: skip
 
@@ -37,13 +70,16 @@ def fill(group: Any, solution: AssemblySolution) -> None:
         place = group.create_group(f"pairs/{name}")
         place["nodes"] = nodes
         place.attrs.update({"body": solution.sides[name][0], "part": solution.sides[name][1]})
+    steps = group.create_group("steps")
     for k, step in enumerate(solution.steps, 1):
-        _fill_step(group.create_group(f"steps/{k}"), solution, step)
+        _fill_step(steps.create_group(f"{k}"), solution, step)
     if solution.failed is not None:
         _fill_step(group.create_group("failed"), solution, solution.failed)
     if len(solution.meshes) == 1 and solution.steps:
         _fill_shorthand(group, solution, text)
     _fill_tables(group, solution.tried)
+    group.visititems(lambda path, item: describe(item, FIELDS.get(path.rpartition("/")[2]), solution.assembly.units))
+    describe_all(group, solution.assembly.units)
     group.attrs.update({
         "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.assembly.toml(), "status": solution.status,
         "reason": solution.reason, "iterations": solution.iterations, "timings": json.dumps(solution.timings),
@@ -56,7 +92,7 @@ def _fill_tables(group: Any, steps: list[StepResult]) -> None:
     table = group.create_group("increments")
     for key in ("step", "load_factor", "iterations"):
         table[key] = np.array([getattr(step, key) for step in steps])
-    for key in RESIDUALS:
+    for key in RESIDUALS[:-1]:
         table[key] = np.array([step.residuals[key] for step in steps])
     rows = group.create_group("history")
     rows["increment"] = np.repeat(np.arange(1, len(steps) + 1), [len(step.history) for step in steps])
@@ -68,7 +104,8 @@ def _fill_tables(group: Any, steps: list[StepResult]) -> None:
 def _fill_step(place: Any, solution: AssemblySolution, step: StepResult) -> None:
     place.attrs.update({
         "name": step.name, "step": step.step, "load_factor": step.load_factor, "status": step.status, "reason": step.reason,
-        "iterations": step.iterations, **{f"residual_{key}": value for key, value in step.residuals.items()},
+        "iterations": step.iterations,
+        **{f"residual_{key}": value for key, value in step.residuals.items() if np.isfinite(value)},
     })  # fmt: skip
     place["alpha"] = step.alpha
     for name, pair in step.pairs.items():
@@ -174,7 +211,7 @@ def _read_step(place: Any, history: History) -> StepResult:
         name: ObstacleResult(*(here.attrs[key] for key in ("displacement", "rotation", "force", "moment")))
         for name, here in place.get("obstacle", {}).items()
     }  # fmt: skip
-    residuals = {key: float(facts[f"residual_{key}"]) for key in RESIDUALS}
+    residuals = {key: float(facts.get(f"residual_{key}", np.nan)) for key in RESIDUALS}
     return StepResult(
         str(facts["name"]), int(facts["step"]), float(facts["load_factor"]), str(facts["status"]), str(facts["reason"]),
         int(facts["iterations"]), residuals, pairs, bodies, obstacles, place["alpha"][()],
