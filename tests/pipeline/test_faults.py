@@ -6,6 +6,7 @@ import dataclasses
 import itertools
 import os
 import resource
+import select
 import signal
 import subprocess
 import sys
@@ -165,21 +166,26 @@ def test_kill_9_at_random_moments_of_writing(tmp_path, comm):
     path = tmp_path / "r.h5"
     write_solution(path, solution)
     random = np.random.default_rng(6)
-    seen = set()
-    for _ in range(30):
+    for turn in range(1, 31):
+        read, wrote = os.pipe()
         pid = os.fork()
         if pid == 0:
             k = 0
             while True:
                 k += 1
-                write_solution(path, dataclasses.replace(solution, rho=float(k)))
+                write_solution(path, dataclasses.replace(solution, rho=1e6 * turn + k))
+                os.write(wrote, b".")
+        assert os.read(read, 1) == b"."       # however slow the machine is, one write is done
         time.sleep(random.uniform(0.001, 0.25))
         os.kill(pid, signal.SIGKILL)
         os.waitpid(pid, 0)
+        done = 1 + len(os.read(read, 65536)) if select.select([read], [], [], 0)[0] else 1
+        os.close(read)
+        os.close(wrote)
         again = read_solution(path)
         assert np.array_equal(again.u, solution.u) and again.converged
-        seen.add(again.rho)
-    assert len(seen) > 3  # the kills did fall between writes that were done
+        # the last one that was told of, or the one after it
+        assert again.rho - 1e6 * turn in (done, done + 1)
 
 
 def test_kill_9_of_a_solve_leaves_the_old_result(tmp_path, comm):
