@@ -62,7 +62,7 @@ def initialise(argv: Sequence[str] = ()) -> None:
             quiet = [] if "-options_left" in arguments else ["-options_left", "no"]
             # a pipe that closes (`| head`) or a crash is Python's to report, not a banner of PETSc's and an MPI abort
             quiet += ["-no_signal_handler"]
-            with _alone():
+            with _local():
                 petsc4py.init(["petcontact", *quiet, *arguments])
             reinstall()
         from petsc4py import PETSc
@@ -80,10 +80,15 @@ def initialise(argv: Sequence[str] = ()) -> None:
 
 
 @contextlib.contextmanager
-def _alone() -> Iterator[None]:
-    """What Open MPI need not do for a process that no launcher started: run a daemon, for processes it might spawn, and load
-    the libraries of fast networks, which measure the processor's clock for 0.2 s. Who has set any of it keeps that."""
-    ours = {} if any(name in os.environ for name in (*_LAUNCHED, *_SINGLETON)) else _SINGLETON
+def _local() -> Iterator[None]:
+    """What Open MPI need not do for ranks of one machine: load the libraries of fast networks, which measure the processor's
+    clock for 0.2 s; nor, for a process that no launcher started, run a daemon. Who has set any of it keeps that."""
+    ours = dict[str, str]()
+    if not any(name in os.environ for name in _SINGLETON):
+        if not any(name in os.environ for name in _LAUNCHED):
+            ours = _SINGLETON
+        elif os.environ.get("OMPI_COMM_WORLD_SIZE") == os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", ""):
+            ours = {"OMPI_MCA_pml": "ob1"}
     os.environ.update(ours)
     try:
         yield

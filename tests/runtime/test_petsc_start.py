@@ -1,4 +1,4 @@
-"""Starting PETSc in a process that no launcher started: no daemon beside it, and nothing left behind for its children."""
+"""Starting PETSc: what Open MPI need not do for ranks of one machine, and nothing left behind for children."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ import subprocess
 import sys
 
 import pytest
+
+from petcontact.runtime.petsc import _local
 
 PROGRAM = """
 import os
@@ -35,3 +37,18 @@ def test_alone(given, tmp_path):
     done = subprocess.run([sys.executable, "-c", PROGRAM.format(children=int(daemon), given=given)], env=environment,
                           capture_output=True, text=True, timeout=60)  # fmt: skip
     assert done.returncode == 0, done.stderr
+
+
+@pytest.mark.parametrize(("here", "given", "wanted"), [("4", None, "ob1"), ("2", None, None), ("4", "ucx", "ucx")])
+def test_networks_are_left_out_where_all_ranks_are_on_one_machine(monkeypatch, here, given, wanted):
+    for name in [name for name in os.environ if name.startswith(("OMPI", "PMI"))]:
+        monkeypatch.delenv(name)
+    monkeypatch.setenv("OMPI_COMM_WORLD_SIZE", "4")
+    monkeypatch.setenv("OMPI_COMM_WORLD_LOCAL_SIZE", here)
+    if given:
+        monkeypatch.setenv("OMPI_MCA_pml", given)
+    before = dict(os.environ)
+    with _local():
+        assert dict(os.environ).get("OMPI_MCA_pml") == wanted
+        assert "OMPI_MCA_ess_singleton_isolated" not in os.environ
+    assert dict(os.environ) == before
