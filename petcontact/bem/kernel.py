@@ -49,6 +49,11 @@ class ColumnFiller(Protocol):
         """
         ...
 
+    @property
+    def compiled(self) -> tuple[int, int] | None:
+        """Addresses of a function of C that does the same and of what it knows, or None."""
+        ...
+
 
 class Kernel(Protocol):
     """The fundamental solution of a material in d dimensions, integrated over the elements of a mesh.

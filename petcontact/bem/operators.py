@@ -87,7 +87,7 @@ class BoundaryOperators:
     @property
     def compiled(self) -> tuple[int, int] | None:
         """Addresses of a C function that does what `fill_columns` does, and of its context (see native/hmatrix.c)."""
-        return getattr(self._filler, "compiled", None)
+        return None if self._filler is None else self._filler.compiled
 
     @functools.cached_property
     def _filler(self) -> ColumnFiller | None:

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ..arrays import Array, Index
-from .pairs.curves import Hits
+from .pairs.hits import Faces
 
 
 @dataclass(frozen=True)
@@ -15,26 +15,6 @@ class Batch:
 
     elements: Any
     nodes: Index
-
-
-class Faces(Protocol):
-    """Curves or panels of a part that points of another one face; `pairs.curves.Hits` says where."""
-
-    def at(self, number: Index, place: Array) -> tuple[Array, Array]:
-        """Points (k, d) and outward normals (k, d) at places of some faces."""
-        ...
-
-    def stretch(self, number: Index, distance: Array) -> Array:
-        """Length or area at a distance along the normals over that of the faces themselves, (k,)."""
-        ...
-
-    def cast(self, x: Array, direction: Array) -> Hits:
-        """The nearest meeting of the lines x + t·direction with faces whose outward normal points against it."""
-        ...
-
-    def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
-        """From where points with outward normals (m, d) are met, by perpendiculars or against a direction."""
-        ...
 
 
 class BoundaryMesh(Protocol):

@@ -19,8 +19,8 @@ from ..errors import InputError, SolverError
 from ..geometry.surface import Boundary
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
-from ..mesh.pairs.curves import along
 from ..mesh.pairs.facing import face
+from ..mesh.pairs.hits import along
 from ..mesh.pairs.matching import PairParts, matched
 from ..model.assembly import Assembly
 from ..model.expressions import evaluate

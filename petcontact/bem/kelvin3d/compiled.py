@@ -10,10 +10,11 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ... import native
-from ...arrays import Array, Index
+from ...arrays import Array
 from ...mesh.basis import gauss
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import SurfaceMesh
+from ..compiled_filler import CompiledFiller
 from ..kernel import ColumnData
 from .rules import COUNTS, MOST_POINTS, least_log_rho
 
@@ -90,11 +91,10 @@ class _Mesh(ctypes.Structure):
     ]  # fmt: skip
 
 
-class CompiledColumns:
-    """A `ColumnFiller` over one mesh, whose arrays stay where they are while this lives."""
+class CompiledColumns(CompiledFiller):
+    """Columns of one mesh; those of one panel beside each other cost its integrals once."""
 
     def __init__(self, mesh: SurfaceMesh, data: ColumnData, poisson_ratio: float, length: float, tolerance: float) -> None:
-        self._constants = poisson_ratio, length
         kind, first = np.zeros(mesh.n_elements, dtype=np.int64), np.zeros(mesh.n_elements, dtype=np.int64)
         records, start = [], 0
         for panels in (batch.elements for batch in mesh.batches()):
@@ -111,24 +111,15 @@ class CompiledColumns:
             (first, whole), (_rules(tolerance, MOST_POINTS), real), (table, whole), (data.traction_known, whole),
             (data.frame, real), (data.rhs_first, whole), (data.rhs_traction, real), (data.rhs_displacement, real),
         ]  # fmt: skip
-        self._arrays = [native.contiguous(array, dtype) for array, dtype in arrays]
-        self._pointers = [native.pointer(array) for array in self._arrays]
-        self._context = _Mesh(*self._pointers, *self._constants)
+        assert _columns is not None
+        super().__init__(_columns, arrays, (poisson_ratio, length))
+        self._context = _Mesh(*self._known)
 
     @property
     def compiled(self) -> tuple[int, int] | None:
         """As in `ColumnFiller`."""
         address = native.address("petcontact_panel_filler")
         return None if address is None else (address, ctypes.addressof(self._context))
-
-    def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
-        """As in `ColumnFiller`; columns of one panel beside each other cost its integrals once."""
-        assert _columns is not None
-        rows, columns = native.contiguous(rows, np.int64), native.contiguous(columns, np.int64)
-        _columns(
-            len(rows), native.pointer(rows), len(columns), native.pointer(columns), *self._pointers, *self._constants,
-            native.pointer(system), native.pointer(right_hand_sides),
-        )  # fmt: skip
 
 
 def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledColumns | None:

@@ -10,7 +10,7 @@ from ...arrays import Array, Index
 from ...geometry.surface import BOX_PARTS, BoxSurface
 from ..panelling import box_of_lines, face_axes
 from ..surface_mesh import SurfaceMesh
-from .curves import SLACK
+from .hits import SLACK
 from .joints import SideMesh
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from ...arrays import Array, Index
 from ...geometry.outline import Outline
 from ..curve_mesh import CurveMesh, build_mesh
-from .curves import Curves, along
+from .curves import Curves
+from .hits import along
 from .joints import SideMesh
 
 

@@ -2,50 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from ...arrays import Array, Index, Mask
+from ...arrays import Array, Index
 from ...geometry.arcs import half_angles, on_arcs
-
-SLACK = 1e-9
-"""Fractions beyond an end by less still meet it."""
-TOGETHER = 1 << 18
-"""Pairs of a point and a curve that are looked at together."""
-
-
-def along(direction: Array | None, normal: Array) -> Array:
-    """The direction at points with outward normals (m, d): these, or the one that is given."""
-    return normal if direction is None else np.broadcast_to(direction / np.linalg.norm(direction), normal.shape)
+from .hits import SLACK, Faces, Hits
 
 
 @dataclass(frozen=True)
-class Hits:
-    """Where m points meet the faces of a part.
-
-    Attributes
-    ----------
-    face : (m,) array
-        Number of the face, -1 where none is met.
-    place : (m,) or (m, 2) array
-        Fraction of the arc length of a curve, or local coordinates of a panel.
-    distance : (m,) array
-        Along the direction, negative behind the point; infinite where none is met [length].
-    """
-
-    face: Index
-    place: Array
-    distance: Array
-
-    def where(self, seen: Mask) -> Hits:
-        """The same for some of the points (m,), none for the others."""
-        return Hits(np.where(seen, self.face, -1), self.place, np.where(seen, self.distance, np.inf))
-
-
-@dataclass(frozen=True)
-class Curves:
+class Curves(Faces):
     """Straight lines and arcs, the body on their left; arrays over n of them.
 
     Attributes
@@ -80,38 +47,14 @@ class Curves:
         """Arc length at a distance along the normals over that of the curves themselves."""
         return np.asarray(1.0 + self.curvature[number] * distance)
 
-    def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
-        """From where on the curves points with outward normals (m, 2) are met, by perpendiculars or against a direction."""
-        if direction is None:
-            return self.foot(x, normal)
-        # what looks away is met through the body
-        return self.cast(x, -along(direction, normal)).where(normal @ direction < 0.0)
+    def __len__(self) -> int:
+        return len(self.start)
 
-    def cast(self, x: Array, direction: Array) -> Hits:
-        """The nearest meeting of the lines x + t·direction with curves whose outward normal points against it.
+    def _cast(self, x: Array, direction: Array) -> Hits:
+        return _cast(x, direction, self)
 
-        Parameters
-        ----------
-        x, direction : (m, 2) arrays
-            Points [length] and unit vectors.
-        """
-        return _by_blocks(_cast, x, direction, self)
-
-    def foot(self, x: Array, normal: Array) -> Hits:
-        """The nearest foot of a perpendicular from points x, whose normals (m, 2) point against that of the curve.
-
-        The distance is along the curve's outward normal.
-        """
-        return _by_blocks(_foot, x, normal, self)
-
-
-def _by_blocks(meet: Callable[[Array, Array, Curves], Hits], x: Array, direction: Array, curves: Curves) -> Hits:
-    """What `meet` finds, some points at a time: its temporaries have an entry for each point and curve."""
-    step = max(1, TOGETHER // max(1, len(curves.start)))
-    if len(x) <= step:
-        return meet(x, direction, curves)
-    found = [meet(x[k : k + step], direction[k : k + step], curves) for k in range(0, len(x), step)]
-    return Hits(*(np.concatenate([getattr(hits, key) for hits in found]) for key in ("face", "place", "distance")))
+    def _foot(self, x: Array, normal: Array) -> Hits:
+        return _foot(x, normal, self)
 
 
 def _cast(x: Array, direction: Array, curves: Curves) -> Hits:

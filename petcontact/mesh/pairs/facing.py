@@ -14,7 +14,7 @@ import scipy
 
 from ...arrays import Array, Index, Mask
 from ..boundary_mesh import BoundaryMesh
-from .curves import Hits, along
+from .hits import Hits, along
 
 NEAR = 0.1
 """Distance, over the size of the secondary, within which elements have to match."""

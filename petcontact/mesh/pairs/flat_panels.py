@@ -2,21 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ..panels import Panels
-from .curves import SLACK, Hits, along
-
-PAIRS = 500_000
-"""Points times panels that are looked at together."""
+from .hits import SLACK, Faces, Hits
 
 
 @dataclass(frozen=True)
-class FlatPanels:
+class FlatPanels(Faces):
     """Flat convex panels with the body behind them; arrays over n of them.
 
     Attributes
@@ -55,34 +52,8 @@ class FlatPanels:
         """1: normals of a flat panel do not part."""
         return np.ones(len(number))
 
-    def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
-        """From where on the panels points with outward normals (m, 3) are met, by perpendiculars or against a direction."""
-        if direction is None:
-            return self.foot(x, normal)
-        # what looks away is met through the body
-        return self.cast(x, -along(direction, normal)).where(normal @ direction < 0.0)
-
-    def cast(self, x: Array, direction: Array) -> Hits:
-        """The nearest meeting of the lines x + t·direction with panels whose outward normal points against it.
-
-        Parameters
-        ----------
-        x, direction : (m, 3) arrays
-            Points [length] and unit vectors.
-        """
-        return self._in_turns(x, direction, self._cast)
-
-    def foot(self, x: Array, normal: Array) -> Hits:
-        """The nearest foot of a perpendicular from points x, whose normals (m, 3) point against that of the panel.
-
-        The distance is along the panel's outward normal.
-        """
-        return self._in_turns(x, normal, self._foot)
-
-    def _in_turns(self, x: Array, vector: Array, meet: Callable[[Array, Array], Hits]) -> Hits:
-        step = max(1, PAIRS // max(1, len(self.size)))
-        parts = [meet(x[k : k + step], vector[k : k + step]) for k in range(0, max(1, len(x)), step)]
-        return Hits(*(np.concatenate([getattr(part, key) for part in parts]) for key in ("face", "place", "distance")))
+    def __len__(self) -> int:
+        return len(self.size)
 
     def _cast(self, x: Array, direction: Array) -> Hits:
         normal = self.frame[:, 2]
