@@ -89,7 +89,7 @@ class DirectCompliance(_Counted):
         block = _block(self._dense, pieces, rho, seen)
         result = np.zeros_like(rhs)
         if modes is None:
-            result.flat[seen] = np.linalg.solve(block, rhs.ravel()[seen])
+            result.flat[seen] = _solved(block, rhs.ravel()[seen])
             _check(result)
             return result, np.zeros(0), np.zeros((0, 0))
         border = Border(modes, pieces, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
@@ -115,7 +115,8 @@ class DirectCompliance(_Counted):
 
 
 def _solved(matrix: Array, rhs: Array) -> Array:
-    """By LU; the least solution where a body that is about to slide away leaves nothing to divide by."""
+    """By LU; the least solution where a body that is about to slide away leaves nothing to divide by, or where two contacts
+    close at the same nodes."""
     try:
         return np.asarray(np.linalg.solve(matrix, rhs))
     except np.linalg.LinAlgError:

@@ -156,12 +156,18 @@ class Assembly(Model):
         bodies, obstacles = [body.name for body in self.body], [o.name for o in self.obstacle]
         for name in set(bodies) & set(obstacles):
             raise ValueError(f"obstacle: the name {name!r} is that of a body already")
+        stated = dict[frozenset[object], str]()
         for k, pair in enumerate(self.contact):
-            self.side(f"contact[{k}].secondary", pair.secondary)
-            if pair.primary not in obstacles:
-                self.side(f"contact[{k}].primary", pair.primary, obstacles)
-            if pair.primary == pair.secondary:
+            here = self.side(f"contact[{k}].secondary", pair.secondary)
+            there: object = pair.primary
+            if there not in obstacles:
+                there = self.side(f"contact[{k}].primary", pair.primary, obstacles)
+            if here == there:
                 raise ValueError(f"contact[{k}].primary: {pair.primary!r} is the secondary side itself")
+            first = stated.setdefault(frozenset((here, there)), pair.name)
+            if first != pair.name:
+                raise ValueError(f"contact[{k}]: {pair.secondary!r} and {pair.primary!r} are in contact already, "
+                                 f"as {first!r}; each would carry a part of the pressure")  # fmt: skip
         for k, step in enumerate(self.step):
             self._check_step(f"step[{k}]", step, bodies, obstacles)
         return self

@@ -7,7 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from petcontact import Assembly, solve_assembly
+from petcontact import Assembly, InputError, solve_assembly
 from petcontact.model.base import parse
 
 TWO = """
@@ -155,6 +155,54 @@ secondary = "base.top"
 primary = "stamp"
 LAW
 """
+
+
+ROOF = """
+[[obstacle]]
+name = "left"
+displacement = [0, -0.01]
+[[obstacle]]
+name = "right"
+displacement = [0, -0.01]
+[[contact]]
+name = "l"
+secondary = "base.top"
+primary = "left"
+gap = "0.02 + 0.02*x"
+[[contact]]
+name = "r"
+secondary = "base.top"
+primary = "right"
+gap = "0.02 - 0.02*x"
+"""
+
+
+def test_two_obstacles_on_one_part():
+    """Where both might close at a node, the steps' equations are singular; the answer is not."""
+    base = STAMP[: STAMP.index("[[obstacle]]")].replace("0.2, order", "0.1, order")
+    solution = solve_assembly(parse(Assembly, tomllib.loads(base + ROOF), "test"))
+    assert solution.converged, solution.reason
+    left, right = (solution.last.pairs[name] for name in "lr")
+    assert np.allclose(left.force, right.force, rtol=1e-9) and left.force[1] < 0.0
+    closed = left.pressure > 0.0
+    assert closed.any() and np.all(left.x[closed, 0] < -0.5) and np.array_equal(closed[::-1], right.pressure > 0.0)
+
+
+@pytest.mark.parametrize("second", [
+    'secondary = "base.top"\nprimary = "stamp"', 'secondary = "lid.bottom"\nprimary = "base.top"',
+    'secondary = "base.top"\nprimary = "lid.bottom"',
+])  # fmt: skip
+def test_a_couple_is_stated_once(second):
+    lid = """
+[[body]]
+name = "lid"
+material = { young_modulus = 500.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [-1, 0], upper_right = [1, 1] }
+"""
+    first = '[[contact]]\nname = "first"\nsecondary = "base.top"\nprimary = "lid.bottom"\n'
+    text = lid + STAMP.replace("LAW", "") + first + f'[[contact]]\nname = "again"\n{second}\n'
+    with pytest.raises(InputError, match=r"contact\[2\]: .* are in contact already, as '(first|foot)'"):
+        parse(Assembly, tomllib.loads(text), "test")
 
 
 @pytest.mark.parametrize("law", ['normal = "bonded"',
