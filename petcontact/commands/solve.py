@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -61,7 +62,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
         try:
             with in_file(arguments.config):
-                solution = solved(case, accuracy, comm, monitor)
+                solution = solved(case, accuracy, comm, monitor, announcer(status) if first else None)
         finally:
             status.clear()
         number = stop()
@@ -97,14 +98,14 @@ def wanted_accuracy(arguments: argparse.Namespace, case: Any) -> float | None:
     return accuracy if adapt else None
 
 
-def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None]) -> Any:
+def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None], announce: Any) -> Any:
     """The solution on the mesh of the config, or on adaptive ones where an accuracy is wanted or the mesh is left open."""
     if accuracy is not None:
         return adapted(case, accuracy, comm, monitor)
     from ..pipeline.run import solve
     from ..results.solution import Solution
 
-    solution = solve(case, comm=comm, monitor=monitor, announce=announced if comm.getRank() == 0 else None)
+    solution = solve(case, comm=comm, monitor=monitor, announce=announce)
     if not isinstance(solution, Solution) or "estimated_error" in solution.info:
         return solution
     from ..pipeline.fixed_mesh import with_estimate
@@ -126,11 +127,23 @@ def adapted(case: Any, accuracy: float, comm: Any, monitor: Callable[[Any], str 
     return adapt(case, accuracy, comm=comm, monitor=monitor)
 
 
-def announced(nodes: int, unknowns: int, seconds: float) -> None:
-    """Tell the size of what will take a while."""
-    if seconds > SOON:
-        size = f"{nodes} nodes, {unknowns} unknowns"
-        print(f"petcontact: {size}: about {seconds:.0f} s to eliminate", file=sys.stderr, flush=True)
+def announcer(status: Any) -> Callable[[int, int, float], Callable[[float], None]]:
+    """Tells the size of what will take a while, and on the status line how far it is."""
+    began = time.perf_counter()
+
+    def progress(share: float) -> None:
+        left = (time.perf_counter() - began) * (1.0 - share) / max(share, 1e-3)
+        status.show(f"matrix: {share:.0%}, about {left:.0f} s left")
+
+    def announced(nodes: int, unknowns: int, seconds: float) -> Callable[[float], None]:
+        nonlocal began
+        began = time.perf_counter()
+        if seconds > SOON:
+            size = f"{nodes} nodes, {unknowns} unknowns"
+            print(f"petcontact: {size}: about {seconds:.0f} s to eliminate", file=sys.stderr, flush=True)
+        return progress
+
+    return announced
 
 
 def overrides(words: list[str]) -> dict[str, Any]:

@@ -78,13 +78,15 @@ def _held_by_friction(case: Case) -> bool:
     return bool(holding > mesh.dim and data.friction_bound.any() and len(free_modes(data, mesh)))
 
 
-def prepare(
-    case: Case, comm: Any = None, cases: int = 1, announce: Callable[[int, int, float], None] | None = None
-) -> Prepared:
+Announce = Callable[[int, int, float], Callable[[float], None]]
+"""Told nodes, unknowns and predicted seconds; what it returns is told the share of the matrix that is built."""
+
+
+def prepare(case: Case, comm: Any = None, cases: int = 1, announce: Announce | None = None) -> Prepared:
     """Discretise and eliminate; what does not depend on the method's parameters is done once, here.
 
     `cases` is how many will be run on it: several may share more than one would. `announce` is told the numbers of nodes and
-    unknowns, and the predicted seconds before they are spent.
+    unknowns, and the predicted seconds before they are spent; what it returns is told how far the build of an H-matrix is.
 
     Raises
     ------
@@ -96,25 +98,32 @@ def prepare(
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
     operators = discretise(case)
+    timings = {"mesh": time.perf_counter() - began}
+    progress: Callable[[float], None] = silent
     if announce is not None:
         seconds = predicted_seconds(resolved_bem(case.bem), operators.mesh)
-        announce(operators.mesh.n_nodes, operators.n_unknowns, seconds)
-    return prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began}, cases)
+        progress = announce(operators.mesh.n_nodes, operators.n_unknowns, seconds)
+    return prepare_operators(operators, case, comm, timings, cases, progress)
+
+
+def silent(share: float) -> None:
+    """Tells nobody."""
 
 
 def prepare_operators(
-    operators: BoundaryOperators, case: Case, comm: Any, timings: dict[str, float], cases: int = 1
-) -> Prepared:
+    operators: BoundaryOperators, case: Case, comm: Any, timings: dict[str, float], cases: int = 1,
+    progress: Callable[[float], None] = silent,
+) -> Prepared:  # fmt: skip
     """Eliminate a problem that is discretised already; `timings` are the seconds that this has taken."""
     with options(case.petsc), threads.suited_to(operators.n_unknowns), timed() as seconds:
-        system = _build_system(operators, case, comm)
+        system = _build_system(operators, case, comm, progress)
         if isinstance(system, EliminatedSystem) and cases > 1:
             system = shared_by(cases, system, operators, comm)
     law = Tresca(operators.data.friction_bound, operators.kernel.dim - 1)
     return Prepared(operators, system, law, comm, {**timings, **seconds})
 
 
-def _build_system(operators: BoundaryOperators, case: Case, comm: Any) -> BodySystem:
+def _build_system(operators: BoundaryOperators, case: Case, comm: Any, progress: Callable[[float], None]) -> BodySystem:
     """The system that `[bem]`, the -bem_ options and the formulation ask for."""
     bem = resolved_bem(case.bem)
     if case.method.formulation == "full" or not is_compressed(bem, operators.mesh):
@@ -128,7 +137,7 @@ def _build_system(operators: BoundaryOperators, case: Case, comm: Any) -> BodySy
     if not isinstance(operators.mesh, CurveMesh):
         from ..compliance.hierarchical.system import HierarchicalSystem
 
-        return HierarchicalSystem(operators, comm, bem)
+        return HierarchicalSystem(operators, comm, bem, progress)
     from ..compliance.compressed import CompressedSystem
 
     if bem.mat_type == "hodlr" or operators.mesh.n_nodes > LARGEST:

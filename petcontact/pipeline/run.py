@@ -34,7 +34,7 @@ from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc, reason_name, stage, timed
 from ..runtime.terminal import printable
 from .initial_state import initial_functions
-from .prepare import Prepared, is_stepped, prepare
+from .prepare import Announce, Prepared, is_stepped, prepare
 from .probe import ELASTIC_LIMIT, elastic_residual
 
 
@@ -117,7 +117,7 @@ def solve(
     petsc_options: Mapping[str, Any] | None = None,
     comm: Any = None,
     monitor: Callable[[Any], str | None] | None = None,
-    announce: Callable[[int, int, float], None] | None = None,
+    announce: Announce | None = None,
 ) -> Solution | AssemblySolution:
     """Solve a case, a problem with a method, or several bodies; in the plane adaptively where `[mesh]` leaves the mesh open.
 

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
 
 from petcontact import Bem, Case, InputError, MeshOptions, Polygon, load
-from petcontact.commands.solve import announced
+from petcontact.commands.solve import announcer
 from petcontact.mesh.hp_grading import _distance_limits
+from petcontact.model.base import parse
 from petcontact.model.case import DEEPEST, set_key
 from petcontact.pipeline import choice
 from petcontact.pipeline.prepare import discretise, prepare
@@ -67,12 +69,27 @@ def test_dense_operators_that_do_not_fit_the_machine_are_refused(monkeypatch, co
 
 
 def test_what_takes_a_while_is_announced(comm, capsys):
-    told = []
-    prepare(many_sided(100, element_size=1.0), comm, announce=lambda *words: told.append(words)).close()
+    told, lines = [], []
+
+    class Status:
+        show = staticmethod(lines.append)
+
+    def announce(*words):
+        told.append(words)
+        return announcer(Status)(*words)
+
+    prepare(many_sided(100, element_size=1.0), comm, announce=announce).close()
     assert told == [(100, 200, choice.dense_seconds(100))]
     mesh = discretise(many_sided(1000)).mesh
-    announced(mesh.n_nodes, 2 * mesh.n_nodes, choice.predicted_seconds(Bem(), mesh))
-    announced(*told[0])
+    announcer(Status)(mesh.n_nodes, 2 * mesh.n_nodes, choice.predicted_seconds(Bem(), mesh))
+    space = {"shape": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]}
+    top = [{"part": "top", "condition": "displacement", "value": [0, 0, 0]}]
+    sides = [{"part": part, "condition": "traction", "value": [0, 0, 1]} for part in ("left", "right", "front", "back")]
+    foot = [{"part": "bottom", "condition": "contact", "friction_bound": 1.0}]
+    data = {"material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": space, "boundary": [*top, *sides, *foot],
+            "mesh": {"element_size": 0.34}, "bem": {"mat_type": "hmatrix"}}  # fmt: skip
+    prepare(parse(Case, data, "test"), comm, announce=announce).close()
+    assert re.fullmatch(r"matrix: \d+%, about \d+ s left", lines[0]) and lines[-1].startswith("matrix: 100%, about 0 s")
     size = f"{mesh.n_nodes} nodes, {2 * mesh.n_nodes} unknowns"
     assert capsys.readouterr().err == f"petcontact: {size}: about 14 s to eliminate\n"
 
