@@ -26,6 +26,8 @@ from .mixed import MixedCompliance
 from .restricted import Restricted
 from .system import Modes
 
+LinearSolver = Restricted | MixedCompliance
+"""Who solves the equations of a law on given pieces."""
 Predictor = Callable[["Pivot"], tuple[Array, Array]]
 
 PATIENCE = 8
@@ -138,14 +140,14 @@ def next_tau(
 
 
 def pivots(
-    solver: Restricted, law: ContactLaw, base: Array, modes: Modes | None, tau: Array, *,
+    solver: LinearSolver, law: ContactLaw, base: Array, modes: Modes | None, tau: Array, *,
     sigma: Array | None = None, alpha: Array | None = None, predict: Predictor | None = None,
 ) -> Iterator[Pivot]:  # fmt: skip
     """Steps until no node is wrong.
 
     Parameters
     ----------
-    solver : Restricted
+    solver : Restricted or MixedCompliance
         Products with S and solves on seen components.
     law : ContactLaw
     base : (m, k) array
@@ -201,7 +203,7 @@ def pivots(
 
 
 def linear_solve(
-    solver: Restricted, pieces: Pieces, base: Array, modes: Modes | None, sigma: Array, alpha: Array, rho: Array
+    solver: LinearSolver, pieces: Pieces, base: Array, modes: Modes | None, sigma: Array, alpha: Array, rho: Array
 ) -> tuple[Array, Array, Array, Array]:
     """σ, v, α on given pieces, from a nearby σ and α; and the push along motions that no node holds."""
     if isinstance(solver, MixedCompliance):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..arrays import Array
-from .system import MixedSystem, Modes
+from .system import MixedSystem
 
 if TYPE_CHECKING:
     from .active_set import Pieces
@@ -35,12 +35,6 @@ class MixedCompliance:
     def apply(self, x: Array) -> Array:
         """S x."""
         return self.system.apply(x)
-
-    def solve(
-        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
-    ) -> tuple[Array, Array, Array]:
-        """Not by increments: see `linear_solve`."""
-        raise NotImplementedError
 
     def linear_solve(self, pieces: Pieces, rho: Array) -> tuple[Array, Array]:
         """σ and v on given pieces."""

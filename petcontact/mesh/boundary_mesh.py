@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import numpy as np
+
 from ..arrays import Array, Index
 from .pairs.hits import Faces
 
@@ -110,3 +112,31 @@ class BoundaryMesh(Protocol):
     def points(self, x: Array) -> Any:
         """The kernels' view of points (m, d) that are nodes of no element."""
         ...
+
+
+class Collocated:
+    """What follows from the elements' order and part and the nodes' element, in any dimension."""
+
+    order: Index
+    part: Index
+    part_names: tuple[str, ...]
+    element: Index
+
+    @property
+    def n_nodes(self) -> int:
+        """Number of collocation nodes; the elastic system has as many unknowns a node as there are dimensions."""
+        return len(self.element)
+
+    @property
+    def n_elements(self) -> int:
+        """Number of elements."""
+        return len(self.order)
+
+    @property
+    def node_part(self) -> Index:
+        """Number of the part of each node, (n,)."""
+        return self.part[self.element]
+
+    def nodes_of(self, part: str) -> Index:
+        """Numbers of the nodes of a part, increasing."""
+        return np.flatnonzero(self.node_part == self.part_names.index(part))

@@ -16,13 +16,13 @@ from ..errors import InputError
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..geometry.outline import Outline, Side, hull_scale, round_loops
 from .basis import COINCIDE, gauss, lagrange
-from .boundary_mesh import Batch, BoundaryMesh
+from .boundary_mesh import Batch, BoundaryMesh, Collocated
 from .elements import Elements, Targets
 from .pairs.curves import Curves
 
 
 @dataclass(frozen=True)
-class CurveMesh:
+class CurveMesh(Collocated):
     """Discontinuous elements on an outline, collocated at their Gauss points: the `BoundaryMesh` of a plane body.
 
     Attributes
@@ -102,33 +102,14 @@ class CurveMesh:
             object.__setattr__(self, "unit_length", hull_scale(shapely.MultiPoint(np.vstack([self.start, self.x]))))
 
     @property
-    def n_nodes(self) -> int:
-        """Number of collocation nodes; the elastic system has two unknowns a node."""
-        return len(self.weight)
-
-    @property
-    def n_elements(self) -> int:
-        """Number of elements."""
-        return len(self.order)
-
-    @property
     def kind(self) -> Index:
         """The order of each element, (n_elements,)."""
         return self.order
 
     @property
-    def node_part(self) -> Index:
-        """Number of the part of each node, (n,)."""
-        return self.part[self.element]
-
-    @property
     def arc_length(self) -> Array:
         """Arc length of each node along its part, (n,) [length]."""
         return self.side_start[self.element] + 0.5 * (1.0 + self.xi) * self.length[self.element]
-
-    def nodes_of(self, part: str) -> Index:
-        """Numbers of the nodes of a part, in the order of the outline."""
-        return np.flatnonzero(self.node_part == self.part_names.index(part))
 
     def tangents(self, nodes: Index) -> Array:
         """Outward normals turned by +90° (counter-clockwise), (m, 1, 2)."""

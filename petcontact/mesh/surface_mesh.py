@@ -10,13 +10,13 @@ import scipy
 
 from ..arrays import Array, Index
 from .basis import COINCIDE
-from .boundary_mesh import Batch
+from .boundary_mesh import Batch, Collocated
 from .pairs.flat_panels import FlatPanels
 from .panels import Panels, make_panels
 
 
 @dataclass(frozen=True)
-class SurfaceMesh:
+class SurfaceMesh(Collocated):
     """Discontinuous flat panels on the surface of a body (see `boundary_mesh.BoundaryMesh`).
 
     Attributes
@@ -63,21 +63,6 @@ class SurfaceMesh:
             object.__setattr__(self, name, value)
 
     @property
-    def n_nodes(self) -> int:
-        """Number of collocation nodes; the elastic system has three unknowns a node."""
-        return len(self.weight)
-
-    @property
-    def n_elements(self) -> int:
-        """Number of panels."""
-        return len(self.order)
-
-    @property
-    def node_part(self) -> Index:
-        """Number of the part of each node, (n,)."""
-        return self.part[self.element]
-
-    @property
     def unit_length(self) -> float:
         """A quarter of the edge of the cube with as large a surface [length]."""
         return 0.25 * float(np.sqrt(self.weight.sum() / 6.0))
@@ -85,10 +70,6 @@ class SurfaceMesh:
     def reordered(self, elements: Index) -> SurfaceMesh:
         """The same panels in another order."""
         return SurfaceMesh(self.corners[elements], self.order[elements], self.part[elements], self.part_names)
-
-    def nodes_of(self, part: str) -> Index:
-        """Numbers of the nodes of a part, increasing."""
-        return np.flatnonzero(self.node_part == self.part_names.index(part))
 
     def tangents(self, nodes: Index) -> Array:
         """Orthonormal tangents at nodes, (m, 2, 3)."""

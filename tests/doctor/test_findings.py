@@ -20,7 +20,7 @@ HEALTHY = {
     "mpi": "Open MPI v4.1.4", "mpi_libraries": ["/usr/lib/libmpi.so.40"], "launched_size": 2, "launched_error": "",
     "blas": [["openblas", "0.3.21", 4]], "h5py": "3.7.0", "hdf5": "1.10.8", "hdf5_mpi": False,
     "hdf5_libraries": ["/usr/lib/libhdf5.so.103", "/usr/lib/libhdf5_hl.so.100"], "matplotlib": "3.6.3",
-    "font": "/usr/share/DejaVuSans.ttf", "config_dir": "/root/.config/matplotlib",
+    "font": "/usr/share/DejaVuSans.ttf", "config_dir": "/var/cache/matplotlib",
 }  # fmt: skip
 
 

@@ -16,12 +16,12 @@ import numpy as np
 from ...arrays import Array
 from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
-from ..active_set import Pieces, Pivot, Predictor, box_problem, next_tau, pivots
+from ..active_set import LinearSolver, Pieces, Pivot, Predictor, box_problem, next_tau, pivots
 from ..criterion import equilibrium_defect
 from ..iteration import Iteration, Recorder
 from ..laws import OPEN, SLIP, ContactLaw
 from ..mixed import MixedCompliance
-from ..restricted import Border, LayerCompliance, Restricted, restricted_to
+from ..restricted import Border, LayerCompliance, restricted_to
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem, MixedSystem, Surrogate
@@ -72,7 +72,7 @@ class SemismoothNewton:
         if layer is not None:
             layer.rtol = LOOSE
         foretell = _Foresight(system, law, layer) if predict and (late or layer is not None) else None
-        solver: Restricted
+        solver: LinearSolver
         if isinstance(system, MixedSystem):
             solver = MixedCompliance(system, iteration.criterion.tolerance)
         else:
@@ -89,7 +89,7 @@ def build(options: Method, rule: Rule | None) -> SemismoothNewton:
     return SemismoothNewton()
 
 
-def first_guess(system: ContactSystem, layer: Surrogate, solver: Restricted) -> tuple[Array, Array]:
+def first_guess(system: ContactSystem, layer: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
     """σ and v that T gives for full stick; T is scaled to S on it."""
     base, modes = system.u_0, system.modes
     stuck = Pieces.stuck(base)
@@ -132,7 +132,7 @@ Guess = tuple[Array, Array, Array]
 
 
 def _first_guess(
-    system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: Restricted, foretell: _Foresight | None
+    system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: LinearSolver, foretell: _Foresight | None
 ) -> Guess:
     base = system.u_0
     stuck = everywhere(base, law, 0.0)
@@ -164,7 +164,7 @@ class _Run:
     """One run: attempts from several sets, one history."""
 
     def __init__(
-        self, system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: Restricted,
+        self, system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: LinearSolver,
         foretell: Predictor | None,
     ) -> None:  # fmt: skip
         self.system, self.law, self.iteration, self.solver, self.foretell = system, law, iteration, solver, foretell
