@@ -55,7 +55,8 @@ def wait_for_iterations(job):
     [(signal.SIGTERM, 143), (signal.SIGINT, 130), (signal.SIGHUP, 129), (signal.SIGXCPU, 152)],
 )
 def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
-    job = start(tmp_path, *ENDLESS, "-ksp_monitor")
+    # tests that run under nohup hand on that hang-ups are ignored, as they then are
+    job = start(tmp_path, *ENDLESS, "-ksp_monitor", preexec_fn=lambda: signal.signal(number, signal.SIG_DFL))
     wait_for_iterations(job)
     job.send_signal(number)
     out, err = job.communicate(timeout=30)
