@@ -6,7 +6,6 @@ A law is σ + Π(τ) = 0 with τ = ρv - σ at every node, the same for every ρ
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol
@@ -185,47 +184,6 @@ class Frictional:
     @cached_property
     def _coulomb(self) -> Mask:
         return np.isfinite(self.coefficient)
-
-
-@dataclass(frozen=True)
-class Stacked:
-    """Laws of several contact parts or pairs as one law over all their nodes, in order.
-
-    Attributes
-    ----------
-    laws : sequence of ContactLaw
-        Of one k.
-    counts : sequence of int
-        Nodes of each.
-    """
-
-    laws: Sequence[ContactLaw]
-    counts: Sequence[int]
-
-    @property
-    def k(self) -> int:
-        """That of the parts."""
-        return self.laws[0].k
-
-    @property
-    def groups(self) -> tuple[slice, ...]:
-        """Those of the parts."""
-        return self.laws[0].groups
-
-    def project(self, tau: Array) -> Array:
-        """Π(τ), part by part."""
-        return np.concatenate([law.project(part) for law, part in self._parts(tau)])
-
-    def linearise(self, tau: Array) -> Array:
-        """Derivative of Π, part by part."""
-        return np.concatenate([law.linearise(part) for law, part in self._parts(tau)])
-
-    def states(self, tau: Array) -> States:
-        """Pieces, part by part."""
-        return np.concatenate([law.states(part) for law, part in self._parts(tau)])
-
-    def _parts(self, tau: Array) -> list[tuple[ContactLaw, Array]]:
-        return list(zip(self.laws, np.split(tau, np.cumsum(self.counts)[:-1]), strict=True))
 
 
 def _slips(tau: Array, radius: Array) -> Mask:
