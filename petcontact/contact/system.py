@@ -9,14 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from ..arrays import Array, Mask
-
-if TYPE_CHECKING:
-    from .active_set import Pieces
+from .linearisation import Pieces
 
 
 @dataclass(frozen=True)

@@ -16,12 +16,14 @@ import numpy as np
 from ...arrays import Array
 from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
-from ..active_set import LinearSolver, Pieces, Pivot, Predictor, box_problem, next_tau, pivots
+from ..active_set.monolithic import MixedCompliance
+from ..active_set.pivots import LinearSolver, Pivot, Predictor, box_problem, next_tau, pivots
+from ..active_set.rigid_modes import Border
+from ..active_set.solvers import LayerCompliance, restricted_to
 from ..criterion import equilibrium_defect
 from ..iteration import Iteration, Recorder
 from ..laws import OPEN, SLIP, ContactLaw
-from ..mixed import MixedCompliance
-from ..restricted import Border, LayerCompliance, restricted_to
+from ..linearisation import Pieces
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem, MixedSystem, Surrogate

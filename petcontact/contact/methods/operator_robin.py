@@ -12,11 +12,12 @@ from dataclasses import dataclass
 
 from ...errors import InputError
 from ...model.solver_options import Method
-from ..active_set import Pieces, box_problem
+from ..active_set.pivots import box_problem
+from ..active_set.solvers import LayerCompliance, restricted_to
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
 from ..laws import ContactLaw
-from ..restricted import LayerCompliance, restricted_to
+from ..linearisation import Pieces
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem

@@ -8,11 +8,11 @@ from conftest import example
 
 from petcontact import Bem, Contact, Displacement, InputError, MeshOptions, Method, Polygon, Traction
 from petcontact.compliance.layer.operator import LayerOperator
-from petcontact.contact.active_set import box_problem
+from petcontact.contact.active_set.pivots import box_problem
+from petcontact.contact.active_set.solvers import LayerCompliance
 from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.tao import minimise
-from petcontact.contact.restricted import LayerCompliance
 from petcontact.model.solver_options import DEFAULT_METHOD
 from petcontact.pipeline.prepare import prepare
 from petcontact.pipeline.run import iterate

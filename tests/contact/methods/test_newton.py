@@ -10,14 +10,15 @@ from conftest import example
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import petcontact.contact.restricted
+import petcontact.contact.active_set.solvers
 from petcontact import MeshOptions
-from petcontact.contact.active_set import Pieces, box_problem, pivots
+from petcontact.contact.active_set.pivots import box_problem, pivots
+from petcontact.contact.active_set.solvers import DirectCompliance
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import Tresca
+from petcontact.contact.linearisation import Pieces
 from petcontact.contact.methods.newton import SemismoothNewton
-from petcontact.contact.restricted import DirectCompliance
 from petcontact.pipeline.prepare import prepare
 
 
@@ -119,7 +120,7 @@ def test_examples_from_full_stick(number, mesh, most, comm):
 def test_krylov_solves_find_the_same_in_three_steps(size, comm, monkeypatch):
     prepared = prepare(example(1, mesh=MeshOptions(element_size=size)), comm)
     direct = newton(prepared, 50, predict=False)
-    monkeypatch.setattr(petcontact.contact.restricted, "DIRECT_SIZE", 0)
+    monkeypatch.setattr(petcontact.contact.active_set.solvers, "DIRECT_SIZE", 0)
     before = prepared.system.applications
     krylov = newton(prepared, 50, predict=True)
     assert krylov.converged and len(krylov.history) <= 4

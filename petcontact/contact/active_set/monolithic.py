@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from ..arrays import Array
-from .system import MixedSystem
-
-if TYPE_CHECKING:
-    from .active_set import Pieces
+from ...arrays import Array
+from ..linearisation import Pieces
+from ..system import MixedSystem
 
 
 class MixedCompliance:

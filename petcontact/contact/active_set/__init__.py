@@ -1,0 +1,3 @@
+"""Contact by its active set: the exchanges, who solves their linear equations, and rigid motions beside them."""
+
+from ..linearisation import Pieces as Pieces

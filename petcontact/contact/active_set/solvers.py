@@ -1,0 +1,248 @@
+"""S on the components that an active set sees: products, and solves with rigid motions beside it.
+
+Dense and small: LAPACK on the blocks. Large, or matrix-free: a PETSc KSP of prefix `stick_` or `sum_` on a matrix of type
+python, preconditioned by the stand-in T.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+import scipy
+
+from ...arrays import Array, Index, Mask
+from ...errors import SolverError
+from ...linalg.bordered import BorderedKrylov, Elimination, Map
+from ..linearisation import Pieces
+from ..system import ContactSystem, Modes, Surrogate
+from .rigid_modes import Border
+
+DIRECT_SIZE = 512
+"""Contact unknowns up to which LU on a block beats Krylov iterations on it (with a fast T)."""
+STICK_RTOL = 1e-12
+"""Of a restricted solve, relative to u_0: also where a later step has little left to solve for."""
+
+
+class Restricted(Protocol):
+    """S with the solves that methods need, vectors (m, k); `noise` is the relative round-off of its answers."""
+
+    noise: float
+
+    @property
+    def ksp_iterations(self) -> int: ...
+
+    def apply(self, x: Array) -> Array: ...
+
+    def solve(
+        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, Array]:
+        """δy on the seen components and δα with [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ + Π'δy) + f = 0.
+
+        Motions that no seen component follows are left as they are: combinations (r, q) of motions of unit size, the third
+        array.
+        """
+        ...
+
+    def close(self) -> None: ...
+
+
+class _Counted:
+    """Counts of the system, kept by whoever does the work in its place."""
+
+    def __init__(self, system: ContactSystem) -> None:
+        self.system = system
+        self.ksp_iterations = 0
+        self.matrix: Array | None = None
+        if not system.matrix_free:
+            self.matrix = system.compliance()
+
+    def apply(self, x: Array) -> Array:
+        """S x."""
+        if self.matrix is None:
+            return self.system.apply(x)
+        self.system.applications += 1
+        return np.asarray(self.matrix @ x.ravel()).reshape(x.shape)
+
+
+class DirectCompliance(_Counted):
+    """S dense, solves by LU."""
+
+    noise = 1e-11
+
+    def __init__(self, system: ContactSystem, layer: Surrogate | None) -> None:
+        super().__init__(system)
+        self._layer = layer
+        assert self.matrix is not None
+        self._dense: Array = self.matrix
+        self._sum: Any = None
+
+    def solve(
+        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, Array]:
+        """LU of the bordered block."""
+        self.system.elastic_solves += 1
+        seen = np.flatnonzero(pieces.seen)
+        block = _block(self._dense, pieces, rho, seen)
+        result = np.zeros_like(rhs)
+        if modes is None:
+            result.flat[seen] = _solved(block, rhs.ravel()[seen])
+            _check(result)
+            return result, np.zeros(0), np.zeros((0, 0))
+        border = Border(modes, pieces, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
+        answer = _solved(border.around(block), np.concatenate([rhs.ravel()[seen], border.rhs]))
+        result.flat[seen] = answer[: len(seen)]
+        _check(result)
+        return result, border.motion(answer[len(seen) :]), border.free
+
+    def sum_solve(self, rhs: Array, whole: Pieces, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
+        """δσ and δα with (T + S) δσ + M δα = rhs and E(σ + δσ) + f = 0, factored once."""
+        border = Border(modes, whole, sigma, float(np.abs(np.diag(self._dense)).max(initial=0.0)))
+        if self._sum is None:
+            assert self._layer is not None, "T + S needs T"
+            self._sum = scipy.linalg.lu_factor(border.around(self._layer.matrix() + self._dense), check_finite=False)
+        self.system.elastic_solves += 1
+        answer = scipy.linalg.lu_solve(self._sum, np.concatenate([rhs.ravel(), border.rhs]), check_finite=False)
+        result = np.asarray(answer[: rhs.size]).reshape(rhs.shape)
+        _check(result)
+        return result, border.motion(answer[rhs.size :])
+
+    def close(self) -> None:
+        """Nothing of PETSc's is held."""
+
+
+def _solved(matrix: Array, rhs: Array) -> Array:
+    """By LU; the least solution where a body that is about to slide away leaves nothing to divide by, or where two contacts
+    close at the same nodes."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, rhs))
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(matrix, rhs, rcond=None)[0])
+
+
+def _block(dense: Array, pieces: Pieces, rho: Array, seen: Index) -> Array:
+    """(I - Π')/ρ + SΠ' on the seen components: from S on them only nodes whose Π' is not 0 or 1 change columns."""
+    block = dense if len(seen) == rho.size else dense[seen[:, None], seen]
+    k = rho.shape[1]
+    mixed = np.flatnonzero(np.any(pieces.derivative != np.eye(k) * pieces.seen[:, None, :], axis=(1, 2)))
+    if not len(mixed):
+        return block
+    rows = np.full(rho.size, -1)
+    rows[seen] = np.arange(len(seen))
+    place = rows.reshape(rho.shape)[mixed]
+    columns = dense[seen].reshape(len(seen), -1, k)[:, mixed]
+    new = np.einsum("qia,iab->qib", columns, pieces.derivative[mixed])
+    slack = (np.eye(k) - pieces.derivative[mixed]) / rho[mixed][:, :, None]
+    block = np.array(block)
+    chosen = place >= 0
+    block[:, place[chosen]] = new[:, chosen]
+    for a in range(k):
+        for b in range(k):
+            both = chosen[:, a] & chosen[:, b]
+            block[place[both, a], place[both, b]] += slack[both, a, b]
+    return block
+
+
+class KrylovCompliance(_Counted):
+    """S by its products alone; every rank of the communicator iterates on whole vectors.
+
+    Rigid motions are unknowns of the iteration, eliminated by its preconditioner.
+    """
+
+    noise = 1e-10
+
+    def __init__(self, system: ContactSystem, layer: Surrogate) -> None:
+        super().__init__(system)
+        self.layer = layer
+        shape, rank = system.u_0.shape, 0 if system.modes is None else len(system.modes.load)
+        self._stick, self._sum = BorderedKrylov(shape, rank, "stick_"), BorderedKrylov(shape, rank, "sum_")
+        self._length = float(np.abs(layer.apply(np.ones(shape))).max(initial=0.0))
+
+    def solve(
+        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, Array]:
+        """GMRES on the seen components (identity off them), preconditioned by the block of T⁻¹."""
+        seen = pieces.seen
+
+        def product(x: Array) -> Array:
+            traction = pieces.traction(x)
+            slack = np.where(pieces.held, 0.0, (x - traction) / rho)
+            return np.where(seen, slack + self.apply(traction), x)
+
+        def inverse(r: Array) -> Array:
+            return np.where(seen, self.layer.solve(np.where(seen, r, 0.0)), r)
+
+        border = Border(modes, pieces, sigma, self._length)
+        y, coordinates = self._solved(self._stick, product, inverse, border, seen, np.where(seen, rhs, 0.0))
+        return np.where(seen, y, 0.0), border.motion(coordinates), border.free
+
+    def sum_solve(self, rhs: Array, whole: Pieces, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
+        """GMRES on T + S, preconditioned by T⁻¹."""
+        border = Border(modes, whole, sigma, self._length)
+        y, coordinates = self._solved(
+            self._sum, lambda x: self.layer.apply(x) + self.apply(x), self.layer.solve, border, whole.seen, rhs
+        )
+        return y, border.motion(coordinates)
+
+    def _solved(
+        self, krylov: BorderedKrylov, product: Map, inverse: Map, border: Border, seen: Mask, rhs: Array
+    ) -> tuple[Array, Array]:
+        base = np.where(seen, self.system.u_0, 0.0)
+        floor = STICK_RTOL * float(np.linalg.norm(self.layer.solve(base)))
+        self.system.elastic_solves += 1
+        found = krylov.solve(product, inverse, *border.spread(seen), rhs, border.rhs, floor, STICK_RTOL)
+        self.ksp_iterations = krylov.iterations
+        return found
+
+    def close(self) -> None:
+        """Free the solvers."""
+        self._stick.close()
+        self._sum.close()
+
+
+class LayerCompliance:
+    """T in the place of S, for predictions: solves by masks of components."""
+
+    noise, ksp_iterations = 1e-11, 0
+
+    def __init__(self, layer: Surrogate) -> None:
+        self._layer = layer
+
+    def apply(self, x: Array) -> Array:
+        """T x."""
+        return self._layer.apply(x)
+
+    def solve(
+        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, Array]:
+        """LU where T is dense, else solves on held components; where Π' couples these each follows in a pass of its own."""
+
+        def inverse(r: Array) -> Array:
+            dy = np.zeros_like(r)
+            if self._layer.coupled:
+                seen = np.flatnonzero(pieces.seen)
+                dy.flat[seen] = np.linalg.solve(_block(self._layer.matrix(), pieces, rho, seen), r.ravel()[seen])
+                return dy
+            for _ in range(r.shape[1]):
+                left = r if not dy.any() else r - self._layer.apply(pieces.traction(dy))
+                dy = dy + self._layer.stick_solve(pieces.seen, np.where(pieces.seen, left, 0.0))
+            return dy
+
+        border = Border(modes, pieces, sigma, float(np.abs(rhs).max(initial=0.0)))
+        dy, coordinates = Elimination(inverse, *border.spread(pieces.seen))(rhs, border.rhs)
+        return dy, border.motion(coordinates), border.free
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
+def restricted_to(system: ContactSystem, layer: Surrogate | None) -> DirectCompliance | KrylovCompliance:
+    """S by LU where it is dense and small, or T is not given or has no fast form; else by Krylov iterations."""
+    if layer is not None and (system.matrix_free or (layer.fast and system.u_0.size > DIRECT_SIZE)):
+        return KrylovCompliance(system, layer)
+    return DirectCompliance(system, layer)
+
+
+def _check(x: Array) -> None:
+    if not np.isfinite(x).all():
+        raise SolverError("iterate", "a solve with S is not finite", "look at the data and the mesh")
