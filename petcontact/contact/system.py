@@ -14,7 +14,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from ..arrays import Array, Mask
-from .linearisation import Pieces
+from .linearisation import Linearisation
 
 
 @dataclass(frozen=True)
@@ -166,7 +166,7 @@ class MixedSystem(ContactSystem, Protocol):
 
     defect: float
 
-    def linear_solve(self, pieces: Pieces, rho: Array, tolerance: float) -> tuple[Array, Array]:
+    def linear_solve(self, pieces: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
         """σ [stress] and v [length] on given pieces of a law, near the last solution; inexact while that is far from the
         law's, and to a tenth of `tolerance` in the end."""
         ...

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from ...arrays import Array
-from ..linearisation import Pieces
+from ..linearisation import Linearisation
 from ..system import MixedSystem
 
 
@@ -32,9 +32,9 @@ class MixedCompliance:
         """S x."""
         return self.system.apply(x)
 
-    def linear_solve(self, pieces: Pieces, rho: Array) -> tuple[Array, Array]:
-        """σ and v on given pieces."""
-        return self.system.linear_solve(pieces, rho, self._tolerance)
+    def linear_solve(self, linearised: Linearisation, rho: Array) -> tuple[Array, Array]:
+        """σ [stress] and v [length] of a linearised law, (m, k)."""
+        return self.system.linear_solve(linearised, rho, self._tolerance)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """The system keeps its solvers."""

@@ -1,4 +1,4 @@
-"""S on the components that an active set sees: products, and solves with rigid motions beside it.
+"""S on the components of an active set: products, and solves with rigid motions beside it.
 
 Dense and small: LAPACK on the blocks. Large, or matrix-free: a PETSc KSP of prefix `stick_` or `sum_` on a matrix of type
 python, preconditioned by the stand-in T.
@@ -14,7 +14,7 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...errors import SolverError
 from ...linalg.bordered import BorderedKrylov, Elimination, Map
-from ..linearisation import Pieces
+from ..linearisation import Linearisation
 from ..system import ContactSystem, Modes, Surrogate
 from .rigid_modes import Border
 
@@ -35,11 +35,11 @@ class Restricted(Protocol):
     def apply(self, x: Array) -> Array: ...
 
     def solve(
-        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+        self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """δy on the seen components and δα with [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ + Π'δy) + f = 0.
+        """δy on the active components and δα with [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ + Π'δy) + f = 0.
 
-        Motions that no seen component follows are left as they are: combinations (r, q) of motions of unit size, the third
+        Motions that no active component follows are left as they are: combinations (r, q) of motions of unit size, the third
         array.
         """
         ...
@@ -78,24 +78,24 @@ class DirectCompliance(_Counted):
         self._sum: Any = None
 
     def solve(
-        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+        self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
         """LU of the bordered block."""
         self.system.elastic_solves += 1
-        seen = np.flatnonzero(pieces.seen)
-        block = _block(self._dense, pieces, rho, seen)
+        active = np.flatnonzero(linearised.active)
+        block = _block(self._dense, linearised, rho, active)
         result = np.zeros_like(rhs)
         if modes is None:
-            result.flat[seen] = _solved(block, rhs.ravel()[seen])
+            result.flat[active] = _solved(block, rhs.ravel()[active])
             _check(result)
             return result, np.zeros(0), np.zeros((0, 0))
-        border = Border(modes, pieces, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
-        answer = _solved(border.around(block), np.concatenate([rhs.ravel()[seen], border.rhs]))
-        result.flat[seen] = answer[: len(seen)]
+        border = Border(modes, linearised, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
+        answer = _solved(border.around(block), np.concatenate([rhs.ravel()[active], border.rhs]))
+        result.flat[active] = answer[: len(active)]
         _check(result)
-        return result, border.motion(answer[len(seen) :]), border.free
+        return result, border.motion(answer[len(active) :]), border.free
 
-    def sum_solve(self, rhs: Array, whole: Pieces, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
+    def sum_solve(self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
         """δσ and δα with (T + S) δσ + M δα = rhs and E(σ + δσ) + f = 0, factored once."""
         border = Border(modes, whole, sigma, float(np.abs(np.diag(self._dense)).max(initial=0.0)))
         if self._sum is None:
@@ -108,7 +108,7 @@ class DirectCompliance(_Counted):
         return result, border.motion(answer[rhs.size :])
 
     def close(self) -> None:
-        """Nothing of PETSc's is held."""
+        """No PETSc objects to free."""
 
 
 def _solved(matrix: Array, rhs: Array) -> Array:
@@ -120,19 +120,19 @@ def _solved(matrix: Array, rhs: Array) -> Array:
         return np.asarray(np.linalg.lstsq(matrix, rhs, rcond=None)[0])
 
 
-def _block(dense: Array, pieces: Pieces, rho: Array, seen: Index) -> Array:
-    """(I - Π')/ρ + SΠ' on the seen components: from S on them only nodes whose Π' is not 0 or 1 change columns."""
-    block = dense if len(seen) == rho.size else dense[seen[:, None], seen]
+def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -> Array:
+    """(I - Π')/ρ + SΠ' on the active components: from S on them only nodes whose Π' is not 0 or 1 change columns."""
+    block = dense if len(active) == rho.size else dense[active[:, None], active]
     k = rho.shape[1]
-    mixed = np.flatnonzero(np.any(pieces.derivative != np.eye(k) * pieces.seen[:, None, :], axis=(1, 2)))
+    mixed = np.flatnonzero(np.any(linearised.derivative != np.eye(k) * linearised.active[:, None, :], axis=(1, 2)))
     if not len(mixed):
         return block
     rows = np.full(rho.size, -1)
-    rows[seen] = np.arange(len(seen))
+    rows[active] = np.arange(len(active))
     place = rows.reshape(rho.shape)[mixed]
-    columns = dense[seen].reshape(len(seen), -1, k)[:, mixed]
-    new = np.einsum("qia,iab->qib", columns, pieces.derivative[mixed])
-    slack = (np.eye(k) - pieces.derivative[mixed]) / rho[mixed][:, :, None]
+    columns = dense[active].reshape(len(active), -1, k)[:, mixed]
+    new = np.einsum("qia,iab->qib", columns, linearised.derivative[mixed])
+    slack = (np.eye(k) - linearised.derivative[mixed]) / rho[mixed][:, :, None]
     block = np.array(block)
     chosen = place >= 0
     block[:, place[chosen]] = new[:, chosen]
@@ -159,38 +159,38 @@ class KrylovCompliance(_Counted):
         self._length = float(np.abs(layer.apply(np.ones(shape))).max(initial=0.0))
 
     def solve(
-        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+        self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """GMRES on the seen components (identity off them), preconditioned by the block of T⁻¹."""
-        seen = pieces.seen
+        """GMRES on the active components (identity off them), preconditioned by the block of T⁻¹."""
+        active = linearised.active
 
         def product(x: Array) -> Array:
-            traction = pieces.traction(x)
-            slack = np.where(pieces.held, 0.0, (x - traction) / rho)
-            return np.where(seen, slack + self.apply(traction), x)
+            traction = linearised.traction(x)
+            slack = np.where(linearised.stick, 0.0, (x - traction) / rho)
+            return np.where(active, slack + self.apply(traction), x)
 
         def inverse(r: Array) -> Array:
-            return np.where(seen, self.layer.solve(np.where(seen, r, 0.0)), r)
+            return np.where(active, self.layer.solve(np.where(active, r, 0.0)), r)
 
-        border = Border(modes, pieces, sigma, self._length)
-        y, coordinates = self._solved(self._stick, product, inverse, border, seen, np.where(seen, rhs, 0.0))
-        return np.where(seen, y, 0.0), border.motion(coordinates), border.free
+        border = Border(modes, linearised, sigma, self._length)
+        y, coordinates = self._solved(self._stick, product, inverse, border, active, np.where(active, rhs, 0.0))
+        return np.where(active, y, 0.0), border.motion(coordinates), border.free
 
-    def sum_solve(self, rhs: Array, whole: Pieces, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
+    def sum_solve(self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
         """GMRES on T + S, preconditioned by T⁻¹."""
         border = Border(modes, whole, sigma, self._length)
         y, coordinates = self._solved(
-            self._sum, lambda x: self.layer.apply(x) + self.apply(x), self.layer.solve, border, whole.seen, rhs
+            self._sum, lambda x: self.layer.apply(x) + self.apply(x), self.layer.solve, border, whole.active, rhs
         )
         return y, border.motion(coordinates)
 
     def _solved(
-        self, krylov: BorderedKrylov, product: Map, inverse: Map, border: Border, seen: Mask, rhs: Array
+        self, krylov: BorderedKrylov, product: Map, inverse: Map, border: Border, active: Mask, rhs: Array
     ) -> tuple[Array, Array]:
-        base = np.where(seen, self.system.u_0, 0.0)
+        base = np.where(active, self.system.u_0, 0.0)
         floor = STICK_RTOL * float(np.linalg.norm(self.layer.solve(base)))
         self.system.elastic_solves += 1
-        found = krylov.solve(product, inverse, *border.spread(seen), rhs, border.rhs, floor, STICK_RTOL)
+        found = krylov.solve(product, inverse, *border.spread(active), rhs, border.rhs, floor, STICK_RTOL)
         self.ksp_iterations = krylov.iterations
         return found
 
@@ -213,27 +213,27 @@ class LayerCompliance:
         return self._layer.apply(x)
 
     def solve(
-        self, pieces: Pieces, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+        self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
     ) -> tuple[Array, Array, Array]:
-        """LU where T is dense, else solves on held components; where Π' couples these each follows in a pass of its own."""
+        """LU where T is dense, else solves on active components; where Π' couples these each in a pass of its own."""
 
         def inverse(r: Array) -> Array:
             dy = np.zeros_like(r)
             if self._layer.coupled:
-                seen = np.flatnonzero(pieces.seen)
-                dy.flat[seen] = np.linalg.solve(_block(self._layer.matrix(), pieces, rho, seen), r.ravel()[seen])
+                active = np.flatnonzero(linearised.active)
+                dy.flat[active] = np.linalg.solve(_block(self._layer.matrix(), linearised, rho, active), r.ravel()[active])
                 return dy
             for _ in range(r.shape[1]):
-                left = r if not dy.any() else r - self._layer.apply(pieces.traction(dy))
-                dy = dy + self._layer.stick_solve(pieces.seen, np.where(pieces.seen, left, 0.0))
+                left = r if not dy.any() else r - self._layer.apply(linearised.traction(dy))
+                dy = dy + self._layer.stick_solve(linearised.active, np.where(linearised.active, left, 0.0))
             return dy
 
-        border = Border(modes, pieces, sigma, float(np.abs(rhs).max(initial=0.0)))
-        dy, coordinates = Elimination(inverse, *border.spread(pieces.seen))(rhs, border.rhs)
+        border = Border(modes, linearised, sigma, float(np.abs(rhs).max(initial=0.0)))
+        dy, coordinates = Elimination(inverse, *border.spread(linearised.active))(rhs, border.rhs)
         return dy, border.motion(coordinates), border.free
 
     def close(self) -> None:
-        """Nothing is held."""
+        """No PETSc objects to free."""
 
 
 def restricted_to(system: ContactSystem, layer: Surrogate | None) -> DirectCompliance | KrylovCompliance:

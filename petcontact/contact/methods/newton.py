@@ -23,7 +23,7 @@ from ..active_set.solvers import LayerCompliance, restricted_to
 from ..criterion import equilibrium_defect
 from ..iteration import Iteration, Recorder
 from ..laws import OPEN, SLIP, ContactLaw
-from ..linearisation import Pieces
+from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem, MixedSystem, Surrogate
@@ -94,9 +94,9 @@ def build(options: Method, rule: Rule | None) -> SemismoothNewton:
 def first_guess(system: ContactSystem, layer: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
     """σ and v that T gives for full stick; T is scaled to S on it."""
     base, modes = system.u_0, system.modes
-    stuck = Pieces.stuck(base)
+    stuck = Linearisation.all_stick(base)
     border = Border(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
-    sigma, coordinates = Elimination(layer.solve, *border.spread(stuck.seen))(-base, border.rhs)
+    sigma, coordinates = Elimination(layer.solve, *border.spread(stuck.active))(-base, border.rhs)
     displacement = solver.apply(sigma)
     layer.fit(sigma, displacement)
     v = base + displacement
@@ -124,7 +124,7 @@ class _Foresight:
         modes, base = self._system.modes, v - layer.apply(sigma)
         last = box_problem(LayerCompliance(layer), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
         if last.wrong == 0 and not last.push.any():
-            return last.pieces.tau, last.sigma
+            return last.linearised.tau, last.sigma
         # bodies that T's problem lets go of tell nothing
         return (last.tau, last.sigma) if modes is None else (tau, sigma)
 
@@ -140,7 +140,7 @@ def _first_guess(
     stuck = everywhere(base, law, 0.0)
     if iteration.start is not None:
         v, sigma = iteration.start
-        return next_tau(Pieces.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
+        return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
     if foretell is not None and foretell.layer is not None:
         sigma, v = first_guess(system, foretell.layer, solver)
         return *foretell.through(foretell.layer, sigma, v, stuck), v
@@ -220,7 +220,7 @@ class _Run:
 
     def _touching(self, step: Pivot) -> Array | None:
         """τ with what stops a motion along which the loads push: slipping nodes stick, and open ones close that it meets."""
-        law, states, tau = self.law, step.pieces.states, step.pieces.tau.copy()
+        law, states, tau = self.law, step.linearised.states, step.linearised.tau.copy()
         slips = states == SLIP
         tau[np.ix_(slips, np.arange(law.k)[law.groups[0]])] = 0.0
         if len(law.groups) > 1:

@@ -17,7 +17,7 @@ from ..active_set.solvers import LayerCompliance, restricted_to
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
 from ..laws import ContactLaw
-from ..linearisation import Pieces
+from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
@@ -54,12 +54,12 @@ class OperatorRobin:
         if iteration.start is not None:
             sigma = iteration.start[1]
             v = base + solver.apply(sigma)
-        tau, stuck = everywhere(base, law, 0.0), Pieces.stuck(base)
+        tau, stuck = everywhere(base, law, 0.0), Linearisation.all_stick(base)
         recorder = Recorder(law, system, iteration)
         try:
             while not recorder.exhausted:
                 step = box_problem(inner, law, v - layer.apply(sigma), tau, sigma)
-                tau, old = step.pieces.tau, (v, sigma)
+                tau, old = step.linearised.tau, (v, sigma)
                 dsigma, dalpha = solver.sum_solve(-self.omega * layer.apply(sigma - step.sigma), stuck, modes, sigma)
                 dv = solver.apply(dsigma)
                 if modes is not None:

@@ -17,7 +17,7 @@ from petcontact.contact.active_set.solvers import DirectCompliance
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import Tresca
-from petcontact.contact.linearisation import Pieces
+from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.pipeline.prepare import prepare
 
@@ -76,7 +76,7 @@ def test_backup_ends_where_full_exchanges_cycle():
         solver, tau, seen = restricted(matrix, base), np.zeros((6, 1)), set()
         while True:
             step = next(pivots(solver, law, base[:, None], None, tau))
-            signs = np.sign(tau) * step.pieces.states[:, None]
+            signs = np.sign(tau) * step.linearised.states[:, None]
             if step.wrong == 0 or signs.tobytes() in seen:
                 break
             seen.add(signs.tobytes())
@@ -90,10 +90,10 @@ def test_backup_ends_where_full_exchanges_cycle():
 
 def test_pieces_of_hand_made_states():
     law = Tresca(np.array([1.0, 1.0, 1.0, 0.0]))
-    pieces = Pieces.at(law, np.array([[2.0], [0.5], [-3.0], [0.0]]))
-    assert pieces.states.tobytes() == bytes([1, 0, 1, 1])
-    assert pieces.held[:, 0].tolist() == pieces.seen[:, 0].tolist() == [False, True, False, False]
-    assert pieces.constant[:, 0].tolist() == [-1.0, 0.0, 1.0, 0.0]
+    linearised = Linearisation.at(law, np.array([[2.0], [0.5], [-3.0], [0.0]]))
+    assert linearised.states.tobytes() == bytes([1, 0, 1, 1])
+    assert linearised.stick[:, 0].tolist() == linearised.active[:, 0].tolist() == [False, True, False, False]
+    assert linearised.constant[:, 0].tolist() == [-1.0, 0.0, 1.0, 0.0]
 
 
 @pytest.mark.parametrize("number", [1, 2])
