@@ -1,3 +1,5 @@
 """The border's old place."""
 
-from .active_set.rigid_modes import Border as Border
+from .active_set.rigid_modes import RigidModeConstraint
+
+Border = RigidModeConstraint

@@ -155,7 +155,7 @@ class ContactSystem(Protocol):
 
 
 @runtime_checkable
-class MixedSystem(ContactSystem, Protocol):
+class MonolithicSystem(ContactSystem, Protocol):
     """A system that solves its own equations together with linear ones of the law.
 
     Attributes

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from ...arrays import Array
 from ..linearisation import Linearisation
-from ..system import MixedSystem
+from ..system import MonolithicSystem
 
 
-class MixedCompliance:
+class MonolithicSolver:
     """A system that solves the equations of the body together with those of the law: S and its blocks are never applied.
 
     `tolerance` is the criterion's.
@@ -15,7 +15,7 @@ class MixedCompliance:
 
     noise = 1e-10
 
-    def __init__(self, system: MixedSystem, tolerance: float) -> None:
+    def __init__(self, system: MonolithicSystem, tolerance: float) -> None:
         self.system, self._tolerance = system, tolerance
 
     @property

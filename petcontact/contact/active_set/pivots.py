@@ -24,10 +24,10 @@ from ..friction_law import lengths
 from ..laws import ContactLaw
 from ..linearisation import Linearisation
 from ..system import Modes
-from .monolithic import MixedCompliance
-from .solvers import Restricted
+from .monolithic import MonolithicSolver
+from .solvers import ActiveSetSolver
 
-LinearSolver = Restricted | MixedCompliance
+LinearSolver = ActiveSetSolver | MonolithicSolver
 """Who solves the equations of a linearised law."""
 Predictor = Callable[["Pivot"], tuple[Array, Array]]
 
@@ -106,7 +106,7 @@ def pivots(
 
     Parameters
     ----------
-    solver : Restricted or MixedCompliance
+    solver : ActiveSetSolver or MonolithicSolver
         Products with S and solves on active components.
     law : ContactLaw
     base : (m, k) array
@@ -165,7 +165,7 @@ def linear_solve(
     solver: LinearSolver, linearised: Linearisation, base: Array, modes: Modes | None, sigma: Array, alpha: Array, rho: Array
 ) -> tuple[Array, Array, Array, Array]:
     """σ, v, α of a linearised law, from a nearby σ and α; and the push along motions that no node resists."""
-    if isinstance(solver, MixedCompliance):
+    if isinstance(solver, MonolithicSolver):
         return *solver.linear_solve(linearised, rho), alpha, np.zeros_like(alpha)
     y = np.where(linearised.stick, sigma, -linearised.tau)
     sigma = linearised.traction(y) + linearised.constant
@@ -186,7 +186,7 @@ def linear_solve(
 
 
 def box_problem(
-    solver: Restricted, law: ContactLaw, base: Array, tau: Array, sigma: Array, limit: int | None = None,
+    solver: ActiveSetSolver, law: ContactLaw, base: Array, tau: Array, sigma: Array, limit: int | None = None,
     tolerance: float = STRAIGHT, modes: Modes | None = None,
 ) -> Pivot:  # fmt: skip
     """The last of `pivots`, or of the first `limit` of them; its law holds to the tolerance.

@@ -12,7 +12,7 @@ FREE = 1e-10
 """Singular value, relative to motions of unit size, below which a rigid motion moves no component that is active."""
 
 
-class Border:
+class RigidModeConstraint:
     """Rigid motions beside a block of S, in scaled coordinates; those that move no active component are left out.
 
     Parameters

@@ -16,7 +16,7 @@ from ...errors import SolverError
 from ...linalg.bordered import BorderedKrylov, Elimination, Map
 from ..linearisation import Linearisation
 from ..system import ContactSystem, Modes, Surrogate
-from .rigid_modes import Border
+from .rigid_modes import RigidModeConstraint
 
 DIRECT_SIZE = 512
 """Contact unknowns up to which LU on a block beats Krylov iterations on it (with a fast T)."""
@@ -24,7 +24,7 @@ STICK_RTOL = 1e-12
 """Of a restricted solve, relative to u_0: also where a later step has little left to solve for."""
 
 
-class Restricted(Protocol):
+class ActiveSetSolver(Protocol):
     """S with the solves that methods need, vectors (m, k); `noise` is the relative round-off of its answers."""
 
     noise: float
@@ -65,7 +65,7 @@ class _Counted:
         return np.asarray(self.matrix @ x.ravel()).reshape(x.shape)
 
 
-class DirectCompliance(_Counted):
+class DenseActiveSetSolver(_Counted):
     """S dense, solves by LU."""
 
     noise = 1e-11
@@ -89,23 +89,23 @@ class DirectCompliance(_Counted):
             result.flat[active] = _solved(block, rhs.ravel()[active])
             _check(result)
             return result, np.zeros(0), np.zeros((0, 0))
-        border = Border(modes, linearised, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
-        answer = _solved(border.around(block), np.concatenate([rhs.ravel()[active], border.rhs]))
+        constraint = RigidModeConstraint(modes, linearised, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
+        answer = _solved(constraint.around(block), np.concatenate([rhs.ravel()[active], constraint.rhs]))
         result.flat[active] = answer[: len(active)]
         _check(result)
-        return result, border.motion(answer[len(active) :]), border.free
+        return result, constraint.motion(answer[len(active) :]), constraint.free
 
     def sum_solve(self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
         """δσ and δα with (T + S) δσ + M δα = rhs and E(σ + δσ) + f = 0, factored once."""
-        border = Border(modes, whole, sigma, float(np.abs(np.diag(self._dense)).max(initial=0.0)))
+        constraint = RigidModeConstraint(modes, whole, sigma, float(np.abs(np.diag(self._dense)).max(initial=0.0)))
         if self._sum is None:
             assert self._layer is not None, "T + S needs T"
-            self._sum = scipy.linalg.lu_factor(border.around(self._layer.matrix() + self._dense), check_finite=False)
+            self._sum = scipy.linalg.lu_factor(constraint.around(self._layer.matrix() + self._dense), check_finite=False)
         self.system.elastic_solves += 1
-        answer = scipy.linalg.lu_solve(self._sum, np.concatenate([rhs.ravel(), border.rhs]), check_finite=False)
+        answer = scipy.linalg.lu_solve(self._sum, np.concatenate([rhs.ravel(), constraint.rhs]), check_finite=False)
         result = np.asarray(answer[: rhs.size]).reshape(rhs.shape)
         _check(result)
-        return result, border.motion(answer[rhs.size :])
+        return result, constraint.motion(answer[rhs.size :])
 
     def close(self) -> None:
         """No PETSc objects to free."""
@@ -143,7 +143,7 @@ def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -
     return block
 
 
-class KrylovCompliance(_Counted):
+class KrylovActiveSetSolver(_Counted):
     """S by its products alone; every rank of the communicator iterates on whole vectors.
 
     Rigid motions are unknowns of the iteration, eliminated by its preconditioner.
@@ -172,25 +172,25 @@ class KrylovCompliance(_Counted):
         def inverse(r: Array) -> Array:
             return np.where(active, self.layer.solve(np.where(active, r, 0.0)), r)
 
-        border = Border(modes, linearised, sigma, self._length)
-        y, coordinates = self._solved(self._stick, product, inverse, border, active, np.where(active, rhs, 0.0))
-        return np.where(active, y, 0.0), border.motion(coordinates), border.free
+        constraint = RigidModeConstraint(modes, linearised, sigma, self._length)
+        y, coordinates = self._solved(self._stick, product, inverse, constraint, active, np.where(active, rhs, 0.0))
+        return np.where(active, y, 0.0), constraint.motion(coordinates), constraint.free
 
     def sum_solve(self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
         """GMRES on T + S, preconditioned by T⁻¹."""
-        border = Border(modes, whole, sigma, self._length)
+        constraint = RigidModeConstraint(modes, whole, sigma, self._length)
         y, coordinates = self._solved(
-            self._sum, lambda x: self.layer.apply(x) + self.apply(x), self.layer.solve, border, whole.active, rhs
+            self._sum, lambda x: self.layer.apply(x) + self.apply(x), self.layer.solve, constraint, whole.active, rhs
         )
-        return y, border.motion(coordinates)
+        return y, constraint.motion(coordinates)
 
     def _solved(
-        self, krylov: BorderedKrylov, product: Map, inverse: Map, border: Border, active: Mask, rhs: Array
+        self, krylov: BorderedKrylov, product: Map, inverse: Map, constraint: RigidModeConstraint, active: Mask, rhs: Array
     ) -> tuple[Array, Array]:
         base = np.where(active, self.system.u_0, 0.0)
         floor = STICK_RTOL * float(np.linalg.norm(self.layer.solve(base)))
         self.system.elastic_solves += 1
-        found = krylov.solve(product, inverse, *border.spread(active), rhs, border.rhs, floor, STICK_RTOL)
+        found = krylov.solve(product, inverse, *constraint.spread(active), rhs, constraint.rhs, floor, STICK_RTOL)
         self.ksp_iterations = krylov.iterations
         return found
 
@@ -200,7 +200,7 @@ class KrylovCompliance(_Counted):
         self._sum.close()
 
 
-class LayerCompliance:
+class SurrogateActiveSetSolver:
     """T in the place of S, for predictions: solves by masks of components."""
 
     noise, ksp_iterations = 1e-11, 0
@@ -228,19 +228,19 @@ class LayerCompliance:
                 dy = dy + self._layer.stick_solve(linearised.active, np.where(linearised.active, left, 0.0))
             return dy
 
-        border = Border(modes, linearised, sigma, float(np.abs(rhs).max(initial=0.0)))
-        dy, coordinates = Elimination(inverse, *border.spread(linearised.active))(rhs, border.rhs)
-        return dy, border.motion(coordinates), border.free
+        constraint = RigidModeConstraint(modes, linearised, sigma, float(np.abs(rhs).max(initial=0.0)))
+        dy, coordinates = Elimination(inverse, *constraint.spread(linearised.active))(rhs, constraint.rhs)
+        return dy, constraint.motion(coordinates), constraint.free
 
     def close(self) -> None:
         """No PETSc objects to free."""
 
 
-def restricted_to(system: ContactSystem, layer: Surrogate | None) -> DirectCompliance | KrylovCompliance:
+def active_set_solver(system: ContactSystem, layer: Surrogate | None) -> DenseActiveSetSolver | KrylovActiveSetSolver:
     """S by LU where it is dense and small, or T is not given or has no fast form; else by Krylov iterations."""
     if layer is not None and (system.matrix_free or (layer.fast and system.u_0.size > DIRECT_SIZE)):
-        return KrylovCompliance(system, layer)
-    return DirectCompliance(system, layer)
+        return KrylovActiveSetSolver(system, layer)
+    return DenseActiveSetSolver(system, layer)
 
 
 def _check(x: Array) -> None:

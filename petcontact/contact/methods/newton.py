@@ -16,17 +16,17 @@ import numpy as np
 from ...arrays import Array
 from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
-from ..active_set.monolithic import MixedCompliance
+from ..active_set.monolithic import MonolithicSolver
 from ..active_set.pivots import LinearSolver, Pivot, Predictor, box_problem, next_tau, pivots
-from ..active_set.rigid_modes import Border
-from ..active_set.solvers import LayerCompliance, restricted_to
+from ..active_set.rigid_modes import RigidModeConstraint
+from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import equilibrium_defect
 from ..iteration import Iteration, Recorder
 from ..laws import OPEN, SLIP, ContactLaw
 from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
-from ..system import ContactSystem, MixedSystem, Surrogate
+from ..system import ContactSystem, MonolithicSystem, Surrogate
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
@@ -69,16 +69,16 @@ class SemismoothNewton:
         if predict is None:
             predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
         # a mixed system's step costs no more than T does to set up
-        mixed = isinstance(system, MixedSystem)
+        mixed = isinstance(system, MonolithicSystem)
         layer = system.surrogate() if not mixed and (system.matrix_free or (predict and not late)) else None
         if layer is not None:
             layer.rtol = LOOSE
         foretell = _Foresight(system, law, layer) if predict and (late or layer is not None) else None
         solver: LinearSolver
-        if isinstance(system, MixedSystem):
-            solver = MixedCompliance(system, iteration.criterion.tolerance)
+        if isinstance(system, MonolithicSystem):
+            solver = MonolithicSolver(system, iteration.criterion.tolerance)
         else:
-            solver = restricted_to(system, layer)
+            solver = active_set_solver(system, layer)
         try:
             first = _first_guess(system, law, iteration, solver, foretell)
             return _Run(system, law, iteration, solver, foretell).state(first)
@@ -95,12 +95,12 @@ def first_guess(system: ContactSystem, layer: Surrogate, solver: LinearSolver) -
     """σ and v that T gives for full stick; T is scaled to S on it."""
     base, modes = system.u_0, system.modes
     stuck = Linearisation.all_stick(base)
-    border = Border(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
-    sigma, coordinates = Elimination(layer.solve, *border.spread(stuck.active))(-base, border.rhs)
+    constraint = RigidModeConstraint(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
+    sigma, coordinates = Elimination(layer.solve, *constraint.spread(stuck.active))(-base, constraint.rhs)
     displacement = solver.apply(sigma)
     layer.fit(sigma, displacement)
     v = base + displacement
-    return sigma, v if modes is None else v + modes.motion @ border.motion(coordinates)
+    return sigma, v if modes is None else v + modes.motion @ constraint.motion(coordinates)
 
 
 class _Foresight:
@@ -122,7 +122,7 @@ class _Foresight:
     def through(self, layer: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
         """The same from any σ, v and τ."""
         modes, base = self._system.modes, v - layer.apply(sigma)
-        last = box_problem(LayerCompliance(layer), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
+        last = box_problem(SurrogateActiveSetSolver(layer), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
         if last.wrong == 0 and not last.push.any():
             return last.linearised.tau, last.sigma
         # bodies that T's problem lets go of tell nothing
@@ -244,7 +244,7 @@ class _Run:
         recorder.history.exchanged.append(step.wrong)
         unbalanced = equilibrium_defect(system, sigma)
         relative = recorder.relative(v, sigma)
-        defect = self.solver.defect if isinstance(self.solver, MixedCompliance) else 0.0
+        defect = self.solver.defect if isinstance(self.solver, MonolithicSolver) else 0.0
         small = max(relative, unbalanced, defect) <= self.iteration.criterion.tolerance
         converged = small and (step.wrong == 0 or relative <= ROUND_OFF)
         reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"

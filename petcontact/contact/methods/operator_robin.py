@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from ...errors import InputError
 from ...model.solver_options import Method
 from ..active_set.pivots import box_problem
-from ..active_set.solvers import LayerCompliance, restricted_to
+from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
 from ..laws import ContactLaw
@@ -48,8 +48,8 @@ class OperatorRobin:
         if layer is None:
             raise InputError("method.name: operator-robin needs a stand-in for S, and there is none; use semismooth-newton")
         criterion, base = iteration.criterion, system.u_0
-        inner = LayerCompliance(layer)
-        solver = restricted_to(system, layer)
+        inner = SurrogateActiveSetSolver(layer)
+        solver = active_set_solver(system, layer)
         sigma, v = first_guess(system, layer, solver)
         if iteration.start is not None:
             sigma = iteration.start[1]

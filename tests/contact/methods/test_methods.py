@@ -9,7 +9,7 @@ from conftest import example
 from petcontact import Bem, Contact, Displacement, InputError, MeshOptions, Method, Polygon, Traction
 from petcontact.compliance.layer.operator import LayerOperator
 from petcontact.contact.active_set.pivots import box_problem
-from petcontact.contact.active_set.solvers import LayerCompliance
+from petcontact.contact.active_set.solvers import SurrogateActiveSetSolver
 from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.tao import minimise
@@ -141,7 +141,7 @@ def test_box_problem_of_the_layer_is_its_contact_problem():
     rng = np.random.default_rng(5)
     base, bound = rng.standard_normal((layer.size, 1)) * 1e-2, 150.0
     law, zero = Tresca(np.full(layer.size, bound)), np.zeros_like(base)
-    step = box_problem(LayerCompliance(layer), law, base, zero, zero)
+    step = box_problem(SurrogateActiveSetSolver(layer), law, base, zero, zero)
 
     def energy(q):
         return float(np.sum(0.5 * q * layer.apply(q) + q * base))

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 import petcontact.contact.active_set.solvers
 from petcontact import MeshOptions
 from petcontact.contact.active_set.pivots import box_problem, pivots
-from petcontact.contact.active_set.solvers import DirectCompliance
+from petcontact.contact.active_set.solvers import DenseActiveSetSolver
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import Tresca
@@ -40,7 +40,7 @@ class System:
 
 
 def restricted(matrix, base):
-    return DirectCompliance(System(matrix, base[:, None]), None)
+    return DenseActiveSetSolver(System(matrix, base[:, None]), None)
 
 
 def satisfies(matrix, base, bound, sigma, u):
