@@ -1,4 +1,4 @@
-"""What a method sees of the bodies: v = u_0 + S σ on Γ_C, a Robin solve, and a cheap stand-in T for S.
+"""What a method sees of the bodies: v = u_0 + S σ on Γ_C, a Robin solve, and a cheap surrogate T for S.
 
 On Γ_C all vectors are (m, k) arrays, the same on every rank: k components a node, the tangential ones first, then the
 normal one if the law has it. v is the displacement of the contact nodes (of the one body, or relative to the partner),

@@ -1,7 +1,7 @@
 """S on the components of an active set: products, and solves with rigid motions beside it.
 
 Dense and small: LAPACK on the blocks. Large, or matrix-free: a PETSc KSP of prefix `stick_` or `sum_` on a matrix of type
-python, preconditioned by the stand-in T.
+python, preconditioned by the surrogate T.
 """
 
 from __future__ import annotations
@@ -70,9 +70,9 @@ class DenseActiveSetSolver(_Counted):
 
     noise = 1e-11
 
-    def __init__(self, system: ContactSystem, layer: Surrogate | None) -> None:
+    def __init__(self, system: ContactSystem, surrogate: Surrogate | None) -> None:
         super().__init__(system)
-        self._layer = layer
+        self._surrogate = surrogate
         assert self.matrix is not None
         self._dense: Array = self.matrix
         self._sum: Any = None
@@ -99,8 +99,8 @@ class DenseActiveSetSolver(_Counted):
         """δσ and δα with (T + S) δσ + M δα = rhs and E(σ + δσ) + f = 0, factored once."""
         constraint = RigidModeConstraint(modes, whole, sigma, float(np.abs(np.diag(self._dense)).max(initial=0.0)))
         if self._sum is None:
-            assert self._layer is not None, "T + S needs T"
-            self._sum = scipy.linalg.lu_factor(constraint.around(self._layer.matrix() + self._dense), check_finite=False)
+            assert self._surrogate is not None, "T + S needs T"
+            self._sum = scipy.linalg.lu_factor(constraint.around(self._surrogate.matrix() + self._dense), check_finite=False)
         self.system.elastic_solves += 1
         answer = scipy.linalg.lu_solve(self._sum, np.concatenate([rhs.ravel(), constraint.rhs]), check_finite=False)
         result = np.asarray(answer[: rhs.size]).reshape(rhs.shape)
@@ -151,12 +151,12 @@ class KrylovActiveSetSolver(_Counted):
 
     noise = 1e-10
 
-    def __init__(self, system: ContactSystem, layer: Surrogate) -> None:
+    def __init__(self, system: ContactSystem, surrogate: Surrogate) -> None:
         super().__init__(system)
-        self.layer = layer
+        self.surrogate = surrogate
         shape, rank = system.u_0.shape, 0 if system.modes is None else len(system.modes.load)
         self._stick, self._sum = BorderedKrylov(shape, rank, "stick_"), BorderedKrylov(shape, rank, "sum_")
-        self._length = float(np.abs(layer.apply(np.ones(shape))).max(initial=0.0))
+        self._length = float(np.abs(surrogate.apply(np.ones(shape))).max(initial=0.0))
 
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
@@ -170,7 +170,7 @@ class KrylovActiveSetSolver(_Counted):
             return np.where(active, slack + self.apply(traction), x)
 
         def inverse(r: Array) -> Array:
-            return np.where(active, self.layer.solve(np.where(active, r, 0.0)), r)
+            return np.where(active, self.surrogate.solve(np.where(active, r, 0.0)), r)
 
         constraint = RigidModeConstraint(modes, linearised, sigma, self._length)
         y, coordinates = self._solved(self._stick, product, inverse, constraint, active, np.where(active, rhs, 0.0))
@@ -180,7 +180,7 @@ class KrylovActiveSetSolver(_Counted):
         """GMRES on T + S, preconditioned by T⁻¹."""
         constraint = RigidModeConstraint(modes, whole, sigma, self._length)
         y, coordinates = self._solved(
-            self._sum, lambda x: self.layer.apply(x) + self.apply(x), self.layer.solve, constraint, whole.active, rhs
+            self._sum, lambda x: self.surrogate.apply(x) + self.apply(x), self.surrogate.solve, constraint, whole.active, rhs
         )
         return y, constraint.motion(coordinates)
 
@@ -188,7 +188,7 @@ class KrylovActiveSetSolver(_Counted):
         self, krylov: BorderedKrylov, product: Map, inverse: Map, constraint: RigidModeConstraint, active: Mask, rhs: Array
     ) -> tuple[Array, Array]:
         base = np.where(active, self.system.u_0, 0.0)
-        floor = STICK_RTOL * float(np.linalg.norm(self.layer.solve(base)))
+        floor = STICK_RTOL * float(np.linalg.norm(self.surrogate.solve(base)))
         self.system.elastic_solves += 1
         found = krylov.solve(product, inverse, *constraint.spread(active), rhs, constraint.rhs, floor, STICK_RTOL)
         self.ksp_iterations = krylov.iterations
@@ -205,12 +205,12 @@ class SurrogateActiveSetSolver:
 
     noise, ksp_iterations = 1e-11, 0
 
-    def __init__(self, layer: Surrogate) -> None:
-        self._layer = layer
+    def __init__(self, surrogate: Surrogate) -> None:
+        self._surrogate = surrogate
 
     def apply(self, x: Array) -> Array:
         """T x."""
-        return self._layer.apply(x)
+        return self._surrogate.apply(x)
 
     def solve(
         self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
@@ -219,13 +219,14 @@ class SurrogateActiveSetSolver:
 
         def inverse(r: Array) -> Array:
             dy = np.zeros_like(r)
-            if self._layer.coupled:
+            if self._surrogate.coupled:
                 active = np.flatnonzero(linearised.active)
-                dy.flat[active] = np.linalg.solve(_block(self._layer.matrix(), linearised, rho, active), r.ravel()[active])
+                block = _block(self._surrogate.matrix(), linearised, rho, active)
+                dy.flat[active] = np.linalg.solve(block, r.ravel()[active])
                 return dy
             for _ in range(r.shape[1]):
-                left = r if not dy.any() else r - self._layer.apply(linearised.traction(dy))
-                dy = dy + self._layer.stick_solve(linearised.active, np.where(linearised.active, left, 0.0))
+                left = r if not dy.any() else r - self._surrogate.apply(linearised.traction(dy))
+                dy = dy + self._surrogate.stick_solve(linearised.active, np.where(linearised.active, left, 0.0))
             return dy
 
         constraint = RigidModeConstraint(modes, linearised, sigma, float(np.abs(rhs).max(initial=0.0)))
@@ -236,11 +237,11 @@ class SurrogateActiveSetSolver:
         """No PETSc objects to free."""
 
 
-def active_set_solver(system: ContactSystem, layer: Surrogate | None) -> DenseActiveSetSolver | KrylovActiveSetSolver:
+def active_set_solver(system: ContactSystem, surrogate: Surrogate | None) -> DenseActiveSetSolver | KrylovActiveSetSolver:
     """S by LU where it is dense and small, or T is not given or has no fast form; else by Krylov iterations."""
-    if layer is not None and (system.matrix_free or (layer.fast and system.u_0.size > DIRECT_SIZE)):
-        return KrylovActiveSetSolver(system, layer)
-    return DenseActiveSetSolver(system, layer)
+    if surrogate is not None and (system.matrix_free or (surrogate.fast and system.u_0.size > DIRECT_SIZE)):
+        return KrylovActiveSetSolver(system, surrogate)
+    return DenseActiveSetSolver(system, surrogate)
 
 
 def _check(x: Array) -> None:

@@ -1,4 +1,4 @@
-"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0, its sets predicted by the stand-in T.
+"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0, its sets predicted by the surrogate T.
 
 Each iteration solves the linear equations of `active_set`. Which nodes stick, slip or open is foretold, where a solve with
 S costs more than T, by the contact problem of T through the last iterate, v + T(q - σ): its set is nearly the right
@@ -70,15 +70,15 @@ class SemismoothNewton:
             predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
         # a mixed system's step costs no more than T does to set up
         mixed = isinstance(system, MonolithicSystem)
-        layer = system.surrogate() if not mixed and (system.matrix_free or (predict and not late)) else None
-        if layer is not None:
-            layer.rtol = LOOSE
-        foretell = _Foresight(system, law, layer) if predict and (late or layer is not None) else None
+        surrogate = system.surrogate() if not mixed and (system.matrix_free or (predict and not late)) else None
+        if surrogate is not None:
+            surrogate.rtol = LOOSE
+        foretell = _Foresight(system, law, surrogate) if predict and (late or surrogate is not None) else None
         solver: LinearSolver
         if isinstance(system, MonolithicSystem):
             solver = MonolithicSolver(system, iteration.criterion.tolerance)
         else:
-            solver = active_set_solver(system, layer)
+            solver = active_set_solver(system, surrogate)
         try:
             first = _first_guess(system, law, iteration, solver, foretell)
             return _Run(system, law, iteration, solver, foretell).state(first)
@@ -91,14 +91,14 @@ def build(options: Method, rule: Rule | None) -> SemismoothNewton:
     return SemismoothNewton()
 
 
-def first_guess(system: ContactSystem, layer: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
+def first_guess(system: ContactSystem, surrogate: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
     """σ and v that T gives for full stick; T is scaled to S on it."""
     base, modes = system.u_0, system.modes
     stuck = Linearisation.all_stick(base)
     constraint = RigidModeConstraint(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
-    sigma, coordinates = Elimination(layer.solve, *constraint.spread(stuck.active))(-base, constraint.rhs)
+    sigma, coordinates = Elimination(surrogate.solve, *constraint.spread(stuck.active))(-base, constraint.rhs)
     displacement = solver.apply(sigma)
-    layer.fit(sigma, displacement)
+    surrogate.fit(sigma, displacement)
     v = base + displacement
     return sigma, v if modes is None else v + modes.motion @ constraint.motion(coordinates)
 
@@ -106,23 +106,25 @@ def first_guess(system: ContactSystem, layer: Surrogate, solver: LinearSolver) -
 class _Foresight:
     """Sets by the contact problem of T through an iterate; where T is still to be made, from the LATE-th step on."""
 
-    def __init__(self, system: ContactSystem, law: ContactLaw, layer: Surrogate | None) -> None:
-        self.layer, self._system, self._law = layer, system, law
-        self._wait = 0 if layer is not None else LATE
+    def __init__(self, system: ContactSystem, law: ContactLaw, surrogate: Surrogate | None) -> None:
+        self.surrogate, self._system, self._law = surrogate, system, law
+        self._wait = 0 if surrogate is not None else LATE
 
     def __call__(self, step: Pivot) -> tuple[Array, Array]:
         """τ and σ of the prediction."""
         self._wait -= 1
         if self._wait > 0 or step.wrong == 0:
             return step.tau, step.sigma
-        if self.layer is None:
-            self.layer = self._system.surrogate()
-        return (step.tau, step.sigma) if self.layer is None else self.through(self.layer, step.sigma, step.v, step.tau)
+        if self.surrogate is None:
+            self.surrogate = self._system.surrogate()
+        if self.surrogate is None:
+            return step.tau, step.sigma
+        return self.through(self.surrogate, step.sigma, step.v, step.tau)
 
-    def through(self, layer: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
+    def through(self, surrogate: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
         """The same from any σ, v and τ."""
-        modes, base = self._system.modes, v - layer.apply(sigma)
-        last = box_problem(SurrogateActiveSetSolver(layer), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
+        modes, base = self._system.modes, v - surrogate.apply(sigma)
+        last = box_problem(SurrogateActiveSetSolver(surrogate), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
         if last.wrong == 0 and not last.push.any():
             return last.linearised.tau, last.sigma
         # bodies that T's problem lets go of tell nothing
@@ -141,9 +143,9 @@ def _first_guess(
     if iteration.start is not None:
         v, sigma = iteration.start
         return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
-    if foretell is not None and foretell.layer is not None:
-        sigma, v = first_guess(system, foretell.layer, solver)
-        return *foretell.through(foretell.layer, sigma, v, stuck), v
+    if foretell is not None and foretell.surrogate is not None:
+        sigma, v = first_guess(system, foretell.surrogate, solver)
+        return *foretell.through(foretell.surrogate, sigma, v, stuck), v
     return stuck, np.zeros_like(base), base
 
 

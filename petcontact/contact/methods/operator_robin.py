@@ -44,13 +44,13 @@ class OperatorRobin:
         InputError
             If the system has no T.
         """
-        layer, modes = system.surrogate(), system.modes
-        if layer is None:
-            raise InputError("method.name: operator-robin needs a stand-in for S, and there is none; use semismooth-newton")
+        surrogate, modes = system.surrogate(), system.modes
+        if surrogate is None:
+            raise InputError("method.name: operator-robin needs a surrogate for S, and there is none; use semismooth-newton")
         criterion, base = iteration.criterion, system.u_0
-        inner = SurrogateActiveSetSolver(layer)
-        solver = active_set_solver(system, layer)
-        sigma, v = first_guess(system, layer, solver)
+        inner = SurrogateActiveSetSolver(surrogate)
+        solver = active_set_solver(system, surrogate)
+        sigma, v = first_guess(system, surrogate, solver)
         if iteration.start is not None:
             sigma = iteration.start[1]
             v = base + solver.apply(sigma)
@@ -58,9 +58,9 @@ class OperatorRobin:
         recorder = Recorder(law, system, iteration)
         try:
             while not recorder.exhausted:
-                step = box_problem(inner, law, v - layer.apply(sigma), tau, sigma)
+                step = box_problem(inner, law, v - surrogate.apply(sigma), tau, sigma)
                 tau, old = step.linearised.tau, (v, sigma)
-                dsigma, dalpha = solver.sum_solve(-self.omega * layer.apply(sigma - step.sigma), stuck, modes, sigma)
+                dsigma, dalpha = solver.sum_solve(-self.omega * surrogate.apply(sigma - step.sigma), stuck, modes, sigma)
                 dv = solver.apply(dsigma)
                 if modes is not None:
                     dv = dv + modes.motion @ dalpha
