@@ -8,7 +8,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
-from .laws import Frictional
+from .laws import SignoriniCoulomb
 from .system import Modes
 
 SMALL = 1e-8
@@ -19,7 +19,7 @@ NEW = 4
 """Sides that are added to all polygons at a time."""
 
 
-def unheld(modes: Modes | None, law: Frictional) -> Array | None:
+def unbalanced_load(modes: Modes | None, law: SignoriniCoulomb) -> Array | None:
     """What of the loads no admissible traction holds, (r,); None where all can be held.
 
     Minimises Σ|Eσ + f| over p >= 0 where unilateral and σ_t in a polygon around the disk of radius r(p), which gets further
@@ -86,3 +86,6 @@ def _sides(nodes: Index, way: Array, slope: Array, k: int) -> scipy.sparse.csr_a
     columns = (k * nodes[:, None] + np.arange(k)).ravel()
     entries = np.column_stack([np.broadcast_to(way, (len(nodes), k - 1)), slope[nodes]]).ravel()
     return scipy.sparse.csr_array((entries, (rows, columns)), shape=(len(nodes), k * len(slope)))
+
+
+unheld = unbalanced_load  # until pipeline/ has the new name

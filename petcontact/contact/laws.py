@@ -112,7 +112,7 @@ class Tresca:
 
 
 @dataclass(frozen=True)
-class Frictional:
+class SignoriniCoulomb:
     """Normal and tangential contact: p = max(τ_n, 0), or τ_n where bilateral, and [τ_t] on the ball of radius r(p).
 
     r is the least of μ|p| and g: Coulomb's law, Tresca's, or both; frictionless with g = 0; bonded where both are infinite
@@ -188,3 +188,6 @@ class Frictional:
 
 def _slips(tau: Array, radius: Array) -> Mask:
     return np.asarray((lengths(tau) > radius) | (radius == 0.0))
+
+
+Frictional = SignoriniCoulomb  # until pipeline/ has the new name

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from petcontact.contact.equilibrium import directions, unheld
-from petcontact.contact.laws import Frictional, Tresca, law_residual
+from petcontact.contact.equilibrium import directions, unbalanced_load
+from petcontact.contact.laws import SignoriniCoulomb, Tresca, law_residual
 from petcontact.contact.system import Modes
 
 SEEDS = st.integers(0, 10_000)
@@ -18,7 +18,7 @@ def random_law(rng, m, k):
     kind = rng.integers(0, 4, m)
     coefficient = np.where(kind % 2 == 0, rng.choice([0.0, 0.3, 2.0], m), np.inf)
     bound = np.where(kind == 0, np.inf, rng.choice([0.0, 0.5, 1.5], m))
-    return Frictional(coefficient, bound, rng.random(m) < 0.7, k, rng.random(m) < 0.1)
+    return SignoriniCoulomb(coefficient, bound, rng.random(m) < 0.7, k, rng.random(m) < 0.1)
 
 
 @given(SEEDS, st.sampled_from([2, 3]), st.booleans())
@@ -42,7 +42,7 @@ def test_what_satisfies_the_conditions_has_no_residual_and_conversely(seed, k, r
     """Signorini with Coulomb friction, written out node by node."""
     rng = np.random.default_rng(seed)
     m, mu = 12, 0.4
-    law = Frictional(np.full(m, mu), np.full(m, np.inf), np.ones(m, dtype=bool), k)
+    law = SignoriniCoulomb(np.full(m, mu), np.full(m, np.inf), np.ones(m, dtype=bool), k)
     closed = rng.random(m) < 0.7
     slips = closed & (rng.random(m) < 0.5)
     pressure = np.where(closed, rng.random(m) + 0.1, 0.0)
@@ -64,7 +64,7 @@ def test_what_satisfies_the_conditions_has_no_residual_and_conversely(seed, k, r
 
 def test_bonded_bilateral_frictionless_and_absent_nodes():
     tau = np.array([[3.0, -2.0]] * 5)
-    law = Frictional(
+    law = SignoriniCoulomb(
         np.array([np.inf, np.inf, 0.5, 0.5, 0.5]), np.array([np.inf, 0.0, np.inf, 0.25, np.inf]),
         np.array([False, False, False, True, False]), 2, np.array([False, False, False, False, True]),
     )  # fmt: skip
@@ -76,16 +76,16 @@ def test_bonded_bilateral_frictionless_and_absent_nodes():
 def test_loads_that_no_traction_holds_are_known_beforehand(k):
     """A block on a floor: pushed within the cone of friction, beyond it, and lifted."""
     m, mu = 5, 0.3
-    law = Frictional(np.full(m, mu), np.full(m, np.inf), np.ones(m, dtype=bool), k)
+    law = SignoriniCoulomb(np.full(m, mu), np.full(m, np.inf), np.ones(m, dtype=bool), k)
     motion = np.broadcast_to(np.eye(k), (m, k, k)).copy()
 
     def modes(*load):
         return Modes(motion, np.moveaxis(motion, 2, 0), np.array([load[0], *[0.0] * (k - 2), load[1]]))
 
     # v_n is the overlap: a force of +1 along it presses
-    assert unheld(None, law) is None and unheld(modes(0.29, 1.0), law) is None
-    assert unheld(modes(0.0, -1.0), law)[-1] == pytest.approx(-1.0)
-    push = unheld(modes(0.5, 1.0), law)
+    assert unbalanced_load(None, law) is None and unbalanced_load(modes(0.29, 1.0), law) is None
+    assert unbalanced_load(modes(0.0, -1.0), law)[-1] == pytest.approx(-1.0)
+    push = unbalanced_load(modes(0.5, 1.0), law)
     assert push[0] == pytest.approx(0.2) and np.abs(push[1:]).max() < 1e-9
 
 
