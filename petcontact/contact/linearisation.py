@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Mask, States
-from .laws import ContactLaw
+from .law_protocol import ContactLaw
 
 
 @dataclass(frozen=True)

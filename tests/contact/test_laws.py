@@ -8,7 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact.contact.equilibrium import directions, unbalanced_load
-from petcontact.contact.laws import SignoriniCoulomb, Tresca, law_residual
+from petcontact.contact.law_protocol import Admissible, bound_excess, friction_bound, law_residual
+from petcontact.contact.laws import SignoriniCoulomb, Tresca
 from petcontact.contact.system import Modes
 
 SEEDS = st.integers(0, 10_000)
@@ -87,6 +88,85 @@ def test_loads_that_no_traction_holds_are_known_beforehand(k):
     assert unbalanced_load(modes(0.0, -1.0), law)[-1] == pytest.approx(-1.0)
     push = unbalanced_load(modes(0.5, 1.0), law)
     assert push[0] == pytest.approx(0.2) and np.abs(push[1:]).max() < 1e-9
+
+
+def floor(k, m=5):
+    """M and E of a block that translates over m nodes; a force of +1 along the last axis presses."""
+    motion = np.broadcast_to(np.eye(k), (m, k, k)).copy()
+    return lambda *load: Modes(motion, np.moveaxis(motion, 2, 0), np.array(load))
+
+
+@pytest.mark.parametrize("k", [1, 2])
+def test_tresca_holds_its_bound_and_no_more(k):
+    law, push = Tresca(np.full(5, 2.0), k), floor(k)
+    along = np.full(k, 1.0) / np.sqrt(k)
+    assert unbalanced_load(push(*(9.99 * along)), law) is None
+    left = unbalanced_load(push(*(10.1 * along)), law)
+    assert np.abs(left).sum() == pytest.approx(0.1 * np.sqrt(k), rel=1e-3)  # the least sum of components beyond the disk
+
+
+def test_bilateral_contact_holds_friction_in_tension_too():
+    """|σ_t| <= µ|p|: a load that pulls at a bilateral contact is held, and is not said to be more than it can hold."""
+    m = 5
+    law = SignoriniCoulomb(np.full(m, 0.3), np.full(m, np.inf), np.zeros(m, dtype=bool), 2)
+    assert unbalanced_load(floor(2)(0.29, -1.0), law) is None
+
+
+class Glued:
+    """Contact that carries up to a tensile strength and slips nowhere; what it allows is told where asked."""
+
+    k, groups = 2, (slice(0, 1), slice(1, 2))
+
+    def __init__(self, strength):
+        self.strength = strength
+
+    def project(self, tau):
+        return np.where(self._closed(tau), tau, 0.0)
+
+    def linearise(self, tau):
+        return np.eye(2) * self._closed(tau)[:, :, None]
+
+    def states(self, tau):
+        return np.where(self._closed(tau)[:, 0], 0, 2).astype(np.int8)
+
+    def _closed(self, tau):
+        return tau[:, -1:] > -self.strength[:, None]
+
+
+class ToldGlue(Glued):
+    def admissible(self):
+        none = np.full(len(self.strength), np.inf)
+        return Admissible(none, none, np.zeros(len(none)), self.strength, none)
+
+    def bound_at(self, sigma):
+        return np.full(len(sigma), np.inf)
+
+
+def test_limits_of_a_law_of_ones_own_are_used_where_it_tells_them():
+    strength, sigma = np.full(5, 0.2), np.zeros((5, 2))
+    push = floor(2)
+    assert unbalanced_load(push(3.0, -0.99), ToldGlue(strength)) is None
+    assert unbalanced_load(push(3.0, -1.5), ToldGlue(strength)) == pytest.approx([0.0, -0.5])
+    # nothing is said of a law that does not tell, not even of loads that are far beyond it
+    assert unbalanced_load(push(3.0, -1.5), Glued(strength)) is None
+    assert np.isnan(friction_bound(Glued(strength), sigma)).all()
+    assert np.isinf(friction_bound(ToldGlue(strength), sigma)).all()
+
+
+@given(SEEDS, st.sampled_from([2, 3]), st.sampled_from([1e-6, 1.0, 1e6]))
+def test_excess_is_relative_to_the_bound_of_each_node(seed, k, size):
+    """What the law allows has none; what is beyond by a share has that share, however large other nodes' tractions are."""
+    rng = np.random.default_rng(seed)
+    law = SignoriniCoulomb(np.full(6, 0.3), np.full(6, np.inf), np.ones(6, dtype=bool), k)
+    pressure = size * 10.0 ** rng.uniform(-4, 0, 6)
+    direction = rng.standard_normal((6, k - 1))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    sigma = np.column_stack([0.3 * pressure[:, None] * direction, -pressure])
+    assert bound_excess(law, sigma) <= 1e-12
+    sigma[2, :-1] *= 1.0 + 1e-3
+    assert bound_excess(law, sigma) == pytest.approx(1e-3, rel=1e-6)
+    sigma[2] = [*[0.0] * (k - 1), 0.5 * size]
+    assert bound_excess(law, sigma) == pytest.approx(0.5 * size / np.delete(pressure, 2).max())
 
 
 def test_polygons_of_the_cone_are_regular():

@@ -21,7 +21,7 @@ import numpy as np
 
 from ...arrays import Array
 from ..friction_law import lengths
-from ..laws import ContactLaw
+from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
 from ..system import Modes
 from .monolithic import MonolithicSolver

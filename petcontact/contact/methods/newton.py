@@ -22,7 +22,7 @@ from ..active_set.rigid_modes import RigidModeConstraint
 from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import equilibrium_defect
 from ..iteration import Iteration, Recorder
-from ..laws import OPEN, SLIP, ContactLaw
+from ..law_protocol import OPEN, SLIP, ContactLaw
 from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState

@@ -16,7 +16,7 @@ from ..active_set.pivots import box_problem
 from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
-from ..laws import ContactLaw
+from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
