@@ -16,6 +16,9 @@ import numpy as np
 from ..arrays import Array, Mask
 from .linearisation import Linearisation
 
+EQUILIBRIUM = 1e-10
+"""Defect of equilibrium, over the work of all tractions and loads, that is round-off: more of it moves a body on."""
+
 
 @dataclass(frozen=True)
 class Modes:

@@ -23,7 +23,7 @@ from ...arrays import Array
 from ..friction_law import lengths
 from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
-from ..system import Modes
+from ..system import EQUILIBRIUM, Modes
 from .monolithic import MonolithicSolver
 from .solvers import ActiveSetSolver
 
@@ -33,8 +33,6 @@ Predictor = Callable[["Pivot"], tuple[Array, Array]]
 
 PATIENCE = 8
 """Full exchanges that may fail to reduce the number of wrong nodes."""
-BALANCED = 1e-9
-"""Relative defect of equilibrium that is round-off."""
 SHUFFLES = 40
 """Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which break all."""
 VANISHED = 1e-12
@@ -95,7 +93,10 @@ def next_tau(
     limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0))
     rho[:, tangential] = np.clip(limit, 1e-9 * ratio, 1e9 * ratio)[:, None]
     tau = rho * v - sigma
-    return tau + noise * (linearised.tau - tau), rho
+    # a guess of other loads may be any size: its share is that of round-off in this τ, which a light touch exceeds
+    size, guessed = (np.abs(part).max(initial=0.0) for part in (tau, linearised.tau))
+    share = size / guessed if guessed > size else 1.0
+    return tau + noise * (share * linearised.tau - tau), rho
 
 
 def pivots(
@@ -180,7 +181,7 @@ def linear_solve(
         sigma, v, alpha = sigma + change, v + solver.apply(change), alpha + dalpha
         if modes is not None:
             v = v + modes.motion @ dalpha
-            if modes.defect(sigma, free) > BALANCED:
+            if modes.defect(sigma, free) > EQUILIBRIUM:
                 push = free @ (free.T @ (modes.unbalanced(sigma) / modes.size)) / modes.size
     return sigma, v, alpha, push
 

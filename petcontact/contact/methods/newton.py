@@ -9,7 +9,7 @@ takes some ten steps. Where the sets of Coulomb's law cycle the iteration starts
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -20,7 +20,7 @@ from ..active_set.monolithic import MonolithicSolver
 from ..active_set.pivots import LinearSolver, Pivot, Predictor, box_problem, next_tau, pivots
 from ..active_set.rigid_modes import RigidModeConstraint
 from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
-from ..criterion import equilibrium_defect
+from ..criterion import SLACK, equilibrium_defect
 from ..iteration import Iteration, Recorder
 from ..law_protocol import OPEN, SLIP, ContactLaw
 from ..linearisation import Linearisation
@@ -89,6 +89,26 @@ class SemismoothNewton:
 def build(options: Method, rule: Rule | None) -> SemismoothNewton:
     """The method that the options describe."""
     return SemismoothNewton()
+
+
+def settled(recorder: Recorder, v: Array, sigma: Array, rho: float | Array, reason: str) -> ContactState | None:
+    """The end of another method whose criterion is met; None if it is to go on, its tractions being beyond the law's limits.
+
+    They are put back within the limits; where that would cost a body that only contact holds its equilibrium, Newton steps
+    from there find both.
+    """
+    law, system, iteration = recorder.law, recorder.system, recorder.iteration
+    within = recorder.within_limits(v, sigma, SLACK * iteration.criterion.tolerance)
+    if within is not None:
+        return ContactState(*within, rho, True, reason, recorder.history, law=law)
+    if system.modes is None or recorder.exhausted:
+        return None
+    limit = iteration.max_iterations - len(recorder.history)
+    state = SemismoothNewton(predict=False)(system, law, replace(iteration, max_iterations=limit, start=(v, sigma)))
+    steps, state.history = state.history, recorder.history
+    recorder.history.extend(steps)
+    state.reason = f"{reason}; Newton steps to equilibrium: {state.reason}"
+    return state
 
 
 def first_guess(system: ContactSystem, surrogate: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
@@ -244,16 +264,17 @@ class _Run:
             (old_v, old_sigma), v, sigma, v - old_v, sigma - old_sigma, ksp_iterations=self.solver.ksp_iterations
         )
         recorder.history.exchanged.append(step.wrong)
-        unbalanced = equilibrium_defect(system, sigma)
         relative = recorder.relative(v, sigma)
         defect = self.solver.defect if isinstance(self.solver, MonolithicSolver) else 0.0
-        small = max(relative, unbalanced, defect) <= self.iteration.criterion.tolerance
-        converged = small and (step.wrong == 0 or relative <= ROUND_OFF)
+        tolerance = self.iteration.criterion.tolerance
+        solved = max(relative, defect) <= tolerance and (step.wrong == 0 or relative <= ROUND_OFF)
+        within = recorder.within_limits(v, sigma, tolerance) if solved else None
+        v, sigma = within or (v, sigma)
         reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"
         if system.modes is not None:
-            reason += f", equilibrium {unbalanced:.1e}"
-        if defect > self.iteration.criterion.tolerance:
+            reason += f", equilibrium {equilibrium_defect(system, sigma):.1e}"
+        if defect > tolerance:
             reason += f", elastic residual {defect:.1e}"
-        state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=converged)
+        state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=within is not None)
         state.alpha = step.alpha
         return state
