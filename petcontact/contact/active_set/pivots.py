@@ -14,7 +14,7 @@ every P-matrix; S is one for Tresca's law, its symmetric part being positive def
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,8 +102,8 @@ def next_tau(
 def pivots(
     solver: LinearSolver, law: ContactLaw, base: Array, modes: Modes | None, tau: Array, *,
     sigma: Array | None = None, alpha: Array | None = None, predict: Predictor | None = None,
-) -> Iterator[Pivot]:  # fmt: skip
-    """Steps until no node is wrong.
+) -> Generator[Pivot, None, str]:  # fmt: skip
+    """Steps until no node is wrong; returns why there is none to come.
 
     Parameters
     ----------
@@ -132,8 +132,10 @@ def pivots(
         sigma, v, alpha, push = linear_solve(solver, linearised, base, modes, sigma, alpha, rho)
         size = float(np.abs(sigma).max(initial=0.0))
         largest = max(largest, size)
-        if not np.abs(v).max(initial=0.0) <= farthest or 0.0 < size < FADED * largest:
-            return
+        if not np.abs(v).max(initial=0.0) <= farthest:
+            return "a body that contact holds moves away"
+        if 0.0 < size < FADED * largest:
+            return "the tractions vanish"
         if np.isinf(farthest):
             strain = v - base if modes is None else v - base - modes.motion @ alpha
             farthest = RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
@@ -156,7 +158,7 @@ def pivots(
         else:
             signature = linearised.states.tobytes() + np.sign(linearised.constant).tobytes()
             if signature in seen_sets:
-                return
+                return "the sets repeat"
             seen_sets.add(signature)
             tau = tau.copy()
             tau[wrong[-1]] = revised[wrong[-1]]

@@ -21,7 +21,8 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
-from .newton import everywhere, first_guess, settled
+from .newton import everywhere, first_guess
+from .settling import settled
 
 
 @dataclass(frozen=True)

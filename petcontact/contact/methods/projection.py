@@ -16,7 +16,7 @@ from ..law_protocol import ContactLaw, bound_excess, law_residual
 from ..rho_rules import Rule, make_rule
 from ..state import ContactState
 from ..system import ContactSystem
-from .newton import settled
+from .settling import settled
 
 
 @dataclass(frozen=True)
