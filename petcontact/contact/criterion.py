@@ -106,13 +106,12 @@ def natural_residuals(
     A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the tractions of another; a pair
     without tractions has 0 or 1, see `over_traction`.
     """
-    strain, worst = system.apply(sigma), np.zeros(len(law.groups))
+    displaced, worst = moves(law, system, v), np.zeros(len(law.groups))
     rho = np.array(np.broadcast_to(balanced(law, system, v, sigma), sigma.shape))
     for pair in pairs:
         weight = system.weight[pair]
         for group in law.groups:
-            # what the tractions of the pair and of others move there: the least measure of its displacements
-            moved = max(contact_norm(strain[pair, group], weight), FLOOR * contact_norm(strain[pair], weight))
+            moved = max(contact_norm(displaced[pair, group], weight), FLOOR * contact_norm(displaced[pair], weight))
             traction = contact_norm(sigma[pair, group], weight) or contact_norm(sigma[pair], weight)
             if moved > 0.0 and traction > 0.0:
                 rho[pair, group] = traction / moved

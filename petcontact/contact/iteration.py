@@ -122,14 +122,13 @@ class Recorder:
         weight = self.system.weight
         return over_traction(residual, rho * v, contact_norm(sigma, weight), weight)
 
-    def within_limits(self, v: Array, sigma: Array, tolerance: float) -> Start | None:
+    def within_limits(self, v: Array, sigma: Array, rho: float | Array, tolerance: float) -> Start | None:
         """An iterate that is as good as solved with σ within what the law allows to WITHIN of the bound, and in equilibrium.
 
-        Where σ is outside it is put back, σ = -Π(ρv - σ), and v follows. None if the law does not hold to the tolerance
-        then, or equilibrium is lost.
+        Where σ is outside it is put back, σ = -Π(ρv - σ) with the method's ρ, and v follows. None if the law does not hold
+        to the tolerance then, or equilibrium is lost.
         """
         if bound_excess(self.law, sigma) > WITHIN:
-            rho = self.balanced(v, sigma)
             inside = -self.law.project(rho * v - sigma)
             v, sigma = v + self.system.apply(inside - sigma), inside
             if self.relative(v, sigma) > tolerance or bound_excess(self.law, sigma) > WITHIN:

@@ -263,7 +263,7 @@ class _Run:
         defect = self.solver.defect if isinstance(self.solver, MonolithicSolver) else 0.0
         tolerance = self.iteration.criterion.tolerance
         solved = max(relative, defect) <= tolerance and (step.wrong == 0 or relative <= ROUND_OFF)
-        within = recorder.within_limits(v, sigma, tolerance) if solved else None
+        within = recorder.within_limits(v, sigma, recorder.balanced(v, sigma), tolerance) if solved else None
         v, sigma = within or (v, sigma)
         reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"
         if system.modes is not None:

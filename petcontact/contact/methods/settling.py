@@ -18,7 +18,7 @@ def settled(recorder: Recorder, v: Array, sigma: Array, rho: float | Array, reas
     from there find both.
     """
     law, system, iteration = recorder.law, recorder.system, recorder.iteration
-    within = recorder.within_limits(v, sigma, SLACK * iteration.criterion.tolerance)
+    within = recorder.within_limits(v, sigma, rho, SLACK * iteration.criterion.tolerance)
     if within is not None:
         return ContactState(*within, rho, True, reason, recorder.history, law=law)
     if system.modes is None or recorder.exhausted:
