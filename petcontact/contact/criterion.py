@@ -107,11 +107,12 @@ def natural_residuals(
     without tractions has 0 or 1, see `over_traction`.
     """
     displaced, worst = moves(law, system, v), np.zeros(len(law.groups))
+    least = system.u_0 if len(law.groups) == 1 else displaced  # where all nodes stick v is round-off
     rho = np.array(np.broadcast_to(balanced(law, system, v, sigma), sigma.shape))
     for pair in pairs:
         weight = system.weight[pair]
         for group in law.groups:
-            moved = max(contact_norm(displaced[pair, group], weight), FLOOR * contact_norm(displaced[pair], weight))
+            moved = max(contact_norm(displaced[pair, group], weight), FLOOR * contact_norm(least[pair], weight))
             traction = contact_norm(sigma[pair, group], weight) or contact_norm(sigma[pair], weight)
             if moved > 0.0 and traction > 0.0:
                 rho[pair, group] = traction / moved

@@ -10,15 +10,17 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 import scipy
-from half_space import half_plane, pressed
+from half_space import half_plane, half_plane_on, pressed
 
 import petcontact.contact
 from petcontact import InputError, Method
 from petcontact.compliance.reduced import ReducedSystem
-from petcontact.contact.criterion import Criterion
+from petcontact.contact.active_set.pivots import next_tau
+from petcontact.contact.criterion import Criterion, natural_residuals
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.law_protocol import OPEN, SLIP, STICK, bound_excess
 from petcontact.contact.laws import SignoriniCoulomb, Tresca
+from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.projection import Projection
 from petcontact.contact.methods.registry import ContactNodes, law_of, method_of
@@ -214,3 +216,47 @@ def test_equilibrium_is_to_round_off_or_refused(beyond, holds):
         if holds:
             assert np.abs(system.modes.unbalanced(state.sigma)).max() <= 1e-10
             assert bound_excess(law, state.sigma) <= 1e-6
+
+
+@pytest.mark.parametrize("push", [1e-3, 1e-6, 1e-9])
+def test_a_light_touch_is_not_lost_beside_its_gap(push):
+    """A gap of half a length that closes by a billionth: the force is some share of the push, and no method drops it."""
+    spread = np.geomspace(0.02, 30.0, 25) * np.sqrt(push)
+    x, weight, matrix = half_plane_on(np.concatenate([-spread[::-1], [0.0], spread, [1.0]]))
+    law = SignoriniCoulomb(np.zeros(len(x)), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 2)
+    system = ReducedSystem(np.column_stack([np.zeros(len(x)), push - 0.5 * x**2]), matrix, weight)
+    exact = SemismoothNewton()(system, law, iteration(1e-12))
+    force = -weight @ exact.sigma[:, 1]
+    assert exact.converged and 0.05 * push < force < push
+    for method in (SemismoothNewton(), Projection(Modified(), 1.0, 1.5)):
+        state = method(system, law, iteration(1e-6, 3000))
+        assert not state.converged or -weight @ state.sigma[:, 1] == pytest.approx(force, rel=1e-3), state.reason
+        assert state.converged or isinstance(method, Projection)
+
+
+def test_open_nodes_that_overlap_are_on_the_wrong_side_however_large_the_guess_was():
+    """Without tractions ρv is small beside the guess of other loads, of which a share stands for round-off."""
+    law = SignoriniCoulomb(np.zeros(2), np.full(2, np.inf), np.ones(2, dtype=bool), 2)
+    open_ = Linearisation.at(law, np.array([[0.0, -1e3], [0.0, -1e3]]))
+    v = np.array([[0.0, 1e-7], [0.0, -0.6]])
+    tau = next_tau(open_, law, np.zeros((2, 2)), v, 1e-11, 1e-12)[0]
+    assert law.states(tau).tolist() == [SLIP, OPEN]
+
+
+def test_residuals_are_of_each_pair_by_its_own_tractions():
+    """Nodes that press lightly and are wrong by a half are not lost beside a pair that presses a million times harder."""
+    m = 4
+    law = SignoriniCoulomb(np.full(2 * m, 0.3), np.full(2 * m, np.inf), np.ones(2 * m, dtype=bool), 2)
+    pressure = np.repeat([1.0, 1e-6], m)
+    system = ReducedSystem(np.column_stack([np.zeros(2 * m), pressure]), np.eye(4 * m), np.ones(2 * m))
+    sigma = np.column_stack([np.zeros(2 * m), -pressure])
+    v = system.u_0 + sigma
+    pairs = slice(0, m), slice(m, 2 * m)
+    assert max(natural_residuals(law, system, v, sigma, pairs)) < 1e-12
+    sigma[-1, 1] *= 0.5
+    v = system.u_0 + sigma
+    assert natural_residuals(law, system, v, sigma)[1] < 1e-6
+    assert 0.1 < natural_residuals(law, system, v, sigma, pairs)[1] < 1.0
+    sigma[m:], v = 0.0, system.u_0 * 1.0
+    v[:m] += sigma[:m]
+    assert natural_residuals(law, system, v, sigma, pairs)[1] == 1.0

@@ -7,6 +7,7 @@ from dataclasses import replace
 from ...arrays import Array
 from ..criterion import SLACK
 from ..iteration import Recorder
+from ..law_protocol import WITHIN, bound_excess
 from ..state import ContactState
 from .newton import SemismoothNewton
 
@@ -18,7 +19,8 @@ def settled(recorder: Recorder, v: Array, sigma: Array, rho: float | Array, reas
     from there find both.
     """
     law, system, iteration = recorder.law, recorder.system, recorder.iteration
-    within = recorder.within_limits(v, sigma, rho, SLACK * iteration.criterion.tolerance)
+    put_back = system.modes is None or bound_excess(law, sigma) <= WITHIN
+    within = recorder.within_limits(v, sigma, rho, SLACK * iteration.criterion.tolerance) if put_back else None
     if within is not None:
         return ContactState(*within, rho, True, reason, recorder.history, law=law)
     if system.modes is None or recorder.exhausted:
