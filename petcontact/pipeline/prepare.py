@@ -63,7 +63,7 @@ def discretise(problem: Problem) -> BoundaryOperators:
 
 def is_stepped(case: Case | Assembly) -> bool:
     """Whether a case takes bodies with contact tractions in all directions and load steps; else it is the paper's."""
-    return isinstance(case, Assembly) or not case.plain or _held_by_friction(case)
+    return not case.plain or _held_by_friction(case)
 
 
 def _held_by_friction(case: Case) -> bool:

@@ -151,7 +151,7 @@ def solve(
     SolverError
         If a solve fails before there is an iterate to keep.
     """
-    case, changes = case if isinstance(case, Assembly) else Case.of(case), dict[str, Any]()
+    changes = dict[str, Any]()
     if method is not None:
         changes["method"] = method
     if petsc_options is not None:
@@ -163,7 +163,6 @@ def solve(
         if rule is not None:
             raise InputError("rule: bodies, load steps and other laws take the rules of method.rule")
         return solve_assembly(assembly_of(case), comm=comm, monitor=monitor)
-    assert isinstance(case, Case)
     if case.mesh.automatic and isinstance(case.geometry.outline(), Outline):
         from .adaptive import solve_adaptively
 

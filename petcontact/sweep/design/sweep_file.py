@@ -36,7 +36,7 @@ class Sample(Model):
     method: Literal["latin-hypercube", "sobol"]
     points: Count
     seed: Annotated[int, pydantic.Field(ge=0)] = 0
-    range: Annotated[Mapping[str, tuple[Finite, Finite]], pydantic.Field(min_length=1)]
+    range: Mapping[str, tuple[Finite, Finite]] = pydantic.Field(min_length=1, kw_only=True)
     log: tuple[str, ...] = ()
 
     @pydantic.model_validator(mode="after")
@@ -80,7 +80,7 @@ class SweepFile(Model):
     """
 
     title: str = ""
-    problems: Annotated[tuple[str, ...], pydantic.Field(min_length=1)]
+    problems: tuple[str, ...] = pydantic.Field(min_length=1, kw_only=True)
     cross: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(default={})
     zip: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(default={})
     sample: Sample | None = None
