@@ -175,7 +175,10 @@ def _checked(cls: Any, build: Callable[[], Any], data: Any, head: str = "") -> A
 
 def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
     """The first mistake of a report as `key: what is allowed, got what was given`, and how many more there are."""
-    mistakes = error.errors(include_url=False)
+    found = error.errors(include_url=False)
+    wrong_entries = {m["loc"][:-k] for m in found for k in range(1, len(m["loc"]))}
+    # an array whose entries are wrong is also called too short
+    mistakes = [m for m in found if m["type"] != "too_short" or m["loc"] not in wrong_entries]
     # a mistyped key is unknown and, under its right name, missing: the first of the two says what happened
     telling = [m for m in mistakes if m["type"] == "extra_forbidden"] or mistakes
     first, more = telling[0], len(telling) - 1

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError
-from .base import Model, parse, regular_file
+from .base import Model, parse
 from .problem import OneBody, Problem
 from .solver_options import Bem, MeshOptions, Method
 
@@ -32,11 +32,19 @@ def read_toml(path: str | Path) -> dict[str, Any]:
         If the file cannot be read or is not TOML; one line that names it.
     """
     try:
-        return parse_toml(regular_file(path, LARGEST_FILE).read_text("utf-8"), f"{path}")
+        with open(path, "rb") as file:  # on the command line a pipe will do: `petcontact solve <(...)`
+            content = file.read(LARGEST_FILE + 1)
+        if len(content) > LARGEST_FILE:
+            raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, this is no config")
+        return parse_toml(content.decode("utf-8"), f"{path}")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:
         raise InputError(f"{path}: not a text file in UTF-8") from None
+    except InputError:
+        raise
+    except ValueError:  # a null byte, which no file name has
+        raise InputError(f"{str(path)!r}: is no file name") from None
 
 
 def parse_toml(text: str, source: str) -> dict[str, Any]:

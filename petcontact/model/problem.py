@@ -111,6 +111,7 @@ class Problem(Setting):
 
     Examples
     --------
+    >>> from petcontact import Contact, Displacement, Material, Problem, Rectangle
     >>> block = Problem(
     ...     material=Material(1e4, 0.3), geometry=Rectangle((0, 0), (8, 4)),
     ...     boundary=[Contact("bottom", friction_bound=150), Displacement("top", (0, 0))],
