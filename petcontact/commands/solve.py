@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             number = late.number
         say(f"{solution.verdict()}\n  result: {output}")
         if not (arguments.no_figures or number):
-            from ..results.figures import plot_all
+            from ..results.figures.plots import plot_all
 
             folder = Path(arguments.figures) if arguments.figures else output.parent
             for path in plot_all(solution, folder, output.stem):
@@ -103,10 +103,9 @@ def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any]
     if accuracy is not None:
         return adapted(case, accuracy, comm, monitor)
     from ..pipeline.run import solve
-    from ..results.solution import Solution
 
     solution = solve(case, comm=comm, monitor=monitor, announce=announce)
-    if not isinstance(solution, Solution) or "estimated_error" in solution.info:
+    if not solution.bilateral or "estimated_error" in solution.info:
         return solution
     from ..pipeline.fixed_mesh import with_estimate
 

@@ -9,6 +9,7 @@ is not claimed: the pace of the steps before says little of it.
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
 from dataclasses import dataclass, replace
@@ -124,11 +125,11 @@ def solve_adaptively(
     finally:
         prepared.close()
     kept = {key: found.info[key] for key in ("accuracy", "estimated_error", "levels", "differences", "largest_slip",
-                                             "zone_errors")}  # fmt: skip
+                                             "zone_errors", "zones")}  # fmt: skip
     status, reason = solution.status, solution.reason
     if status == "converged":
         status, reason = found.status, reason if found.status == "converged" else found.reason
-    return replace(solution, info={**solution.info, **kept}, zones=found.zones, status=status, reason=reason)
+    return replace(solution, info={**solution.info, **kept}, status=status, reason=reason)
 
 
 def estimated_error(differences: list[float], truncation: list[float]) -> float:
@@ -274,6 +275,7 @@ def _finished(
         "levels": [level.solution.mesh.n_elements for level in levels],
         "differences": differences,
         "largest_slip": largest(levels[-1].lines),
+        "zones": [dataclasses.astuple(zone) for zone in zones],
         "zone_errors": zone_errors(zones, transition_zones(body, levels[-2]) if len(levels) > 1 else []),
     }
     status, reason = solution.status, solution.reason
@@ -286,4 +288,4 @@ def _finished(
         for name, value in level.solution.timings.items():
             timings[name] = timings.get(name, 0.0) + value
     timings["adapt"] = max(0.0, seconds - sum(timings.values()))
-    return replace(solution, info=info, status=status, reason=reason, timings=timings, zones=zones)
+    return replace(solution, info=info, status=status, reason=reason, timings=timings)

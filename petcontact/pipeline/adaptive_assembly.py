@@ -22,7 +22,8 @@ from ..refinement.contact_edges import Edge, edges, merged, zone_at
 from ..refinement.known_data import fields, offsets
 from ..refinement.ladder import CONTACT_LADDER, Rung, believed, check_accuracy
 from ..refinement.marks import UNSEEN, Body, RungMesh
-from ..results.steps.solution import AssemblySolution, PairResult, StepResult
+from ..results.records import PairResult, step_ends
+from ..results.solution import Solution
 from .assemble import Discrete, discretise
 from .load_steps import Monitor, prepare_assembly, run_steps
 from .sides import interfaces_of
@@ -39,7 +40,7 @@ FADE = 0.02
 
 def adapt_assembly(
     assembly: Assembly, accuracy: float, *, comm: Any = None, monitor: Monitor | None = None
-) -> AssemblySolution:
+) -> Solution:
     """The solution whose pressure and shear change by less than the accuracy from one mesh to the next, finer one.
 
     Parameters
@@ -53,7 +54,7 @@ def adapt_assembly(
 
     Returns
     -------
-    AssemblySolution
+    Solution
         `info["accuracy"]` and `info["estimated_error"]`, the last difference, which is the error of the mesh before. "not
         converged" where the finest mesh was not enough.
 
@@ -98,7 +99,7 @@ class _Climb:
 
     Attributes
     ----------
-    solution : AssemblySolution or None
+    solution : Solution or None
         The last one.
     edges : dict of lists of Edge by interface
         Those that it shows.
@@ -108,13 +109,13 @@ class _Climb:
 
     def __init__(self, assembly: Assembly, comm: Any, monitor: Monitor | None) -> None:
         self.assembly, self.comm, self.monitor = assembly, comm, monitor
-        self.solution: AssemblySolution | None = None
+        self.solution: Solution | None = None
         self.edges: dict[str, list[Edge]] = {}
         self.missed = 0.0
         self._bodies: dict[int, Body] = {}
         self._names = {(side.body, side.part): side.name for side in interfaces_of(assembly)}
 
-    def level(self, rung: Rung) -> AssemblySolution:
+    def level(self, rung: Rung) -> Solution:
         """The solution on the mesh of a rung."""
         self.missed = 0.0
 
@@ -158,12 +159,12 @@ class _Climb:
         return body.mesh(rung, largest, None, inner)
 
 
-def found_edges(solution: AssemblySolution, smallest: float) -> dict[str, list[Edge]]:
+def found_edges(solution: Solution, smallest: float) -> dict[str, list[Edge]]:
     """Edges on every interface at the ends of all steps, those that are one merged."""
     result: dict[str, list[Edge]] = {}
     for name in solution.nodes:
         every: list[Edge] = []
-        for step in step_ends(solution):
+        for step in step_ends(solution.steps):
             every += _edges(step.pairs[name])
         result[name] = merged(every, smallest)
     return result
@@ -175,20 +176,14 @@ def _edges(pair: PairResult) -> list[Edge]:
                  pair.slip_increment[order, 0], pair.state[order].astype(np.int64))  # fmt: skip
 
 
-def step_ends(solution: AssemblySolution) -> list[StepResult]:
-    """The last increment of each step."""
-    return [step for k, step in enumerate(solution.steps)
-            if k + 1 == len(solution.steps) or solution.steps[k + 1].step != step.step]  # fmt: skip
-
-
-def _few(solution: AssemblySolution) -> bool:
+def _few(solution: Solution) -> bool:
     """Whether a contact is seen by so few nodes that its edges are guesses."""
-    pairs = [step.pairs.values() for step in step_ends(solution)]
+    pairs = [step.pairs.values() for step in step_ends(solution.steps)]
     closed = [np.count_nonzero(pair.state != 2) for step in pairs for pair in step if np.any(pair.state == 2)]
     return any(0 < count < FEW for count in closed)
 
 
-def _warm(before: AssemblySolution, discrete: Discrete) -> Start:
+def _warm(before: Solution, discrete: Discrete) -> Start:
     """v and σ on another mesh whose sets are the zones that a solution had after its first increment; of size one."""
     parts = []
     first = before.steps[0]
@@ -204,13 +199,13 @@ def _warm(before: AssemblySolution, discrete: Discrete) -> Start:
     return v, sigma
 
 
-def relative_difference(coarse: AssemblySolution, fine: AssemblySolution) -> float:
+def relative_difference(coarse: Solution, fine: Solution) -> float:
     """The largest ‖(p, q)_coarse - (p, q)_fine‖/‖p‖ over interfaces and step ends, at the fine nodes.
 
     Towards the ends of a part, where corners may make p infinite and no mesh its L2 norm exact, the norm fades out.
     """
     worst = 0.0
-    for one, other in zip(step_ends(coarse), step_ends(fine), strict=True):
+    for one, other in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
         for name, pair in other.pairs.items():
             mesh = coarse.meshes[coarse.sides[name][0]]
             place = _interpolation(as_curve(mesh), coarse.sides[name][1], coarse.nodes[name], pair.arc_length)

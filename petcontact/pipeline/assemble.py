@@ -27,7 +27,7 @@ from ..model.expressions import evaluate
 from ..model.problem import Displacement, Problem, Traction
 from ..model.solver_options import Bem
 from ..refinement.meshes import mesh_of
-from ..results.steps.solution import BodyResult
+from ..results.records import BodyResult
 from .choice import LARGEST, check_memory, is_compressed, resolved_bem
 from .probe import ELASTIC_LIMIT, SAFE
 from .sides import Side, as_problem, check_parts, interfaces_of

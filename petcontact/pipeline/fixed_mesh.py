@@ -33,16 +33,18 @@ def with_estimate(solution: Solution, comm: Any) -> Solution:
     What two meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of
     the finer one, of elements of higher order more.
     """
-    outline = solution.case.geometry.outline()
-    mesh = solution.mesh
+    case = solution.case
+    if not (solution.bilateral and isinstance(case, Case)):
+        return solution
+    outline, mesh = case.geometry.outline(), solution.mesh
     if not isinstance(outline, Outline) or not isinstance(mesh, CurveMesh) or not solution.converged or comm.getSize() > 1:
         return solution
     if not FEWEST <= mesh.n_elements <= mesh.n_nodes <= CHEAP:
         return solution
-    method = solution.case.method.model_copy(update={
+    method = case.method.model_copy(update={
         "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed"
     })  # fmt: skip
-    case = solution.case.model_copy(update={"method": method})
+    case = case.model_copy(update={"method": method})
     try:
         other = _solved(case, joined(mesh, outline), comm)
     except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold

@@ -12,13 +12,14 @@ from ..compliance.bodies import BodiesSystem
 from ..compliance.reduced import ComposedSystem
 from ..contact.criterion import equilibrium_defect, natural_residuals
 from ..contact.equilibrium import unheld
-from ..contact.laws import EXCESS, OPEN, law_excess
+from ..contact.friction_law import contact_norm
+from ..contact.laws import EXCESS, OPEN, law_excess, law_residual
 from ..contact.state import ContactState, Start
 from ..contact.system import Modes
 from ..geometry.rotation import axial, moment
 from ..model.assembly import Obstacle
 from ..model.load_steps import Step
-from ..results.steps.solution import BodyResult, ObstacleResult, PairResult, StepResult
+from ..results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from .assemble import Discrete
 from .probe import ELASTIC_LIMIT
 
@@ -168,6 +169,7 @@ def step_result(
         status, reason = "not converged", f"tractions exceed what contact allows by {excess:.1e} of the largest traction"
     if not outcome.converged:
         reason = _why(problem, freedoms, before, number, target, outcome)
+    residual = contact_norm(law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight)
     pairs, states, radius = {}, outcome.states, discrete.law.radius(-outcome.sigma[:, -1])
     absent = ~np.isfinite(system.gap)
     for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
@@ -191,7 +193,7 @@ def step_result(
     }  # fmt: skip
     return StepResult(
         step.name or f"step {number}", number, target, status, reason, len(outcome.history), residuals, pairs, bodies,
-        obstacles, after.alpha, outcome.history,
+        obstacles, after.alpha, float(np.max(outcome.rho)), residual, outcome.history,
     )  # fmt: skip
 
 

@@ -14,8 +14,8 @@ from ..contact.system import ContactSystem
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
-from ..results.hdf5 import read_solution
-from ..results.solution import ContactFields
+from ..results.records import ContactFields
+from ..results.solution import read_solution
 
 NEAREST = 4
 """Nodes of an old surface mesh between which values are interpolated, by the inverse square of their distance."""

@@ -20,8 +20,9 @@ from ..contact.methods.registry import method_of
 from ..contact.state import ContactState, Start
 from ..errors import InputError
 from ..model.assembly import Assembly
-from ..results.hdf5 import read_result
-from ..results.steps.solution import AssemblySolution, StepResult
+from ..model.problem import Contact
+from ..results.records import StepResult
+from ..results.solution import Solution, read_solution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc
@@ -81,7 +82,7 @@ def _from_step(problem: SteppedProblem, number: int, done: list[StepResult]) -> 
     return _eliminated(replace(problem.discrete, loadings=loadings), problem.comm, problem.timings)
 
 
-def solve_assembly(assembly: Assembly, *, comm: Any = None, monitor: Monitor | None = None) -> AssemblySolution:
+def solve_assembly(assembly: Assembly, *, comm: Any = None, monitor: Monitor | None = None) -> Solution:
     """Solve all load steps of an assembly.
 
     Parameters
@@ -102,7 +103,7 @@ def solve_assembly(assembly: Assembly, *, comm: Any = None, monitor: Monitor | N
     return run_steps(prepare_assembly(assembly, comm), monitor=monitor)
 
 
-def run_steps(problem: SteppedProblem, *, warm: Start | None = None, monitor: Monitor | None = None) -> AssemblySolution:
+def run_steps(problem: SteppedProblem, *, warm: Start | None = None, monitor: Monitor | None = None) -> Solution:
     """The steps of a prepared problem; `warm` are v and σ that a solution on another mesh had after its first increment."""
     began = time.perf_counter()
     results = finished_before(problem)
@@ -176,12 +177,15 @@ def finished_before(problem: SteppedProblem) -> list[StepResult]:
     file, count = (file, count) if colon and count.isdecimal() else (name, "")
     if not Path(file).is_file():
         raise InputError(f'method.start: {name!r} is neither "zero" nor a result file (FILE.h5, FILE.h5:3 for 3 increments)')
-    old = read_result(file)
-    same = isinstance(old, AssemblySolution) and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
+    old = read_solution(file)
+    laws = [[(c.part, c.normal, c.friction_coefficient is None) for b in problem.body for c in b.boundary
+             if isinstance(c, Contact)] for problem in (old.problem, problem.discrete.assembly)]  # fmt: skip
+    motions = old.last.alpha.size == problem.system.modes.shape[1]
+    same = motions and laws[0] == laws[1] and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
         mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x)
         for mesh, new in zip(old.meshes.values(), problem.discrete.meshes, strict=False)
     )  # fmt: skip
-    if not isinstance(old, AssemblySolution) or not same:
+    if not same:
         raise InputError(f"method.start: {file} holds other bodies, pairs or meshes than this problem")
     steps = [step for step in old.steps if step.status == "converged"]
     if count and not 0 < int(count) <= len(steps):
@@ -246,7 +250,7 @@ def _increment(
 
 def _finished(
     problem: SteppedProblem, results: list[StepResult], status: str, reason: str, timings: dict[str, float]
-) -> AssemblySolution:
+) -> Solution:
     from .run import petsc_options_of, versions
 
     discrete, failed = problem.discrete, None
@@ -263,7 +267,7 @@ def _finished(
         "warnings": warnings, "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, problem.system.bodies, strict=True)},
     }  # fmt: skip
-    return AssemblySolution(
+    return Solution(
         discrete.assembly, dict(zip(names, discrete.meshes, strict=True)),
         {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
         results, status, reason, timings, info, failed,

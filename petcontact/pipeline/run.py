@@ -14,8 +14,8 @@ import numpy as np
 from .. import __version__
 from ..arrays import Array
 from ..bem.operators import BoundaryOperators
-from ..contact.criterion import Criterion
-from ..contact.friction_law import contact_norm
+from ..contact.criterion import FLOOR, Criterion
+from ..contact.friction_law import balanced_rho, contact_norm, contact_state, projection_residual
 from ..contact.iteration import Iteration
 from ..contact.laws import EXCESS, law_excess, law_residual
 from ..contact.methods.registry import method_of
@@ -23,12 +23,13 @@ from ..contact.rho_rules import Rule
 from ..contact.state import ContactState, Monitor, Start
 from ..errors import InputError, SolverError
 from ..geometry.outline import Outline
-from ..model.assembly import Assembly, assembly_of
+from ..model.assembly import ONE_BODY, Assembly, assembly_of
 from ..model.case import Case
-from ..model.problem import Problem
+from ..model.problem import Contact, Problem
 from ..model.solver_options import Method
-from ..results.solution import Solution, contact_fields
-from ..results.steps.solution import AssemblySolution
+from ..results.ground import ground_pairs
+from ..results.records import BodyResult, StepResult
+from ..results.solution import Solution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc, reason_name, stage, timed
@@ -118,7 +119,7 @@ def solve(
     comm: Any = None,
     monitor: Callable[[Any], str | None] | None = None,
     announce: Announce | None = None,
-) -> Solution | AssemblySolution:
+) -> Solution:
     """Solve a case, a problem with a method, or several bodies; in the plane adaptively where `[mesh]` leaves the mesh open.
 
     Parameters
@@ -141,8 +142,7 @@ def solve(
 
     Returns
     -------
-    Solution or AssemblySolution
-        The latter of several bodies, load steps, unilateral or Coulomb contact, and a body that only friction holds.
+    Solution
 
     Raises
     ------
@@ -183,12 +183,27 @@ def _finish(
     began = time.perf_counter()
     operators, system = prepared.operators, prepared.system
     mesh, data = operators.mesh, operators.data
-    contact, zones = contact_fields(mesh, data, u, traction, state)
     status, reason = "failed" if state.stopped else "converged" if state.converged else "not converged", state.reason
     excess = law_excess(prepared.law, state.sigma, float(np.abs(traction).max(initial=0.0)))
     if status == "converged" and not excess <= EXCESS * case.method.tolerance:
         status, reason = "not converged", f"tractions exceed what friction allows by {excess:.1e} of the largest traction"
-    residual = law_residual(prepared.law, state.v, state.sigma, state.rho)
+    weight, bound = mesh.weight[data.contact_nodes], data.friction_bound
+    # ‖u_t‖ below which it is round-off and no measure of itself, as where all nodes stick: a share of u on Γ
+    least = FLOOR * float(np.abs(u).max(initial=0.0)) * float(np.sqrt(weight.sum()))
+    balanced = balanced_rho(state.v, state.sigma, weight, float(np.max(state.rho)), least)
+    size = contact_norm(state.sigma, weight)
+    relative = contact_norm(projection_residual(state.v, state.sigma, bound, balanced), weight) / (size or 1.0)
+    found = ground_pairs(
+        mesh, [c.part for c in case.boundary if isinstance(c, Contact)], data.contact_nodes, traction, tangent=data.tangent,
+        u_t=state.v, sigma_t=state.sigma, bound=bound, state=contact_state(state.v, state.sigma, bound, balanced),
+    )  # fmt: skip
+    step = StepResult(
+        "load", 1, 1.0, "converged" if status == "converged" else "not converged", reason, len(state.history),
+        {"normal": 0.0, "tangential": relative, "balance": 0.0, "elastic": np.nan},
+        {name: pair for name, (_, pair) in found.items()}, {ONE_BODY: BodyResult(u, traction)}, {}, np.zeros(0),
+        float(np.max(state.rho)), contact_norm(law_residual(prepared.law, state.v, state.sigma, state.rho), weight),
+        state.history,
+    )  # fmt: skip
     timings["check"] = time.perf_counter() - began
     info = {
         "solver": system.describe(),
@@ -204,8 +219,9 @@ def _finish(
         "peak_memory": peak_memory(prepared.comm),
     }
     return Solution(
-        case, mesh, u, traction, contact, zones, state.history, status, reason, float(np.max(state.rho)),
-        contact_norm(residual, contact.weight), np.nan, timings, info,
+        assembly_of(case), {ONE_BODY: mesh}, {name: nodes for name, (nodes, _) in found.items()},
+        {name: (ONE_BODY, name) for name in found}, [step] if status == "converged" else [], status, reason, timings, info,
+        None if status == "converged" else step,
     )  # fmt: skip
 
 
@@ -219,7 +235,11 @@ def probed(solution: Solution, operators: BoundaryOperators) -> Solution:
         status = "failed"
         reason = f"check: elastic residual {defect:.1e} > {limit:g}; {_remedy(solution)}"
     timings = {**solution.timings, "check": solution.timings.get("check", 0.0) + time.perf_counter() - began}
-    return replace(solution, status=status, reason=reason, elastic_residual=defect, timings=timings)
+    step = replace(solution.last, residuals={**solution.last.residuals, "elastic": defect})
+    solved, failed = ([step], None) if solution.steps else ([], step)
+    if status == "failed":
+        solved, failed = [], replace(step, status="not converged", reason=reason)
+    return replace(solution, status=status, reason=reason, steps=solved, failed=failed, timings=timings)
 
 
 def _remedy(solution: Solution) -> str:

@@ -13,10 +13,8 @@ from ..pipeline.increment import SteppedProblem
 from ..pipeline.load_steps import prepare_assembly, run_steps
 from ..pipeline.prepare import Prepared
 from ..results.solution import Solution
-from ..results.steps.solution import AssemblySolution
 
 AnyCase = Case | Assembly
-AnySolution = Solution | AssemblySolution
 Shared = Prepared | SteppedProblem
 """What the cases of a group have in common."""
 
@@ -28,7 +26,7 @@ def prepare_group(case: AnyCase, comm: Any, cases: int) -> Shared:
     return prepare_assembly(assembly_of(case), comm)
 
 
-def run_case(shared: Shared, case: AnyCase) -> AnySolution:
+def run_case(shared: Shared, case: AnyCase) -> Solution:
     """One case of the group."""
     if isinstance(shared, Prepared):
         assert isinstance(case, Case)

@@ -11,12 +11,13 @@ import numpy as np
 
 from ..arrays import Index
 from ..errors import PetcontactError
+from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
 from ..runtime.petsc import petsc
 from ..runtime.signals import Interrupted
 from .design.identity import Identity
 from .design.sweep import Sweep
-from .problems import AnySolution, Shared, prepare_group, release, run_case
+from .problems import Shared, prepare_group, release, run_case
 from .progress import Progress
 from .quantities import Quantity, failed_row, row_of, users
 from .schedule.chunks import Chunks, claimed, make_chunks
@@ -213,7 +214,7 @@ class _Run:
             chosen = self.sweep[place]
         except PetcontactError as error:  # of a sweep too large to be validated before
             chosen, prepared, reason = None, None, str(error)
-        solution: AnySolution | None = None
+        solution: Solution | None = None
         if prepared is not None and chosen is not None:
             solution, reason = self.team.attempt(lambda: run_case(prepared, chosen.case))
         if solution is not None:
