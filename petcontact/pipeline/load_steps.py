@@ -178,14 +178,12 @@ def finished_before(problem: SteppedProblem) -> list[StepResult]:
     if not Path(file).is_file():
         raise InputError(f'method.start: {name!r} is neither "zero" nor a result file (FILE.h5, FILE.h5:3 for 3 increments)')
     old = read_solution(file)
-    laws = [[(c.part, c.normal, c.friction_coefficient is None) for b in problem.body for c in b.boundary
-             if isinstance(c, Contact)] for problem in (old.problem, problem.discrete.assembly)]  # fmt: skip
-    motions = old.last.alpha.size == problem.system.modes.shape[1]
-    same = motions and laws[0] == laws[1] and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
-        mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x)
-        for mesh, new in zip(old.meshes.values(), problem.discrete.meshes, strict=False)
-    )  # fmt: skip
-    if not same:
+    laws, other = ([(c.part, c.normal, c.friction_coefficient is None) for b in each.body for c in b.boundary
+                    if isinstance(c, Contact)] for each in (old.problem, problem.discrete.assembly))  # fmt: skip
+    meshes = zip(old.meshes.values(), problem.discrete.meshes, strict=False)
+    same = laws == other and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
+        mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x) for mesh, new in meshes)  # fmt: skip
+    if not same or old.last.alpha.size != problem.system.modes.shape[1]:
         raise InputError(f"method.start: {file} holds other bodies, pairs or meshes than this problem")
     steps = [step for step in old.steps if step.status == "converged"]
     if count and not 0 < int(count) <= len(steps):
@@ -267,11 +265,9 @@ def _finished(
         "warnings": warnings, "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, problem.system.bodies, strict=True)},
     }  # fmt: skip
-    return Solution(
-        discrete.assembly, dict(zip(names, discrete.meshes, strict=True)),
-        {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
-        results, status, reason, timings, info, failed,
-    )  # fmt: skip
+    nodes, sides = {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides}
+    meshes = dict(zip(names, discrete.meshes, strict=True))
+    return Solution(discrete.assembly, meshes, nodes, sides, results, status, reason, timings, info, failed)
 
 
 def _ignored(problem: SteppedProblem) -> list[str]:

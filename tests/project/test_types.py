@@ -34,7 +34,7 @@ def test_mypy_knows_the_signatures_in_a_users_script(tmp_path):
     by_line = {int(line.split(":")[1]): line for line in done.stdout.splitlines() if line.startswith("script.py")}
     assert set(by_line) == {4, 7, 8, 9, 10}, done.stdout + done.stderr
     case, problem, solution = ("model.case.Case", "model.problem.Problem", "results.solution.Solution")
-    assert f"case: petcontact.{case} | petcontact.{problem}" in by_line[4] and f"-> petcontact.{solution} |" in by_line[4]
+    assert f"case: petcontact.{case} | petcontact.{problem}" in by_line[4] and f"-> petcontact.{solution}" in by_line[4]
     assert "numpy.ndarray" in by_line[7]
     assert "str" in by_line[8]
     assert "incompatible type" in by_line[9] and "no_such_field" in by_line[10]

@@ -353,7 +353,8 @@ def test_a_history_of_columns_that_differ(path):
 def test_random_tampering_is_read_or_refused_in_one_line(path):
     """Whatever is read has a verdict; columns of other lengths and tables that are none ended as defects before."""
     rng, whole, outcomes = np.random.default_rng(7), path.read_bytes(), set()
-    changes = (lambda v: v[: len(v) // 2], lambda v: np.concatenate([v, v]), rng.permutation, lambda v: v[:0] if v.dtype.kind == "O" else 0 * v,
+    changes = (lambda v: v[: len(v) // 2], lambda v: np.concatenate([v, v]), rng.permutation,
+               lambda v: v[:0] if v.dtype.kind == "O" else 0 * v,
                lambda v: v[::-1], lambda v: v * 1e300 if v.dtype.kind == "f" else v[:1])  # fmt: skip
     with h5py.File(path) as file:
         names: list[str] = []
