@@ -9,7 +9,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
-from ..contact.active_set import Pieces
+from ..contact.linearisation import Linearisation
 from ..contact.restricted import Border
 from ..contact.system import Modes, Surrogate
 from ..errors import SolverError
@@ -106,7 +106,7 @@ class ReducedSystem(ComposedSystem):
     def _solve(self, rho: Array, r: Array, work: Array) -> tuple[Array, Array]:
         n, each = r.size, rho.ravel()
         if self._factored is None or not np.array_equal(self._factored[0], each):
-            border = Border(self.modes, Pieces.stuck(r), np.zeros_like(r), 1.0)
+            border = Border(self.modes, Linearisation.all_stick(r), np.zeros_like(r), 1.0)
             border.columns = each[:, None] * border.columns
             matrix = border.around(np.eye(n) + each[:, None] * self._matrix)
             self._factored = each, border, scipy.linalg.lu_factor(matrix, check_finite=False)
@@ -154,9 +154,9 @@ class ProductSystem(ComposedSystem):
         """GMRES, preconditioned by (I + ρT)⁻¹; motions in units of what the whole traction moves."""
         self._layer = self._layer if self._layer is not None else self.surrogate()
         assert self._layer is not None, "a system by products has a T"
-        layer, stuck = self._layer, Pieces.stuck(r)
+        layer, stuck = self._layer, Linearisation.all_stick(r)
         border = Border(self.modes, stuck, np.zeros_like(r), float(np.abs(layer.apply(np.ones_like(r))).max()))
-        columns, rows = border.spread(stuck.seen)
+        columns, rows = border.spread(stuck.active)
         krylov = BorderedKrylov(r.shape, len(border.rhs), "")
         try:
             sigma, coordinates = krylov.solve(

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...bem.operators import BoundaryOperators
-from ...contact.active_set import Pieces
+from ...contact.linearisation import Linearisation
 from ...contact.system import Modes, Surrogate
 from ...model.solver_options import Bem
 from ...runtime.petsc import stage
@@ -102,20 +102,20 @@ class HierarchicalSystem:
         u, t = self._solve(self._equations.related(eye, -slope, self._zero, f / self._scale), loaded=loaded, rtol=RTOL)
         return u + (self.operators.data.sliding if loaded else 0.0), t * self._scale
 
-    def linear_solve(self, pieces: Pieces, rho: Array, tolerance: float) -> tuple[Array, Array]:
-        """σ and v on given pieces of a law: one solve, from the last solution.
+    def linear_solve(self, linearised: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
+        """σ and v of a linearised law: one solve, from the last solution.
 
-        With y = σ - ρv on the components that Π' sees, σ = Π' y + constant and v = (σ - y)/ρ, held components having v = 0;
+        With y = σ - ρv on the active components, σ = Π' y + constant and v = (σ - y)/ρ, sticking ones having v = 0;
         on the others σ is the constant, and v unknown.
         """
         self.elastic_solves += 1
         k = self._zero.shape[1]
-        n_sigma = pieces.derivative * pieces.seen[:, None, :]
+        n_sigma = linearised.derivative * linearised.active[:, None, :]
         slack = (n_sigma - np.eye(k)) / rho[:, :, None]
-        slack[pieces.held | ~pieces.seen] = 0.0
-        n_u = slack + np.eye(k) * ~pieces.seen[:, None, :]
-        u_0 = np.where(pieces.seen & ~pieces.held, pieces.constant / rho, 0.0) - self.operators.data.sliding
-        relation = self._equations.related(n_u, n_sigma / self._scale, u_0, pieces.constant / self._scale)
+        slack[linearised.stick | ~linearised.active] = 0.0
+        n_u = slack + np.eye(k) * ~linearised.active[:, None, :]
+        u_0 = np.where(linearised.active & ~linearised.stick, linearised.constant / rho, 0.0) - self.operators.data.sliding
+        relation = self._equations.related(n_u, n_sigma / self._scale, u_0, linearised.constant / self._scale)
         u, t = self._solve(relation, loaded=True, rtol=INNER * tolerance, forcing=FORCING)
         return t * self._scale, u + self.operators.data.sliding
 
