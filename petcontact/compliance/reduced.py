@@ -9,8 +9,8 @@ import numpy as np
 import scipy
 
 from ..arrays import Array
+from ..contact.active_set.rigid_modes import RigidModeConstraint
 from ..contact.linearisation import Linearisation
-from ..contact.restricted import Border
 from ..contact.system import Modes, Surrogate
 from ..errors import SolverError
 from ..linalg.bordered import BorderedKrylov
@@ -92,7 +92,7 @@ class ReducedSystem(ComposedSystem):
     ) -> None:  # fmt: skip
         super().__init__(u_0, weight, modes, surrogate)
         self._matrix = compliance
-        self._factored: tuple[Array, Border, tuple[Array, Array]] | None = None
+        self._factored: tuple[Array, RigidModeConstraint, tuple[Array, Array]] | None = None
 
     def apply(self, sigma: Array) -> Array:
         """S σ."""
@@ -106,18 +106,18 @@ class ReducedSystem(ComposedSystem):
     def _solve(self, rho: Array, r: Array, work: Array) -> tuple[Array, Array]:
         n, each = r.size, rho.ravel()
         if self._factored is None or not np.array_equal(self._factored[0], each):
-            border = Border(self.modes, Linearisation.all_stick(r), np.zeros_like(r), 1.0)
-            border.columns = each[:, None] * border.columns
-            matrix = border.around(np.eye(n) + each[:, None] * self._matrix)
-            self._factored = each, border, scipy.linalg.lu_factor(matrix, check_finite=False)
+            constraint = RigidModeConstraint(self.modes, Linearisation.all_stick(r), np.zeros_like(r), 1.0)
+            constraint.columns = each[:, None] * constraint.columns
+            matrix = constraint.around(np.eye(n) + each[:, None] * self._matrix)
+            self._factored = each, constraint, scipy.linalg.lu_factor(matrix, check_finite=False)
         self.elastic_solves += 1
-        _, border, factors = self._factored
-        answer = scipy.linalg.lu_solve(factors, np.concatenate([r.ravel(), border.work(work)]), check_finite=False)
+        _, constraint, factors = self._factored
+        answer = scipy.linalg.lu_solve(factors, np.concatenate([r.ravel(), constraint.work(work)]), check_finite=False)
         if not np.isfinite(answer).all():
             raise SolverError("iterate", "a Robin solve is not finite", "look at the data and the mesh")
         sigma = answer[:n].reshape(r.shape)
         dv = self.apply(sigma)
-        return dv if self.modes is None else dv + self.modes.motion @ border.motion(answer[n:]), sigma
+        return dv if self.modes is None else dv + self.modes.motion @ constraint.motion(answer[n:]), sigma
 
 
 class ProductSystem(ComposedSystem):
@@ -155,17 +155,17 @@ class ProductSystem(ComposedSystem):
         self._layer = self._layer if self._layer is not None else self.surrogate()
         assert self._layer is not None, "a system by products has a T"
         layer, stuck = self._layer, Linearisation.all_stick(r)
-        border = Border(self.modes, stuck, np.zeros_like(r), float(np.abs(layer.apply(np.ones_like(r))).max()))
-        columns, rows = border.spread(stuck.active)
-        krylov = BorderedKrylov(r.shape, len(border.rhs), "")
+        constraint = RigidModeConstraint(self.modes, stuck, np.zeros_like(r), float(np.abs(layer.apply(np.ones_like(r))).max()))
+        columns, rows = constraint.spread(stuck.active)
+        krylov = BorderedKrylov(r.shape, len(constraint.rhs), "")
         try:
             sigma, coordinates = krylov.solve(
                 lambda x: x + rho * self.apply(x), lambda x: layer.solve(x, rho[0]), rho * columns, rows, r,
-                border.work(work), 0.0, ROBIN_RTOL,
+                constraint.work(work), 0.0, ROBIN_RTOL,
             )  # fmt: skip
             self.ksp_iterations = krylov.iterations
         finally:
             krylov.close()
         self.elastic_solves += 1
         dv = self.apply(sigma)
-        return dv if self.modes is None else dv + self.modes.motion @ border.motion(coordinates), sigma
+        return dv if self.modes is None else dv + self.modes.motion @ constraint.motion(coordinates), sigma
