@@ -155,7 +155,8 @@ class ProductSystem(ComposedSystem):
         self._layer = self._layer if self._layer is not None else self.surrogate()
         assert self._layer is not None, "a system by products has a T"
         layer, stuck = self._layer, Linearisation.all_stick(r)
-        constraint = RigidModeConstraint(self.modes, stuck, np.zeros_like(r), float(np.abs(layer.apply(np.ones_like(r))).max()))
+        length = float(np.abs(layer.apply(np.ones_like(r))).max())
+        constraint = RigidModeConstraint(self.modes, stuck, np.zeros_like(r), length)
         columns, rows = constraint.spread(stuck.active)
         krylov = BorderedKrylov(r.shape, len(constraint.rhs), "")
         try:

@@ -9,12 +9,7 @@ import numpy as np
 
 from ..arrays import Array, Mask, States
 from .friction_law import ball_derivative, lengths, project_ball
-from .law_protocol import OPEN as OPEN
-from .law_protocol import SLIP as SLIP
-from .law_protocol import STICK as STICK
-from .law_protocol import Admissible
-from .law_protocol import ContactLaw as ContactLaw
-from .law_protocol import law_residual as law_residual
+from .law_protocol import OPEN, SLIP, STICK, Admissible, ContactLaw
 
 EXCESS = 100.0
 """Tolerances by which tractions may exceed what the law allows: an iteration ends near it, not at it."""
@@ -182,6 +177,3 @@ class SignoriniCoulomb:
 
 def _slips(tau: Array, radius: Array) -> Mask:
     return np.asarray((lengths(tau) > radius) | (radius == 0.0))
-
-
-Frictional = SignoriniCoulomb  # until pipeline/ has the new name

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index
-from ..contact.laws import OPEN, SLIP
+from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import Start
 from ..geometry.outline import Outline, as_outline
 from ..geometry.surface import Boundary

@@ -14,7 +14,7 @@ from ..bem.boundary_data import check_components
 from ..compliance.bodies import BodiesSystem, Interface
 from ..compliance.body.base import BodyCompliance, BodyOperators, Loading, free_motions
 from ..compliance.body.dense import DenseBody
-from ..contact.laws import Frictional
+from ..contact.laws import SignoriniCoulomb
 from ..errors import InputError, SolverError
 from ..geometry.surface import Boundary
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -47,7 +47,7 @@ class Discrete:
     meshes : list of BoundaryMesh
     sides : list of Side
     interfaces : list of Interface
-    law : Frictional
+    law : SignoriniCoulomb
     loadings : list of Loading, one a body
         State 0 is the unloaded one, state k the end of step k.
     distance : list of float
@@ -60,7 +60,7 @@ class Discrete:
     meshes: list[BoundaryMesh]
     sides: list[Side]
     interfaces: list[Interface]
-    law: Frictional
+    law: SignoriniCoulomb
     loadings: list[Loading]
     distance: list[float]
     warnings: list[str] = field(default_factory=list)
@@ -140,7 +140,7 @@ def _interface(side: Side, meshes: list[BoundaryMesh]) -> tuple[Interface, float
                      facing.loads, None), smallest, notes  # fmt: skip
 
 
-def _law(sides: list[Side], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> Frictional:
+def _law(sides: list[Side], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> SignoriniCoulomb:
     parts: list[tuple[Array, Array, Mask, Mask]] = []
     for side, interface in zip(sides, interfaces, strict=True):
         mesh, nodes, law = meshes[side.body], interface.nodes, side.law
@@ -153,7 +153,7 @@ def _law(sides: list[Side], interfaces: list[Interface], meshes: list[BoundaryMe
         parts.append((mu if mu is not None else np.full(m, np.inf), bound, np.full(m, law.normal == "unilateral"),
                       ~np.isfinite(interface.gap)))  # fmt: skip
     coefficient, bound, unilateral, absent = (np.concatenate(values) for values in zip(*parts, strict=True))
-    return Frictional(coefficient, bound, unilateral, meshes[0].dim, absent)
+    return SignoriniCoulomb(coefficient, bound, unilateral, meshes[0].dim, absent)
 
 
 def _not_negative(value: Any, names: dict[str, Array], m: int, key: str, x: Array) -> Array | None:

@@ -11,8 +11,9 @@ from ..arrays import Array, Mask
 from ..compliance.bodies import BodiesSystem
 from ..compliance.reduced import ComposedSystem
 from ..contact.criterion import equilibrium_defect, natural_residuals
-from ..contact.equilibrium import unheld
-from ..contact.laws import EXCESS, OPEN, law_excess
+from ..contact.equilibrium import unbalanced_load
+from ..contact.law_protocol import OPEN
+from ..contact.laws import EXCESS, law_excess
 from ..contact.state import ContactState, Start
 from ..contact.system import Modes
 from ..geometry.rotation import axial, moment
@@ -229,9 +230,9 @@ def _why(
 ) -> str:  # fmt: skip
     """What a failed increment says: which body nothing holds, there or at the end of the step, or how the method ended."""
     reduced, end = (reduced_problem(problem.system, freedoms, before, number, t) for t in (target, 1.0))
-    push = unheld(reduced.modes, problem.discrete.law)
+    push = unbalanced_load(reduced.modes, problem.discrete.law)
     where = f"at load factor {target:.4g} of step {problem.steps[number - 1].name!r}"
-    if push is None and (push := unheld(end.modes, problem.discrete.law)) is not None:
+    if push is None and (push := unbalanced_load(end.modes, problem.discrete.law)) is not None:
         where = f"at the end of step {problem.steps[number - 1].name!r}, of which {target:.4g} was tried"
     defect = equilibrium_defect(reduced, outcome.sigma)
     if push is None and reduced.modes is not None and defect > problem.discrete.assembly.method.tolerance:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..contact.criterion import Criterion
-from ..contact.equilibrium import unheld
+from ..contact.equilibrium import unbalanced_load
 from ..contact.friction_law import contact_norm
 from ..contact.iteration import Iteration
 from ..contact.methods.registry import method_of
@@ -192,7 +192,7 @@ def finished_before(problem: SteppedProblem) -> list[StepResult]:
 def _unheld(problem: SteppedProblem, freedoms: list[Freedoms], progress: Progress, number: int, target: float) -> bool:
     """Whether no admissible traction holds the loads at a load factor."""
     reduced = reduced_problem(problem.system, freedoms, progress, number, target)
-    return unheld(reduced.modes, problem.discrete.law) is not None
+    return unbalanced_load(reduced.modes, problem.discrete.law) is not None
 
 
 def _attempt(

@@ -14,7 +14,8 @@ from ..compliance.base import EliminatedSystem
 from ..compliance.condensed import CondensedSystem
 from ..compliance.full import FullSystem
 from ..compliance.spectral import shared_by
-from ..contact.laws import ContactLaw, Tresca
+from ..contact.law_protocol import ContactLaw
+from ..contact.laws import Tresca
 from ..contact.system import BodySystem
 from ..errors import InputError, SolverError
 from ..mesh.curve_mesh import CurveMesh

@@ -17,7 +17,8 @@ from ..bem.operators import BoundaryOperators
 from ..contact.criterion import Criterion
 from ..contact.friction_law import contact_norm
 from ..contact.iteration import Iteration
-from ..contact.laws import EXCESS, law_excess, law_residual
+from ..contact.law_protocol import law_residual
+from ..contact.laws import EXCESS, law_excess
 from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
 from ..contact.state import ContactState, Monitor, Start

@@ -12,8 +12,8 @@ import pytest
 import scipy
 
 from petcontact import solve_assembly
-from petcontact.contact.equilibrium import unheld
-from petcontact.contact.laws import Frictional
+from petcontact.contact.equilibrium import unbalanced_load
+from petcontact.contact.laws import SignoriniCoulomb
 from petcontact.contact.system import Modes
 from petcontact.errors import InputError
 from petcontact.geometry.rotation import rigid_motions
@@ -187,11 +187,11 @@ def test_polygons_get_the_sides_that_are_asked_for(angle):
     x = np.array([(a, b, 0.0) for a in np.linspace(-1, 1, 7) for b in np.linspace(-1, 1, 7)])
     frame = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
     motion = np.einsum("kc,mcr->mkr", frame, rigid_motions(x))
-    law = Frictional(np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3)
+    law = SignoriniCoulomb(np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3)
     for share, slides in ((0.999, False), (1.001, True)):
         push = 0.3 * share * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
         modes = Modes(motion, np.moveaxis(motion, 2, 0) / len(x), np.array([*push, -1.0, 0.0, 0.0, 0.0]))
-        assert (unheld(modes, law) is not None) == slides
+        assert (unbalanced_load(modes, law) is not None) == slides
 
 
 def written_as_facets(path, turn):

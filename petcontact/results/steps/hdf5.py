@@ -10,7 +10,7 @@ import h5py
 import numpy as np
 
 from ...arrays import Array
-from ...contact.laws import OPEN, SLIP
+from ...contact.law_protocol import OPEN, SLIP
 from ...contact.state import COLUMNS, History
 from ...errors import ResultError
 from ...mesh.storage import read_mesh, write_mesh
