@@ -12,8 +12,7 @@ from ..compliance.bodies import BodiesSystem
 from ..compliance.reduced import ComposedSystem
 from ..contact.criterion import equilibrium_defect, natural_residuals
 from ..contact.equilibrium import unbalanced_load
-from ..contact.law_protocol import OPEN
-from ..contact.laws import EXCESS, law_excess
+from ..contact.law_protocol import OPEN, WITHIN, bound_excess, friction_bound
 from ..contact.state import ContactState, Start
 from ..contact.system import Modes
 from ..geometry.rotation import axial, moment
@@ -163,13 +162,12 @@ def step_result(
     status, reason = ("converged" if outcome.converged else "not converged"), outcome.reason
     if outcome.converged and not elastic <= ELASTIC_LIMIT:
         status, reason = "not converged", f"elastic residual {elastic:.1e} > {ELASTIC_LIMIT:g}"
-    largest = max(float(np.abs(body.traction).max(initial=0.0)) for body in bodies.values())
-    excess = law_excess(discrete.law, outcome.sigma, largest)
-    if status == "converged" and not excess <= EXCESS * assembly.method.tolerance:
-        status, reason = "not converged", f"tractions exceed what contact allows by {excess:.1e} of the largest traction"
+    excess = bound_excess(discrete.law, outcome.sigma)
+    if status == "converged" and not excess <= WITHIN:
+        status, reason = "not converged", f"tractions exceed what contact allows by {excess:.1e} of the bound"
     if not outcome.converged:
         reason = _why(problem, freedoms, before, number, target, outcome)
-    pairs, states, radius = {}, outcome.states, discrete.law.radius(-outcome.sigma[:, -1])
+    pairs, states, radius = {}, outcome.states, friction_bound(discrete.law, outcome.sigma)
     absent = ~np.isfinite(system.gap)
     for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
         mesh = discrete.meshes[side.body]
