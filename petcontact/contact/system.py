@@ -209,7 +209,7 @@ class MonolithicSystem(ContactSystem, Protocol):
 
     defect: float
 
-    def linear_solve(self, pieces: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
-        """σ [stress] and v [length] on given pieces of a law, near the last solution; inexact while that is far from the
+    def linear_solve(self, linearised: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
+        """σ [stress] and v [length] of a linearised law, near the last solution; inexact while that is far from the
         law's, and to a tenth of `tolerance` in the end."""
         ...

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index
-from ..contact.laws import OPEN, SLIP
+from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import Start
 from ..mesh.basis import lagrange
 from ..mesh.curve_mesh import CurveMesh, as_curve

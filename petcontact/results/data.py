@@ -11,7 +11,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..bem.kernels import kernel_for
-from ..contact.laws import OPEN, SLIP
+from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
 from ..errors import InputError
 from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, von_mises

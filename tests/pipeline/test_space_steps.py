@@ -10,21 +10,22 @@ import meshio
 import numpy as np
 import pytest
 import scipy
+from petcontact.pipeline.prepare import prepare
+from petcontact.results.steps.vtu import write_collection
 
-from petcontact import solve
-from petcontact.contact.equilibrium import unheld
+from petcontact import solve_assembly
+from petcontact.contact.equilibrium import unbalanced_load
 from petcontact.contact.laws import SignoriniCoulomb
 from petcontact.contact.system import Modes
 from petcontact.errors import InputError
 from petcontact.geometry.rotation import rigid_motions
 from petcontact.geometry.surface import BOX_PARTS, BoxSurface
 from petcontact.mesh.panelling import box_mesh
-from petcontact.model.case import load, parse_problem
-from petcontact.pipeline.run import prepare, run
-from petcontact.results.figures.plots import plot_all
-from petcontact.results.hdf5 import write_solution
-from petcontact.results.solution import read_result
-from petcontact.results.vtu.collection import write_collection
+from petcontact.model.assembly import assembly_of
+from petcontact.model.case import load, parse_any
+from petcontact.pipeline.run import run
+from petcontact.results.figures import plot_all
+from petcontact.results.hdf5 import read_result, write_solution
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FREE = "".join(f'[[boundary]]\npart = "{part}"\ncondition = "traction"\nvalue = [0.0, 0.0, 0.0]\n'
@@ -119,8 +120,8 @@ SQUARE = {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1
 
 
 def solved(text, **changes):
-    dotted = {key.replace("__", "."): value for key, value in changes.items()}
-    return solve(parse_problem(tomllib.loads(text), "test", dotted, Path()))
+    case = parse_any(tomllib.loads(text), "test", {key.replace("__", "."): value for key, value in changes.items()}, Path())
+    return solve_assembly(case if hasattr(case, "body") else assembly_of(case))
 
 
 def vectors(pair, components):
@@ -146,7 +147,7 @@ def test_a_bound_alone_is_the_bilateral_solve_of_the_paper():
     system = prepare(case)
     paper = run(system, case)
     system.close()
-    pair = solve(case).last.pairs["bottom"]
+    pair = solve_assembly(assembly_of(case)).last.pairs["bottom"]
     assert np.allclose(pair.slip, paper.contact.u_t, atol=1e-8 * np.abs(paper.contact.u_t).max())
     assert np.allclose(pair.sigma_t, paper.contact.sigma_t, atol=1e-7 * 150.0)
     assert np.allclose(-pair.pressure, paper.contact.sigma_n, atol=1e-7 * 150.0)
@@ -190,7 +191,7 @@ def test_polygons_get_the_sides_that_are_asked_for(angle):
     for share, slides in ((0.999, False), (1.001, True)):
         push = 0.3 * share * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
         modes = Modes(motion, np.moveaxis(motion, 2, 0) / len(x), np.array([*push, -1.0, 0.0, 0.0, 0.0]))
-        assert (unheld(modes, law) is not None) == slides
+        assert (unbalanced_load(modes, law) is not None) == slides
 
 
 def written_as_facets(path, turn):

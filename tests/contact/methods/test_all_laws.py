@@ -15,7 +15,8 @@ from petcontact.compliance.reduced import ReducedSystem
 from petcontact import InputError, Method
 from petcontact.contact.criterion import Criterion, equilibrium_defect
 from petcontact.contact.iteration import Iteration
-from petcontact.contact.laws import OPEN, SLIP, STICK, SignoriniCoulomb
+from petcontact.contact.law_protocol import OPEN, SLIP, STICK
+from petcontact.contact.laws import SignoriniCoulomb
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.operator_robin import OperatorRobin
 from petcontact.contact.methods.projection import Projection
