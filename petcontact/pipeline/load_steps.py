@@ -20,7 +20,6 @@ from ..contact.methods.registry import method_of
 from ..contact.state import ContactState, Start
 from ..errors import InputError
 from ..model.assembly import Assembly
-from ..model.problem import Contact
 from ..results.records import StepResult
 from ..results.solution import Solution, read_solution
 from ..runtime import threads
@@ -178,12 +177,10 @@ def finished_before(problem: SteppedProblem) -> list[StepResult]:
     if not Path(file).is_file():
         raise InputError(f'method.start: {name!r} is neither "zero" nor a result file (FILE.h5, FILE.h5:3 for 3 increments)')
     old = read_solution(file)
-    laws, other = ([(c.part, c.normal, c.friction_coefficient is None) for b in each.body for c in b.boundary
-                    if isinstance(c, Contact)] for each in (old.problem, problem.discrete.assembly))  # fmt: skip
     meshes = zip(old.meshes.values(), problem.discrete.meshes, strict=False)
-    same = laws == other and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
+    same = not old.bilateral and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
         mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x) for mesh, new in meshes)  # fmt: skip
-    if not same or old.last.alpha.size != problem.system.modes.shape[1]:
+    if not same:
         raise InputError(f"method.start: {file} holds other bodies, pairs or meshes than this problem")
     steps = [step for step in old.steps if step.status == "converged"]
     if count and not 0 < int(count) <= len(steps):
