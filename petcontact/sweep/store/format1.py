@@ -13,7 +13,7 @@ import numpy as np
 from ...errors import PetcontactError, ResultError
 from ...model.base import parse
 from ...model.case import Case
-from ...results.hdf5 import opened
+from ...results.format.container import opened
 from ...results.solution import Solution, read_solution
 from ..problems import AnyCase
 from ..published import published_count
