@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -60,10 +59,7 @@ class SolutionData:
     info: dict[str, Any] = field(default_factory=dict)
     failed: StepResult | None = None
 
-    @property
-    def assembly(self) -> Assembly:
-        """`problem`."""
-        return self.problem
+    assembly = property(lambda self: self.problem, doc="`problem`.")
 
     @functools.cached_property
     def case(self) -> Case | Assembly:
@@ -216,13 +212,6 @@ class SolutionData:
         contact = self.contact
         return float(contact.weight[contact.sigma_n > 0.0].sum() / contact.weight.sum())
 
-    def resultants(self) -> Iterator[tuple[str, str, Array]]:
-        """Body, part, and the resultant of the tractions on it after the last increment (d,) [stress · length, area]."""
-        for name, mesh in self.meshes.items():
-            forces = mesh.weight[:, None] * self.bodies[name].traction
-            for k, part in enumerate(mesh.part_names):
-                yield name, part, forces[mesh.node_part == k].sum(axis=0)
-
     def reactions(self) -> dict[str, Any]:
         """Resultant of the tractions on each part, (d,) each [stress · length, in space · area].
 
@@ -231,9 +220,10 @@ class SolutionData:
         dict
             Arrays by part; of several bodies such a dict by body. Their sum is of the mesh's error.
         """
-        found: dict[str, dict[str, Array]] = {name: {} for name in self.meshes}
-        for body, part, force in self.resultants():
-            found[body][part] = force
+        found: dict[str, dict[str, Array]] = {}
+        for name, mesh in self.meshes.items():
+            forces = mesh.weight[:, None] * self.bodies[name].traction
+            found[name] = {part: forces[mesh.node_part == k].sum(axis=0) for k, part in enumerate(mesh.part_names)}
         return dict(found) if len(found) > 1 else dict(next(iter(found.values())))
 
     def fields_at(

@@ -298,7 +298,8 @@ def test_a_stack_files_figures_and_fields(tmp_path):
     with pytest.raises(InputError, match="no body 'blok', did you mean 'block'"):
         again.at(inside, "blok")
     figures = {path.stem for path in plot_all(again, tmp_path, "stack")}
-    assert figures == {f"stack-{kind}" for kind in ("surface", "history", "pair-traction", "pair-motion", "pair-states")}
+    kinds = ("surface", "displacement", "traction", "normal", "states", "history")
+    assert figures == {f"stack-{kind}" for kind in kinds}
     files = write_collection(tmp_path / "stack.vtu", again, (3, 3, 3))
     assert [path.suffix for path in files] == [".vtu"] * 4 + [".pvd"]
     assert set(meshio.read(files[3]).point_data) == {"displacement", "stress", "von_mises"}

@@ -11,7 +11,7 @@ import meshio
 import numpy as np
 import pytest
 
-from petcontact import Solution, read_result, solve
+from petcontact import Problem, Solution, read_result, solve
 from petcontact.bem.kelvin2d import point_force
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.model.base import parse

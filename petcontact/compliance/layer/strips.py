@@ -155,7 +155,7 @@ class FourierStrip:
             pieces = np.concatenate(copies, axis=1)
         spectrum = scipy.fft.rfft(pieces)
         spectrum = np.einsum("abk,bk->ak", symbol, spectrum) if self._nodes > 1 else symbol[0] * spectrum
-        return np.asarray(scipy.fft.irfft(spectrum, linearised.shape[1])[:, : self._elements].T.ravel())
+        return np.asarray(scipy.fft.irfft(spectrum, pieces.shape[1])[:, : self._elements].T.ravel())
 
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
         """By Cholesky where it is small, else by conjugate gradients preconditioned by the stick block of T⁻¹."""

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, ResultError
-from ...results.hdf5 import opened
+from ...results.format.container import opened
 from ...results.solution import Solution, read_result
 from ..design.sweep import Sweep
 from . import format1

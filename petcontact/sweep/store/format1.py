@@ -13,7 +13,7 @@ import numpy as np
 from ...errors import PetcontactError, ResultError
 from ...model.base import parse
 from ...model.problem import Problem
-from ...results.hdf5 import opened
+from ...results.format.container import opened
 from ...results.solution import Solution, read_solution
 from ..published import published_count
 from ..quantities import row_of

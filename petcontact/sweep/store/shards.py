@@ -17,7 +17,8 @@ import numpy as np
 
 from ...contact.state import COLUMNS
 from ...errors import ResultError
-from ...results.hdf5 import opened, write_group
+from ...results.format.container import opened
+from ...results.hdf5 import write_group
 from ...results.records import ContactFields
 from ...results.solution import Solution
 from ...runtime.atomic_write import temporary_name
