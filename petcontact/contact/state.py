@@ -66,6 +66,8 @@ class ContactState:
     law : ContactLaw, optional
     alpha : (r,) array
         Amplitudes of the rigid motions that only contact holds.
+    where : str
+        Step and load factor, of a problem with steps.
     """
 
     v: Array
@@ -77,6 +79,7 @@ class ContactState:
     stopped: bool = False
     law: ContactLaw | None = None
     alpha: Array = field(default_factory=lambda: np.zeros(0))
+    where: str = ""
 
     @property
     def states(self) -> States:

@@ -43,6 +43,15 @@ class Side:
     law: Any
     direction: Array | None
 
+    @property
+    def holds_normal(self) -> bool:
+        """Whether it is in contact with fixed ground that it cannot leave, and its friction does not depend on pressure.
+
+        Then u_n = gap is known data of the body, and a method looks for tangential tractions only, as in the paper.
+        """
+        return (self.primary is None and self.obstacle is None and self.direction is None
+                and self.law.normal != "unilateral" and self.law.friction_coefficient is None)  # fmt: skip
+
 
 def interfaces_of(assembly: Assembly) -> list[Side]:
     """Contact conditions and contact pairs, in the order of the config."""

@@ -139,6 +139,8 @@ class StepResult:
     obstacles: dict[str, ObstacleResult]
     alpha: Array
     history: History = field(default_factory=History)
+    rho: float = float("nan")
+    residual: float = float("nan")
 
 
 @dataclass(frozen=True, repr=False)

@@ -1,4 +1,4 @@
-"""A body eliminated on hierarchically compressed operators: nothing of size n x n is ever stored."""
+"""A plane body eliminated on HODLR operators: a product with S is one with G, a solve with A, and the rows of u."""
 
 from __future__ import annotations
 
@@ -7,21 +7,31 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
+from ...bem.operators import BoundaryOperators
 from ...model.solver_options import Bem
-from ..compressed import CompressedOperators
-from .base import BodyCompliance, BodyOperators, gauge
+from ...runtime.petsc import stage
+from ...runtime.threads import one_blas_thread
+from .base import ElasticBody, gauge
+from .hodlr_operators import CompressedOperators
 
-FORMED = 1000
-"""Contact unknowns up to which S is formed: its products are then next to nothing."""
 COLUMNS = 128
 """Of S, solved for at a time."""
 
 
-class CompressedBody(BodyCompliance):
+class HodlrBody(ElasticBody):
     """HODLR operators of all ranks together; S by products, and formed where contact is small.
 
     A of a body that is not held is singular. A + R C with C = RᵀW is not, and has the same solution where C x = 0: one
     factorisation serves the bordered system, whose multipliers follow from r more solves.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+    modes : (n, d, r) array
+    bem : Bem
+    comm : PETSc.Comm
+    formed : int
+        Contact unknowns up to which S is formed, whose products are then next to nothing.
 
     Raises
     ------
@@ -29,21 +39,22 @@ class CompressedBody(BodyCompliance):
         As `CompressedOperators`.
     """
 
-    def __init__(self, operators: BodyOperators, modes: Array, bem: Bem, comm: Any) -> None:
+    def __init__(self, operators: BoundaryOperators, modes: Array, bem: Bem, comm: Any, formed: int) -> None:
         super().__init__(operators, modes)
         n, r = operators.n_unknowns, modes.shape[2]
-        motions, rows = modes.reshape(n, r), gauge(self.mesh, self.loading.traction_known, modes)
+        motions, rows = modes.reshape(n, r), gauge(self.mesh, self.data, modes)
         self._compressed = CompressedOperators(operators, comm, bem, (motions, rows) if r else None)
         here = self._compressed.here
         self._gauge = rows[:, here]
-        self._moved = self._compressed.solve(motions[here]) if r else np.zeros((here.stop - here.start, 0))
-        self._seen = self._gauged(self._moved)
-        self._loads = self._compressed.loads + operators.point_loads[here]
-        at_rest = self._compressed.on_contact(self._bordered(self._loads)[0])
-        self.u_0 = at_rest.T.reshape(-1, *operators.data.contact_directions.shape)
+        with one_blas_thread(), stage("factor"):
+            self._moved = self._compressed.solve(motions[here]) if r else np.zeros((here.stop - here.start, 0))
+            self._seen = self._gauged(self._moved)
+            self._loads = self._compressed.loads + operators.point_loads[here]
+            at_rest = self._compressed.on_contact(self._bordered(self._loads)[0])
+        self.u_0 = at_rest.T.reshape(-1, *operators.data.contact_shape) + operators.data.sliding
         size = len(at_rest)
         self.compliance = None
-        if size <= FORMED:
+        if size <= formed:
             columns = [self.apply(np.eye(size, min(COLUMNS, size - k), -k)) for k in range(0, size, COLUMNS)]
             self.compliance = np.hstack(columns)
 
@@ -51,11 +62,11 @@ class CompressedBody(BodyCompliance):
         """S t: a product with G, a solve with A."""
         if self.compliance is not None:
             return np.asarray(self.compliance @ traction)
-        return self._compressed.on_contact(self._bordered(self._compressed.push(traction))[0])
+        return self._compressed.on_contact(self._bordered(self._compressed.traction_to_rhs(traction))[0])
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
         """One solve with A."""
-        unknowns, beta = self._bordered(self._loads @ shares + self._compressed.push(traction.ravel()))
+        unknowns, beta = self._bordered(self._loads @ shares + self._compressed.traction_to_rhs(traction.ravel()))
         return np.concatenate([self._compressed.everywhere(unknowns), beta])
 
     def describe(self) -> str:
