@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from .friction_law import balanced_rho, contact_norm
-from .laws import ContactLaw, law_residual
+from .law_protocol import ContactLaw, law_residual
 from .system import ContactSystem
 
 Stop = Literal["both", "displacement", "residual"]

@@ -11,7 +11,7 @@ from ..arrays import Array
 from ..errors import SolverError
 from .criterion import Criterion, balanced, without_motions
 from .friction_law import contact_norm
-from .laws import ContactLaw, law_residual
+from .law_protocol import ContactLaw, law_residual
 from .rho_rules import usable_balance
 from .state import ContactState, History, Monitor, Start
 from .system import ContactSystem

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import Array, States
-from .laws import ContactLaw
+from .law_protocol import ContactLaw
 
 COLUMNS = ("rho", "w", "change", "residual", "ksp_iterations")
 

@@ -1,4 +1,4 @@
-"""What a method sees of the bodies: v = u_0 + S σ on Γ_C, a Robin solve, and a cheap stand-in T for S.
+"""What a method sees of the bodies: v = u_0 + S σ on Γ_C, a Robin solve, and a cheap surrogate T for S.
 
 On Γ_C all vectors are (m, k) arrays, the same on every rank: k components a node, the tangential ones first, then the
 normal one if the law has it. v is the displacement of the contact nodes (of the one body, or relative to the partner),
@@ -9,14 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from ..arrays import Array, Mask
-
-if TYPE_CHECKING:
-    from .active_set import Pieces
+from .linearisation import Linearisation
 
 
 @dataclass(frozen=True)
@@ -157,7 +155,7 @@ class ContactSystem(Protocol):
 
 
 @runtime_checkable
-class MixedSystem(ContactSystem, Protocol):
+class MonolithicSystem(ContactSystem, Protocol):
     """A system that solves its own equations together with linear ones of the law.
 
     Attributes
@@ -168,7 +166,7 @@ class MixedSystem(ContactSystem, Protocol):
 
     defect: float
 
-    def linear_solve(self, pieces: Pieces, rho: Array, tolerance: float) -> tuple[Array, Array]:
+    def linear_solve(self, pieces: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
         """σ [stress] and v [length] on given pieces of a law, near the last solution; inexact while that is far from the
         law's, and to a tenth of `tolerance` in the end."""
         ...

@@ -1,4 +1,4 @@
-"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0, its sets predicted by the stand-in T.
+"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0, its sets predicted by the surrogate T.
 
 Each iteration solves the linear equations of `active_set`. Which nodes stick, slip or open is foretold, where a solve with
 S costs more than T, by the contact problem of T through the last iterate, v + T(q - σ): its set is nearly the right
@@ -16,15 +16,17 @@ import numpy as np
 from ...arrays import Array
 from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
-from ..active_set import LinearSolver, Pieces, Pivot, Predictor, box_problem, next_tau, pivots
+from ..active_set.monolithic import MonolithicSolver
+from ..active_set.pivots import LinearSolver, Pivot, Predictor, box_problem, next_tau, pivots
+from ..active_set.rigid_modes import RigidModeConstraint
+from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import equilibrium_defect
 from ..iteration import Iteration, Recorder
-from ..laws import OPEN, SLIP, ContactLaw
-from ..mixed import MixedCompliance
-from ..restricted import Border, LayerCompliance, restricted_to
+from ..law_protocol import OPEN, SLIP, ContactLaw
+from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
-from ..system import ContactSystem, MixedSystem, Surrogate
+from ..system import ContactSystem, MonolithicSystem, Surrogate
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
@@ -67,16 +69,16 @@ class SemismoothNewton:
         if predict is None:
             predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
         # a mixed system's step costs no more than T does to set up
-        mixed = isinstance(system, MixedSystem)
-        layer = system.surrogate() if not mixed and (system.matrix_free or (predict and not late)) else None
-        if layer is not None:
-            layer.rtol = LOOSE
-        foretell = _Foresight(system, law, layer) if predict and (late or layer is not None) else None
+        mixed = isinstance(system, MonolithicSystem)
+        surrogate = system.surrogate() if not mixed and (system.matrix_free or (predict and not late)) else None
+        if surrogate is not None:
+            surrogate.rtol = LOOSE
+        foretell = _Foresight(system, law, surrogate) if predict and (late or surrogate is not None) else None
         solver: LinearSolver
-        if isinstance(system, MixedSystem):
-            solver = MixedCompliance(system, iteration.criterion.tolerance)
+        if isinstance(system, MonolithicSystem):
+            solver = MonolithicSolver(system, iteration.criterion.tolerance)
         else:
-            solver = restricted_to(system, layer)
+            solver = active_set_solver(system, surrogate)
         try:
             first = _first_guess(system, law, iteration, solver, foretell)
             return _Run(system, law, iteration, solver, foretell).state(first)
@@ -89,40 +91,42 @@ def build(options: Method, rule: Rule | None) -> SemismoothNewton:
     return SemismoothNewton()
 
 
-def first_guess(system: ContactSystem, layer: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
+def first_guess(system: ContactSystem, surrogate: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
     """σ and v that T gives for full stick; T is scaled to S on it."""
     base, modes = system.u_0, system.modes
-    stuck = Pieces.stuck(base)
-    border = Border(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
-    sigma, coordinates = Elimination(layer.solve, *border.spread(stuck.seen))(-base, border.rhs)
+    stuck = Linearisation.all_stick(base)
+    constraint = RigidModeConstraint(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
+    sigma, coordinates = Elimination(surrogate.solve, *constraint.spread(stuck.active))(-base, constraint.rhs)
     displacement = solver.apply(sigma)
-    layer.fit(sigma, displacement)
+    surrogate.fit(sigma, displacement)
     v = base + displacement
-    return sigma, v if modes is None else v + modes.motion @ border.motion(coordinates)
+    return sigma, v if modes is None else v + modes.motion @ constraint.motion(coordinates)
 
 
 class _Foresight:
     """Sets by the contact problem of T through an iterate; where T is still to be made, from the LATE-th step on."""
 
-    def __init__(self, system: ContactSystem, law: ContactLaw, layer: Surrogate | None) -> None:
-        self.layer, self._system, self._law = layer, system, law
-        self._wait = 0 if layer is not None else LATE
+    def __init__(self, system: ContactSystem, law: ContactLaw, surrogate: Surrogate | None) -> None:
+        self.surrogate, self._system, self._law = surrogate, system, law
+        self._wait = 0 if surrogate is not None else LATE
 
     def __call__(self, step: Pivot) -> tuple[Array, Array]:
         """τ and σ of the prediction."""
         self._wait -= 1
         if self._wait > 0 or step.wrong == 0:
             return step.tau, step.sigma
-        if self.layer is None:
-            self.layer = self._system.surrogate()
-        return (step.tau, step.sigma) if self.layer is None else self.through(self.layer, step.sigma, step.v, step.tau)
+        if self.surrogate is None:
+            self.surrogate = self._system.surrogate()
+        if self.surrogate is None:
+            return step.tau, step.sigma
+        return self.through(self.surrogate, step.sigma, step.v, step.tau)
 
-    def through(self, layer: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
+    def through(self, surrogate: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
         """The same from any σ, v and τ."""
-        modes, base = self._system.modes, v - layer.apply(sigma)
-        last = box_problem(LayerCompliance(layer), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
+        modes, base = self._system.modes, v - surrogate.apply(sigma)
+        last = box_problem(SurrogateActiveSetSolver(surrogate), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
         if last.wrong == 0 and not last.push.any():
-            return last.pieces.tau, last.sigma
+            return last.linearised.tau, last.sigma
         # bodies that T's problem lets go of tell nothing
         return (last.tau, last.sigma) if modes is None else (tau, sigma)
 
@@ -138,10 +142,10 @@ def _first_guess(
     stuck = everywhere(base, law, 0.0)
     if iteration.start is not None:
         v, sigma = iteration.start
-        return next_tau(Pieces.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
-    if foretell is not None and foretell.layer is not None:
-        sigma, v = first_guess(system, foretell.layer, solver)
-        return *foretell.through(foretell.layer, sigma, v, stuck), v
+        return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
+    if foretell is not None and foretell.surrogate is not None:
+        sigma, v = first_guess(system, foretell.surrogate, solver)
+        return *foretell.through(foretell.surrogate, sigma, v, stuck), v
     return stuck, np.zeros_like(base), base
 
 
@@ -218,7 +222,7 @@ class _Run:
 
     def _touching(self, step: Pivot) -> Array | None:
         """τ with what stops a motion along which the loads push: slipping nodes stick, and open ones close that it meets."""
-        law, states, tau = self.law, step.pieces.states, step.pieces.tau.copy()
+        law, states, tau = self.law, step.linearised.states, step.linearised.tau.copy()
         slips = states == SLIP
         tau[np.ix_(slips, np.arange(law.k)[law.groups[0]])] = 0.0
         if len(law.groups) > 1:
@@ -242,7 +246,7 @@ class _Run:
         recorder.history.exchanged.append(step.wrong)
         unbalanced = equilibrium_defect(system, sigma)
         relative = recorder.relative(v, sigma)
-        defect = self.solver.defect if isinstance(self.solver, MixedCompliance) else 0.0
+        defect = self.solver.defect if isinstance(self.solver, MonolithicSolver) else 0.0
         small = max(relative, unbalanced, defect) <= self.iteration.criterion.tolerance
         converged = small and (step.wrong == 0 or relative <= ROUND_OFF)
         reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"

@@ -12,7 +12,7 @@ from ...errors import SolverError
 from ...model.solver_options import Method
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
-from ..laws import ContactLaw, law_residual
+from ..law_protocol import ContactLaw, law_residual
 from ..rho_rules import Rule, make_rule
 from ..state import ContactState
 from ..system import ContactSystem

@@ -18,7 +18,8 @@ from ...errors import InputError, SolverError
 from ...model.solver_options import Method
 from ...runtime.petsc import petsc
 from ..iteration import ContactMethod, Iteration, Recorder
-from ..laws import ContactLaw, Tresca
+from ..law_protocol import ContactLaw
+from ..laws import Tresca
 from ..rho_rules import Rule
 from ..state import ContactState, History
 from ..system import ContactSystem

@@ -1,10 +1,10 @@
-"""Contact by its active set: at each node one smooth piece of the law, linear equations on the components that it holds.
+"""Contact by its active set: at each node one smooth piece of the law, linear equations on its active components.
 
 A guess τ⁰ (m, k) says on which piece of Π each node lies (stick, slip and which way, open). With Π linearised there,
 σ + Π(τ⁰) + Π'(τ⁰)(ρv - σ - τ⁰) = 0 and v = u_0 + Sσ + Mα, Eσ + f = 0 are linear, and small: σ is an affine function of -τ
-on those components of τ that Π' sees (one of two on Coulomb slip in the plane, none on open nodes), so that only these
-are solved for. The new τ = ρv - σ says which nodes are on a wrong piece: a step of the semismooth Newton method, also
-known as primal-dual active set. In the plane the pieces are linear and the right set gives the solution itself.
+on the active components, those of τ on which Π' depends (one of two on Coulomb slip in the plane, none on open nodes), so
+that only these are solved for. The new τ = ρv - σ says which nodes are on a wrong piece: a step of the semismooth Newton
+method, also known as primal-dual active set. In the plane the pieces are linear and the right set gives the solution itself.
 
 Full exchanges may cycle. Block principal pivoting (Júdice and Pires, Comput. Oper. Res. 21 (1994) 587-596) cannot: where
 the number of wrong nodes has not fallen for some steps, only the last of them moves until it falls, which ends for
@@ -19,15 +19,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array, Mask, States
-from .friction_law import lengths
-from .laws import ContactLaw
-from .mixed import MixedCompliance
-from .restricted import Restricted
-from .system import Modes
+from ...arrays import Array
+from ..friction_law import lengths
+from ..law_protocol import ContactLaw
+from ..linearisation import Linearisation
+from ..system import Modes
+from .monolithic import MonolithicSolver
+from .solvers import ActiveSetSolver
 
-LinearSolver = Restricted | MixedCompliance
-"""Who solves the equations of a law on given pieces."""
+LinearSolver = ActiveSetSolver | MonolithicSolver
+"""Who solves the equations of a linearised law."""
 Predictor = Callable[["Pivot"], tuple[Array, Array]]
 
 PATIENCE = 8
@@ -49,48 +50,6 @@ PULL = 0.1
 
 
 @dataclass(frozen=True)
-class Pieces:
-    """Π linearised at τ⁰ (m, k): σ = derivative y + constant with y = σ - ρv.
-
-    Attributes
-    ----------
-    tau, constant : (m, k) arrays
-        τ⁰ and Π'(τ⁰)τ⁰ - Π(τ⁰) [stress].
-    derivative : (m, k, k) array
-    seen, held : (m, k) bool arrays
-        Components of τ that Π' sees; those where it is the identity, so that v vanishes there.
-    states : (m,) array
-    """
-
-    tau: Array
-    constant: Array
-    derivative: Array
-    seen: Mask
-    held: Mask
-    states: States
-
-    @classmethod
-    def at(cls, law: ContactLaw, tau: Array) -> Pieces:
-        """Those of a law."""
-        derivative = law.linearise(tau)
-        constant = np.einsum("iab,ib->ia", derivative, tau) - law.project(tau)
-        held = np.all(derivative == np.eye(law.k), axis=2)
-        constant[held] = 0.0
-        return cls(tau, constant, derivative, np.any(derivative != 0.0, axis=1), held, law.states(tau))
-
-    @classmethod
-    def stuck(cls, like: Array) -> Pieces:
-        """All components held, at zero."""
-        zero, every = np.zeros_like(like), np.ones(like.shape, dtype=bool)
-        derivative = np.broadcast_to(np.eye(like.shape[1]), (*like.shape, like.shape[1]))
-        return cls(zero, zero, derivative, every, every, np.zeros(len(like), dtype=np.int8))
-
-    def traction(self, y: Array) -> Array:
-        """Π' y, (m, k): what y on the seen components adds to σ."""
-        return np.asarray(np.einsum("iab,ib->ia", self.derivative, np.where(self.seen, y, 0.0)))
-
-
-@dataclass(frozen=True)
 class Pivot:
     """One step.
 
@@ -98,14 +57,14 @@ class Pivot:
     ----------
     sigma, v, alpha : (m, k), (m, k) and (r,) arrays
         Solution of the linear equations.
-    pieces : Pieces
+    linearised : Linearisation
         On which they were posed.
     tau : (m, k) array
         Where Π was to be linearised according to it.
     wrong : int
         Nodes that lie on another piece than was supposed.
     push : (r,) array
-        Motion along which the loads push and that no node holds; 0 where all are held or in equilibrium.
+        Motion along which the loads push and that no node resists; 0 where all motions are resisted or in equilibrium.
     bent : float
         Largest |Π(τ) + σ| at the new τ over the largest |σ|: round-off where pieces are linear and no node is wrong.
     """
@@ -113,7 +72,7 @@ class Pivot:
     sigma: Array
     v: Array
     alpha: Array
-    pieces: Pieces
+    linearised: Linearisation
     tau: Array
     wrong: int
     push: Array
@@ -121,13 +80,13 @@ class Pivot:
 
 
 def next_tau(
-    pieces: Pieces, law: ContactLaw, sigma: Array, v: Array, noise: float, least: float = 0.0
+    linearised: Linearisation, law: ContactLaw, sigma: Array, v: Array, noise: float, least: float = 0.0
 ) -> tuple[Array, Array]:
     """τ = ρv - σ after a step, and ρ (m, k): small where nodes slip, any elsewhere; `least` is a |σ| that is round-off.
 
-    Where v is round-off it has no sign: held components have v = 0, the others keep, up to noise, the piece they are on.
+    Where v is round-off it has no sign: sticking components have v = 0, the others keep, up to noise, the piece they are on.
     """
-    v = np.where(pieces.held, 0.0, v)
+    v = np.where(linearised.stick, 0.0, v)
     ratio = (max(float(np.abs(sigma).max(initial=0.0)), least) or 1.0) / (float(np.abs(v).max(initial=0.0)) or 1.0)
     rho = np.full(sigma.shape, ratio)
     tangential = law.groups[0]
@@ -136,7 +95,7 @@ def next_tau(
     limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0))
     rho[:, tangential] = np.clip(limit, 1e-9 * ratio, 1e9 * ratio)[:, None]
     tau = rho * v - sigma
-    return tau + noise * (pieces.tau - tau), rho
+    return tau + noise * (linearised.tau - tau), rho
 
 
 def pivots(
@@ -147,8 +106,8 @@ def pivots(
 
     Parameters
     ----------
-    solver : Restricted or MixedCompliance
-        Products with S and solves on seen components.
+    solver : ActiveSetSolver or MonolithicSolver
+        Products with S and solves on active components.
     law : ContactLaw
     base : (m, k) array
         v for σ = 0 [length].
@@ -168,8 +127,8 @@ def pivots(
     farthest, largest, begun = np.inf, 0.0, float(np.abs(sigma).max(initial=0.0))
     shuffle = np.random.default_rng(2019)
     while True:
-        pieces = Pieces.at(law, tau)
-        sigma, v, alpha, push = linear_solve(solver, pieces, base, modes, sigma, alpha, rho)
+        linearised = Linearisation.at(law, tau)
+        sigma, v, alpha, push = linear_solve(solver, linearised, base, modes, sigma, alpha, rho)
         size = float(np.abs(sigma).max(initial=0.0))
         largest = max(largest, size)
         if not np.abs(v).max(initial=0.0) <= farthest or 0.0 < size < FADED * largest:
@@ -177,10 +136,10 @@ def pivots(
         if np.isinf(farthest):
             strain = v - base if modes is None else v - base - modes.motion @ alpha
             farthest = RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
-        revised, rho = next_tau(pieces, law, sigma, v, solver.noise, VANISHED * max(begun, largest))
-        wrong = np.flatnonzero(law.states(revised) != pieces.states)
+        revised, rho = next_tau(linearised, law, sigma, v, solver.noise, VANISHED * max(begun, largest))
+        wrong = np.flatnonzero(law.states(revised) != linearised.states)
         bent = float(np.abs(law.project(revised) + sigma).max(initial=0.0) / (np.abs(sigma).max(initial=0.0) or 1.0))
-        step = Pivot(sigma, v, alpha, pieces, revised, len(wrong), push, bent)
+        step = Pivot(sigma, v, alpha, linearised, revised, len(wrong), push, bent)
         yield step
         if len(wrong) < fewest:
             fewest, patience = len(wrong), PATIENCE
@@ -194,7 +153,7 @@ def pivots(
         elif patience > -SHUFFLES:
             tau = np.where((shuffle.random(len(tau)) < 0.5)[:, None], revised, tau)
         else:
-            signature = pieces.states.tobytes() + np.sign(pieces.constant).tobytes()
+            signature = linearised.states.tobytes() + np.sign(linearised.constant).tobytes()
             if signature in seen_sets:
                 return
             seen_sets.add(signature)
@@ -203,21 +162,21 @@ def pivots(
 
 
 def linear_solve(
-    solver: LinearSolver, pieces: Pieces, base: Array, modes: Modes | None, sigma: Array, alpha: Array, rho: Array
+    solver: LinearSolver, linearised: Linearisation, base: Array, modes: Modes | None, sigma: Array, alpha: Array, rho: Array
 ) -> tuple[Array, Array, Array, Array]:
-    """σ, v, α on given pieces, from a nearby σ and α; and the push along motions that no node holds."""
-    if isinstance(solver, MixedCompliance):
-        return *solver.linear_solve(pieces, rho), alpha, np.zeros_like(alpha)
-    y = np.where(pieces.held, sigma, -pieces.tau)
-    sigma = pieces.traction(y) + pieces.constant
+    """σ, v, α of a linearised law, from a nearby σ and α; and the push along motions that no node resists."""
+    if isinstance(solver, MonolithicSolver):
+        return *solver.linear_solve(linearised, rho), alpha, np.zeros_like(alpha)
+    y = np.where(linearised.stick, sigma, -linearised.tau)
+    sigma = linearised.traction(y) + linearised.constant
     v = base + solver.apply(sigma)
     if modes is not None:
         v = v + modes.motion @ alpha
-    slack = np.where(pieces.held, 0.0, (y - sigma) / rho)
+    slack = np.where(linearised.stick, 0.0, (y - sigma) / rho)
     push = np.zeros_like(alpha)
-    if pieces.seen.any() or modes is not None:
-        dy, dalpha, free = solver.solve(pieces, rho, -(slack + v), modes, sigma)
-        change = pieces.traction(dy)
+    if linearised.active.any() or modes is not None:
+        dy, dalpha, free = solver.solve(linearised, rho, -(slack + v), modes, sigma)
+        change = linearised.traction(dy)
         sigma, v, alpha = sigma + change, v + solver.apply(change), alpha + dalpha
         if modes is not None:
             v = v + modes.motion @ dalpha
@@ -227,7 +186,7 @@ def linear_solve(
 
 
 def box_problem(
-    solver: Restricted, law: ContactLaw, base: Array, tau: Array, sigma: Array, limit: int | None = None,
+    solver: ActiveSetSolver, law: ContactLaw, base: Array, tau: Array, sigma: Array, limit: int | None = None,
     tolerance: float = STRAIGHT, modes: Modes | None = None,
 ) -> Pivot:  # fmt: skip
     """The last of `pivots`, or of the first `limit` of them; its law holds to the tolerance.

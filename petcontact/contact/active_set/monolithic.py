@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
-from ..arrays import Array
-from .system import MixedSystem
-
-if TYPE_CHECKING:
-    from .active_set import Pieces
+from ...arrays import Array
+from ..linearisation import Linearisation
+from ..system import MonolithicSystem
 
 
-class MixedCompliance:
+class MonolithicSolver:
     """A system that solves the equations of the body together with those of the law: S and its blocks are never applied.
 
     `tolerance` is the criterion's.
@@ -19,7 +15,7 @@ class MixedCompliance:
 
     noise = 1e-10
 
-    def __init__(self, system: MixedSystem, tolerance: float) -> None:
+    def __init__(self, system: MonolithicSystem, tolerance: float) -> None:
         self.system, self._tolerance = system, tolerance
 
     @property
@@ -36,9 +32,9 @@ class MixedCompliance:
         """S x."""
         return self.system.apply(x)
 
-    def linear_solve(self, pieces: Pieces, rho: Array) -> tuple[Array, Array]:
-        """σ and v on given pieces."""
-        return self.system.linear_solve(pieces, rho, self._tolerance)
+    def linear_solve(self, linearised: Linearisation, rho: Array) -> tuple[Array, Array]:
+        """σ [stress] and v [length] of a linearised law, (m, k)."""
+        return self.system.linear_solve(linearised, rho, self._tolerance)
 
     def close(self) -> None:
-        """Nothing is held."""
+        """The system keeps its solvers."""

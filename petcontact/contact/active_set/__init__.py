@@ -1,0 +1,5 @@
+"""Contact by its active set: the exchanges, who solves their linear equations, and rigid motions beside them."""
+
+from ..linearisation import Linearisation
+
+Pieces = Linearisation
