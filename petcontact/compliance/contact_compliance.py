@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..contact.active_set import Pieces
-from ..contact.restricted import Border
+from ..contact.linearisation import Linearisation
+from ..contact.active_set.rigid_modes import RigidModeConstraint
 from ..contact.system import Modes, Surrogate
 from ..linalg.bordered import BorderedKrylov
 from ..linalg.ksp import LinearSolver
@@ -72,7 +72,7 @@ class DenseCompliance(ContactCompliance):
         self._matrix, self._comm = matrix, comm
         self._solver = LinearSolver(comm, "", "iterate")
         self._robin: Any = None
-        self._of: tuple[Array, Modes | None, Border] | None = None
+        self._of: tuple[Array, Modes | None, RigidModeConstraint] | None = None
 
     def apply(self, sigma: Array) -> Array:
         """S σ."""
@@ -99,13 +99,13 @@ class DenseCompliance(ContactCompliance):
         dv = self.apply(sigma)
         return (dv if modes is None else dv + modes.motion @ border.motion(whole[r.size :])), sigma
 
-    def _bordered(self, rho: Array, r: Array, modes: Modes | None) -> Border:
+    def _bordered(self, rho: Array, r: Array, modes: Modes | None) -> RigidModeConstraint:
         """The border; the KSP's matrix is that of ρ."""
         each = rho.ravel()
         if self._of is not None and self._of[1] is modes and np.array_equal(self._of[0], each):
             return self._of[2]
         n = r.size
-        border = Border(modes, Pieces.stuck(r), np.zeros_like(r), 1.0)
+        border = RigidModeConstraint(modes, Linearisation.all_stick(r), np.zeros_like(r), 1.0)
         border.columns = each[:, None] * border.columns
         size = n + len(border.rhs)
         first, last = even_ranges(size, self._comm.getSize())[self._comm.getRank()]
@@ -182,10 +182,10 @@ class ProductCompliance(ContactCompliance):
         if self._layer is None:
             self._layer = self.surrogate()
         assert self._layer is not None, "a system by products has a T"
-        layer, stuck = self._layer, Pieces.stuck(r)
+        layer, stuck = self._layer, Linearisation.all_stick(r)
         length = 1.0 if modes is None else float(np.abs(layer.apply(np.ones_like(r))).max())
-        border = Border(modes, stuck, np.zeros_like(r), length)
-        columns, rows = border.spread(stuck.seen)
+        border = RigidModeConstraint(modes, stuck, np.zeros_like(r), length)
+        columns, rows = border.spread(stuck.active)
         self._products = []
         sigma, coordinates = self._krylov.solve(
             self._noted(rho), lambda x: layer.solve(x, rho[0]), rho * columns, rows, r, border.work(work), 0.0, ROBIN_RTOL

@@ -93,4 +93,3 @@ def _sides(nodes: Index, way: Array, slope: Array, law: ContactLaw) -> scipy.spa
     return scipy.sparse.csr_array((entries.ravel(), (rows, columns)), shape=(len(nodes), k * len(slope)))
 
 
-unheld = unbalanced_load  # until pipeline/ has the new name

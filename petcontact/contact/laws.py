@@ -184,4 +184,3 @@ def _slips(tau: Array, radius: Array) -> Mask:
     return np.asarray((lengths(tau) > radius) | (radius == 0.0))
 
 
-Frictional = SignoriniCoulomb  # until pipeline/ has the new name

@@ -55,16 +55,3 @@ class Linearisation:
     def traction(self, y: Array) -> Array:
         """Π' y, (m, k): what y on the active components adds to σ."""
         return np.asarray(np.einsum("iab,ib->ia", self.derivative, np.where(self.active, y, 0.0)))
-
-    # until compliance/ has the new names
-    stuck = all_stick
-
-    @property
-    def seen(self) -> Mask:
-        """`active`."""
-        return self.active
-
-    @property
-    def held(self) -> Mask:
-        """`stick`."""
-        return self.stick

@@ -11,7 +11,7 @@ import numpy as np
 from ..arrays import Array, Mask
 from ..bem.boundary_data import BoundaryData
 from ..compliance.bodies import Interface
-from ..contact.laws import ContactLaw, Frictional, Tresca
+from ..contact.laws import ContactLaw, SignoriniCoulomb, Tresca
 from ..errors import InputError
 from ..geometry.surface import Boundary
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -157,7 +157,7 @@ def _law(sides: list[Side], interfaces: list[Interface], meshes: list[BoundaryMe
     coefficient, bound, unilateral, absent = (np.concatenate(values) for values in zip(*parts, strict=True))
     if interfaces[0].held:
         return Tresca(bound, meshes[0].dim - 1)
-    return Frictional(coefficient, bound, unilateral, meshes[0].dim, absent)
+    return SignoriniCoulomb(coefficient, bound, unilateral, meshes[0].dim, absent)
 
 
 def _not_negative(value: Any, names: dict[str, Array], m: int, key: str, x: Array) -> Array | None:

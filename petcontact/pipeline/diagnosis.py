@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..contact.criterion import equilibrium_defect
-from ..contact.equilibrium import unheld
+from ..contact.equilibrium import unbalanced_load
 from ..contact.state import ContactState
 from ..results.steps.solution import StepResult
 from .assemble import Discrete
@@ -27,7 +27,7 @@ FAR = 0.05
 
 def is_unbalanced(increment: Increment) -> bool:
     """Whether no admissible traction holds the loads."""
-    return unheld(increment.system.modes, increment.problem.discrete.law) is not None
+    return unbalanced_load(increment.system.modes, increment.problem.discrete.law) is not None
 
 
 def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str]:
@@ -59,9 +59,9 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     """What a failed increment says: which body nothing holds, there or at the end of the step, or how the method ended."""
     problem, system, end = increment.problem, increment.system, increment.to(1.0)
     law, steps = problem.discrete.law, problem.discrete.assembly.step
-    push = unheld(system.modes, law)
+    push = unbalanced_load(system.modes, law)
     where = f" at load factor {increment.target:.4g} of step {increment.step.name!r}" if steps else ""
-    if push is None and (push := unheld(end.system.modes, law)) is not None:
+    if push is None and (push := unbalanced_load(end.system.modes, law)) is not None:
         where = f" at the end of step {increment.step.name!r}, of which {increment.target:.4g} was tried"
     defect = equilibrium_defect(system, outcome.sigma)
     if push is None and system.modes is not None and defect > problem.discrete.assembly.method.tolerance:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
 from ..contact.criterion import equilibrium_defect, natural_residuals
 from ..contact.friction_law import contact_norm
-from ..contact.laws import EXCESS, OPEN, law_excess, law_residual
+from ..contact.law_protocol import friction_bound, law_residual
+from ..contact.laws import EXCESS, OPEN, law_excess
 from ..contact.state import ContactState
 from ..geometry.rotation import axial, moment
 from ..results.steps.solution import BodyResult, ObstacleResult, PairResult, StepResult
@@ -78,7 +78,7 @@ def _remedy(increment: Increment) -> str:
 def _pairs(increment: Increment, outcome: ContactState, bodies: dict[str, BodyResult]) -> dict[str, PairResult]:
     discrete, system = increment.problem.discrete, increment.problem.system
     names, d, states = [body.name for body in discrete.assembly.body], system.dim, outcome.states
-    pairs = {}
+    pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
     for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
         mesh, sigma, v = discrete.meshes[side.body], outcome.sigma[where], outcome.v[where]
         weight, x, sigma_t, moved = mesh.weight[face.nodes], mesh.x[face.nodes], sigma[:, : d - 1], v[:, : d - 1]
@@ -92,16 +92,8 @@ def _pairs(increment: Increment, outcome: ContactState, bodies: dict[str, BodyRe
         traction = np.einsum("mt,mtc->mc", sigma_t, face.tangent) + sigma_n[:, None] * face.normal
         pairs[face.name] = PairResult(
             x, face.normal, face.tangent, weight, mesh.variables(face.nodes).get("s", np.zeros(len(x))), pressure, sigma_t,
-            _bound(increment, where, pressure), gap, moved + increment.before.slip[where], moved, states[where],
+            bound[where], gap, moved + increment.before.slip[where], moved, states[where],
             weight @ traction, moment(x, weight[:, None] * traction),
             float(-weight @ np.sum(sigma_t * moved, axis=1)),
         )  # fmt: skip
     return pairs
-
-
-def _bound(increment: Increment, where: slice, pressure: Array) -> Array:
-    """What friction allows, (m,) [stress]."""
-    law = increment.problem.discrete.law
-    every = np.zeros(increment.problem.system.size)
-    every[where] = pressure
-    return law.radius(every)[where]

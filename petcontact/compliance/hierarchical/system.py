@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...bem.operators import BoundaryOperators
-from ...contact.active_set import Pieces
+from ...contact.linearisation import Linearisation
 from ...contact.system import Modes, Surrogate
 from ...model.solver_options import Bem
 from ...runtime.petsc import stage
@@ -200,7 +200,7 @@ class MonolithicSystem:
         self.ksp_iterations, self.ksp_reason = self._operator.ksp_iterations, self._operator.ksp_reason
         return dv, dsigma
 
-    def linear_solve(self, pieces: Pieces, rho: Array, tolerance: float) -> tuple[Array, Array]:
+    def linear_solve(self, pieces: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
         """σ and v on given pieces of a law: one solve, from the last solution.
 
         With y = σ - ρv on the components that Π' sees, σ = Π' y + constant and v = (σ - y)/ρ, held components having v = 0;
@@ -208,11 +208,11 @@ class MonolithicSystem:
         """
         self.elastic_solves += 1
         k = rho.shape[1]
-        n_sigma = pieces.derivative * pieces.seen[:, None, :]
+        n_sigma = pieces.derivative * pieces.active[:, None, :]
         slack = (n_sigma - np.eye(k)) / rho[:, :, None]
-        slack[pieces.held | ~pieces.seen] = 0.0
-        n_u = slack + np.eye(k) * ~pieces.seen[:, None, :]
-        u_0 = np.where(pieces.seen & ~pieces.held, pieces.constant / rho, 0.0) - self._shift
+        slack[pieces.stick | ~pieces.active] = 0.0
+        n_u = slack + np.eye(k) * ~pieces.active[:, None, :]
+        u_0 = np.where(pieces.active & ~pieces.stick, pieces.constant / rho, 0.0) - self._shift
         return self._related(n_u, n_sigma, u_0, pieces.constant, INNER * tolerance, FORCING)
 
     def surrogate(self) -> Surrogate | None:
