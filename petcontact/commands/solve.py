@@ -44,7 +44,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     initialise(petsc_words)
     comm = petsc().COMM_WORLD
     first = comm.getRank() == 0
-    case = config.load_any(arguments.config, overrides(arguments.set))
+    case = config.load(arguments.config, overrides(arguments.set))
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     check_target(output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest)
@@ -118,10 +118,9 @@ def adapted(case: Any, accuracy: float, comm: Any, monitor: Callable[[Any], str 
     from ..pipeline.prepare import is_stepped
 
     if is_stepped(case):
-        from ..model.assembly import assembly_of
         from ..pipeline.adaptive_assembly import adapt_assembly
 
-        return adapt_assembly(assembly_of(case), accuracy, comm=comm, monitor=monitor)
+        return adapt_assembly(case, accuracy, comm=comm, monitor=monitor)
     from ..pipeline.adaptive import adapt
 
     return adapt(case, accuracy, comm=comm, monitor=monitor)
@@ -168,7 +167,7 @@ def overrides(words: list[str]) -> dict[str, Any]:
 
 def read_files(config: str, case: Any) -> list[str]:
     """The files that a case is read from, but for the result that it starts from: going on may replace that."""
-    shapes = [body.geometry for body in getattr(case, "body", [case])]
+    shapes = [body.geometry for body in case.body]
     return [config, *(shape.file for shape in shapes if hasattr(shape, "file"))]
 
 
@@ -182,14 +181,10 @@ def report_unused(first: bool) -> None:
 
 def report_ignored(case: Any, accuracy: float | None) -> None:
     """Name the keys of the config that the method that ran does not read."""
-    method = case.method if accuracy is None else case.method.model_copy(update={"name": "semismooth-newton", "rule": None})
-    keys = [f"method.{key}" for key in method.ignored]
-    if accuracy is not None and hasattr(case, "mesh"):
-        keys += [f"mesh.{key}" for key in type(case.mesh).model_fields
-                 if key in case.mesh.model_fields_set and key != "graded_points"]  # fmt: skip
+    method, keys = case.method, case.ignored(adaptive=accuracy is not None)
     if keys:
         who = "an adaptive solve" if accuracy is not None else method.resolved_name
-        rule = f" with rule {method.rule}" if method.rule and method.resolved_name == "projection" else ""
+        rule = f" with rule {method.rule}" if method.rule and who == "projection" else ""
         print(f"petcontact: {who}{rule} does not use {', '.join(keys)}", file=sys.stderr)
 
 

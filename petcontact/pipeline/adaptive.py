@@ -79,7 +79,6 @@ def adapt(
         As `solve`.
     """
     check_accuracy(accuracy)
-    case = Case.of(case)
     method = case.method.model_copy(update={"name": "semismooth-newton", "rule": None, "start": "zero"})
     case = case.model_copy(update={"method": method})
     comm = comm if comm is not None else petsc().COMM_WORLD

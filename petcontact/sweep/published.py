@@ -33,8 +33,10 @@ def published_count(case: Case) -> int | None:
     readings of the text can be compared with the same numbers.
     """
     number = example_number(case)
+    if number is None:
+        return None
     h, rule = case.mesh.element_size, case.method.rule
-    if number is None or h is None or rule is None or case.mesh.graded or case.mesh.resolved_order != 0:
+    if h is None or rule is None or case.mesh.graded or case.mesh.resolved_order != 0:
         return None
     # twelve digits: 0.1 and 0.30000000000000004 - 0.2 are one h
     return published_counts().get((number, rule, float(f"{case.method.rho:.12g}"), float(f"{h:.12g}")))
@@ -42,7 +44,7 @@ def published_count(case: Case) -> int | None:
 
 def example_number(case: Case) -> int | None:
     """1 or 2 if a case poses an example of the paper, else None."""
-    if case.geometry.shape != "rectangle" or case.material.plane != "strain" or case.mesh.element_sizes:
+    if not case.plain or case.geometry.shape != "rectangle" or case.material.plane != "strain" or case.mesh.element_sizes:
         return None
     given = {b.part: b for b in case.boundary}
     if set(given) - {"bottom", "right", "top", "left"}:

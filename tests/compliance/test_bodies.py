@@ -9,7 +9,7 @@ import pytest
 import scipy
 from conftest import example
 
-from petcontact import Assembly, AssemblySolution, InputError, Solution, Traction, load_assembly, solve
+from petcontact import AssemblySolution, InputError, Problem, Solution, Traction, load, solve
 from petcontact.compliance.body import compressed
 from petcontact.compliance.body.base import BodyOperators, free_motions
 from petcontact.compliance.body.compressed import CompressedBody
@@ -25,7 +25,7 @@ TIGHT = Bem(mat_type="hodlr", hodlr_tol=1e-12, hodlr_leaf=32)
 
 
 def config(name, **changes):
-    return load_assembly(CONFIGS / f"{name}.toml").model_copy(update=changes)
+    return load(CONFIGS / f"{name}.toml").model_copy(update=changes)
 
 
 def random_pair(seed):
@@ -48,7 +48,7 @@ def random_pair(seed):
     lower = body("lower", [-wide, -high], [wide + 4.0, 0.0], base)
     contact = {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top",
                "friction_coefficient": rng.uniform(0.2, 1.0)}  # fmt: skip
-    return parse(Assembly, {"body": [upper, lower], "contact": [contact]}, "test")
+    return parse(Problem, {"body": [upper, lower], "contact": [contact]}, "test")
 
 
 def difference(one: AssemblySolution, other: AssemblySolution) -> float:

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Mask
-from .expressions import parse_expression, plain_value
+from ..model.expressions import parse_expression, plain_value
 
 _SMOOTH_AT_ZERO = frozenset({"sin", "cos", "tan", "atan", "sinh", "cosh", "tanh", "exp"})
 """Functions of one value that are smooth where it vanishes (tan and those that are not elsewhere: at their poles only)."""
