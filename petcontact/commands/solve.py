@@ -73,7 +73,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             number = late.number
         say(f"{solution.verdict()}\n  result: {output}")
         if not (arguments.no_figures or number):
-            from ..results.figures import plot_all
+            from ..results.figures.plots import plot_all
 
             folder = Path(arguments.figures) if arguments.figures else output.parent
             for path in plot_all(solution, folder, output.stem):
@@ -89,7 +89,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 def wanted_accuracy(arguments: argparse.Namespace, case: Any) -> float | None:
     """The accuracy of an adaptive solve, None for what the config says of its mesh."""
-    adapt = arguments.adapt or (arguments.accuracy is not None and hasattr(case, "mesh") and case.mesh.automatic)
+    adapt = arguments.adapt or (arguments.accuracy is not None and all(body.mesh.automatic for body in case.body))
     if arguments.accuracy is not None and not adapt:
         raise InputError("--accuracy: only an adaptive solve has one; add --adapt")
     accuracy = 1e-4 if arguments.accuracy is None else arguments.accuracy
@@ -98,32 +98,15 @@ def wanted_accuracy(arguments: argparse.Namespace, case: Any) -> float | None:
     return accuracy if adapt else None
 
 
-def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None], announce: Any) -> Any:
+def solved(problem: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None], announce: Any) -> Any:
     """The solution on the mesh of the config, or on adaptive ones where an accuracy is wanted or the mesh is left open."""
     if accuracy is not None:
-        return adapted(case, accuracy, comm, monitor)
-    from ..pipeline.run import solve
-    from ..results.solution import Solution
+        from ..pipeline.adaptive import adapt
 
-    solution = solve(case, comm=comm, monitor=monitor, announce=announce)
-    if not isinstance(solution, Solution) or "estimated_error" in solution.info:
-        return solution
-    from ..pipeline.fixed_mesh import with_estimate
+        return adapt(problem, accuracy, comm=comm, monitor=monitor)
+    from ..pipeline.solve import solve
 
-    return with_estimate(solution, comm)
-
-
-def adapted(case: Any, accuracy: float, comm: Any, monitor: Callable[[Any], str | None]) -> Any:
-    """The solution on meshes fine enough for an accuracy."""
-    from ..pipeline.prepare import is_stepped
-
-    if is_stepped(case):
-        from ..pipeline.adaptive_assembly import adapt_assembly
-
-        return adapt_assembly(case, accuracy, comm=comm, monitor=monitor)
-    from ..pipeline.adaptive import adapt
-
-    return adapt(case, accuracy, comm=comm, monitor=monitor)
+    return solve(problem, comm=comm, monitor=monitor, announce=announce)
 
 
 def announcer(status: Any) -> Callable[[int, int, float], Callable[[float], None]]:
@@ -189,18 +172,15 @@ def report_ignored(case: Any, accuracy: float | None) -> None:
 
 
 def monitor_line(state: Any) -> str:
-    """The iteration that has just ended, in full; of load steps the increment."""
-    if not hasattr(state, "history"):
-        return f"  {iteration_line(state, 0.0)}, {state.reason}"
+    """The iteration that has just ended, in full."""
     h = state.history
     counts = ", ".join(f"{name} {count}" for name, count in state.counts.items())
     ksp = f", KSP {h.ksp_iterations[-1]}" if h.ksp_iterations[-1] else ""
-    return f"  {len(h):3d}: change {h.change[-1]:.3e}, |R_rho| {h.residual[-1]:.3e}, {counts}{ksp}"
+    where = f"; {state.where}" if state.where else ""
+    return f"  {len(h):3d}: change {h.change[-1]:.3e}, |R_rho| {h.residual[-1]:.3e}, {counts}{ksp}{where}"
 
 
 def iteration_line(state: Any, tolerance: float) -> str:
-    """The iteration, or the increment of a load step, that has just ended."""
-    if not hasattr(state, "history"):
-        return f"step {state.step} ({state.name}): {state.load_factor:.4g}, {state.iterations} iterations"
+    """The iteration that has just ended, and of which increment it is."""
     h = state.history
-    return f"iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho {h.rho[-1]:.3g}"
+    return f"{state.where}{', ' if state.where else ''}iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho {h.rho[-1]:.3g}"

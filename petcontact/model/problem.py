@@ -24,7 +24,7 @@ from .bodies import (
     check_step,
 )
 from .load_steps import Obstacle, Step
-from .solver_options import DEFAULT_METHOD, Bem, MeshOptions, Method
+from .solver_options import Bem, MeshOptions, Method
 from .summary import html_table, summary
 from .units import Units
 
@@ -256,22 +256,9 @@ class Problem(Setting):
             changes["body"] = (self._one(next(iter(own))).model_copy(update=own),)
         return super().model_copy(update=changes, deep=deep)
 
-    @property
-    def plain(self) -> bool:
-        """Whether it is the problem of the paper: one body, bilateral contact with a friction bound, no load steps."""
-        if len(self.body) > 1 or self.body[0].name != ONE_BODY or self.obstacle or self.contact or self.step:
-            return False
-        return not self.point_force and all(c.plain for c in self.boundary if isinstance(c, Contact))
-
     def ignored(self, *, adaptive: bool = False) -> list[str]:
         """Keys that are given, and that a solve, or an adaptive one, does not read."""
-        bare = {"name": DEFAULT_METHOD, "rule": None}
-        method = self.method.model_copy(update=bare) if adaptive and self.plain else self.method
-        keys = [f"method.{key}" for key in method.ignored]
-        if method.formulation == "full" and not self.plain:
-            keys.append("method.formulation")
-        if method.start != "zero" and adaptive if self.plain else method.start == "frictionless":
-            keys.append("method.start")
+        keys = [f"method.{key}" for key in self.method.ignored]
         for k, body in enumerate(self.body if adaptive else ()):
             place = "" if self._is_flat else f"body[{k}]."
             keys += [f"{place}mesh.{key}" for key in MeshOptions.model_fields

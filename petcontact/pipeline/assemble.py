@@ -1,4 +1,4 @@
-"""From an assembly to its discrete contact problem: meshes that match, data in every load state, laws, bodies eliminated."""
+"""From a problem to its discrete contact problem: meshes that match, data in every load state, laws."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.pairs.facing import face
 from ..mesh.pairs.hits import along
 from ..mesh.pairs.matching import PairParts, matched
-from ..model.assembly import Assembly
+from ..model.problem import Problem
 from ..model.expressions import evaluate
 from ..model.problem import Problem
 from ..refinement.meshes import mesh_of
@@ -41,7 +41,7 @@ class Discrete:
 
     Attributes
     ----------
-    assembly : Assembly
+    problem : Problem
     boundaries : list of Outline or surfaces
     meshes : list of BoundaryMesh
     sides : list of Side
@@ -55,7 +55,7 @@ class Discrete:
     warnings : list of str
     """
 
-    assembly: Assembly
+    problem: Problem
     boundaries: list[Boundary]
     meshes: list[BoundaryMesh]
     sides: list[Side]
@@ -66,20 +66,20 @@ class Discrete:
     warnings: list[str] = field(default_factory=list)
 
 
-def discretise(assembly: Assembly, make_mesh: MeshMaker | None = None) -> Discrete:
-    """Meshes, data and laws of an assembly; the bodies' own meshes are what their options ask for, or `make_mesh`.
+def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = None) -> Discrete:
+    """Meshes, data and laws of a problem; the bodies' own meshes are what their options ask for, or `make_mesh`.
 
     Raises
     ------
     InputError
         If a part does not exist or has two conditions, data are not finite, or a coefficient or bound is negative.
     """
-    sides = interfaces_of(assembly)
+    sides = interfaces_of(problem)
     if not sides:
         raise InputError('contact: no part is in contact; [[contact]] or condition = "contact" on a part says which')
-    boundaries: list[Boundary] = [body.geometry.outline() for body in assembly.body]
-    check_parts(assembly, boundaries, sides)
-    problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(assembly.body)]
+    boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
+    check_parts(problem, boundaries, sides)
+    problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
     own = [mesh_of(problem) if make_mesh is None else make_mesh(b, problem, boundaries[b])
            for b, problem in enumerate(problems)]  # fmt: skip
     pairs = [PairParts((s.body, s.part), s.primary, s.direction) for s in sides if s.primary is not None]
@@ -93,14 +93,14 @@ def discretise(assembly: Assembly, make_mesh: MeshMaker | None = None) -> Discre
         distance.append(smallest)
         notes += mismatch
     law = _law(sides, interfaces, meshes)
-    data = [boundary_data(assembly, b, meshes[b], interfaces) for b in range(len(meshes))]
+    data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
     if isinstance(law, Tresca):
         ends = np.cumsum([0, *(len(face.nodes) for face in interfaces)])
         for b, (mesh, boundary) in enumerate(zip(meshes, boundaries, strict=True)):
             mine = [law.bound[i:j] for face, i, j in zip(interfaces, ends[:-1], ends[1:], strict=True) if face.body == b]
             if not boundary.exterior:
                 check_held(data[b], mesh, np.concatenate([*mine, np.zeros(0)]))
-    return Discrete(assembly, boundaries, meshes, sides, interfaces, law, data, distance, notes)
+    return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, notes)
 
 
 def _interface(side: Side, meshes: list[BoundaryMesh], held: bool) -> tuple[Interface, float, list[str]]:

@@ -10,7 +10,7 @@ from ..arrays import Array
 from ..contact.criterion import equilibrium_defect
 from ..contact.equilibrium import unbalanced_load
 from ..contact.state import ContactState
-from ..results.steps.solution import StepResult
+from ..results.records import StepResult
 from .assemble import Discrete
 from .increment import Increment, PreparedProblem, changed
 
@@ -44,10 +44,10 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str
     if not len(loose):
         return []
     moved = np.linalg.norm(loose, axis=0)
-    assembly, owners = problem.discrete.assembly, list[str]()
-    for body, eliminated in zip(assembly.body, system.bodies, strict=True):
+    posed, owners = problem.discrete.problem, list[str]()
+    for body, eliminated in zip(posed.body, system.bodies, strict=True):
         owners += [f"body {body.name!r}"] * eliminated.modes.shape[2]
-    for obstacle, motion in zip(assembly.obstacle, increment.obstacles, strict=True):
+    for obstacle, motion in zip(posed.obstacle, increment.obstacles, strict=True):
         owners += [f"obstacle {obstacle.name!r}"] * int(motion.free.sum())
     names = list(dict.fromkeys(owner for owner, share in zip(owners, moved, strict=True) if share > 1e-6))
     motions = f"{len(loose)} motion{'s' if len(loose) > 1 else ''} of {' and '.join(names)}"
@@ -58,13 +58,13 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str
 def failure(increment: Increment, outcome: ContactState) -> str:
     """What a failed increment says: which body nothing holds, there or at the end of the step, or how the method ended."""
     problem, system, end = increment.problem, increment.system, increment.to(1.0)
-    law, steps = problem.discrete.law, problem.discrete.assembly.step
+    law, steps = problem.discrete.law, problem.discrete.problem.step
     push = unbalanced_load(system.modes, law)
     where = f" at load factor {increment.target:.4g} of step {increment.step.name!r}" if steps else ""
     if push is None and (push := unbalanced_load(end.system.modes, law)) is not None:
         where = f" at the end of step {increment.step.name!r}, of which {increment.target:.4g} was tried"
     defect = equilibrium_defect(system, outcome.sigma)
-    if push is None and system.modes is not None and defect > problem.discrete.assembly.method.tolerance:
+    if push is None and system.modes is not None and defect > problem.discrete.problem.method.tolerance:
         push = system.modes.unbalanced(outcome.sigma)
     if push is None:
         return f"{outcome.reason}{where}"
@@ -73,7 +73,7 @@ def failure(increment: Increment, outcome: ContactState) -> str:
 
 def _pushed(increment: Increment, push: Array) -> str:
     """The body or obstacle that the loads push along a motion that nothing holds, in words."""
-    system, assembly = increment.problem.system, increment.problem.discrete.assembly
+    system, posed = increment.problem.system, increment.problem.discrete.problem
     worst, text = 0.0, "the loads"
     for b, body in enumerate(system.bodies):
         mine = system.motion(b, push[: system.modes.shape[1]])
@@ -82,7 +82,7 @@ def _pushed(increment: Increment, push: Array) -> str:
             motion = body.modes @ mine
             weight = body.mesh.weight / body.mesh.weight.sum()
             worst = float(along)
-            text = f"body {assembly.body[b].name!r} cannot be held: the load {_direction(motion, weight)}"
+            text = f"body {posed.body[b].name!r} cannot be held: the load {_direction(motion, weight)}"
     taken = system.modes.shape[1]
     for k, motion in enumerate(increment.obstacles):
         names = np.array(MOTIONS[system.dim])[motion.free]
@@ -90,7 +90,7 @@ def _pushed(increment: Increment, push: Array) -> str:
         taken += len(names)
         if np.abs(mine).max(initial=0.0) > worst:
             worst = float(np.abs(mine).max())
-            name, way = assembly.obstacle[k].name, names[np.argmax(np.abs(mine))]
+            name, way = posed.obstacle[k].name, names[np.argmax(np.abs(mine))]
             text = f"obstacle {name!r} cannot be held: the load pushes it {way}"
     return f"{text} beyond what contact and friction allow"
 
@@ -114,7 +114,7 @@ def warnings_of(problem: PreparedProblem, results: list[StepResult]) -> list[str
 def _ignored(problem: PreparedProblem) -> list[str]:
     """Obstacles that touch nothing, and their loads on components whose motion is given."""
     discrete, d, found = problem.discrete, problem.system.dim, []
-    for k, obstacle in enumerate(discrete.assembly.obstacle):
+    for k, obstacle in enumerate(discrete.problem.obstacle):
         if all(side.obstacle != k for side in discrete.sides):
             found.append(f"obstacle {obstacle.name!r} is in no contact")
         states = itertools.accumulate(problem.steps, changed, initial=obstacle)
@@ -126,7 +126,7 @@ def _ignored(problem: PreparedProblem) -> list[str]:
 def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     """Pairs that stay pressed at the end of a step that took all loads away, though no gap is negative."""
     discrete, d, found = problem.discrete, problem.system.dim, []
-    obstacles = list(discrete.assembly.obstacle)
+    obstacles = list(discrete.problem.obstacle)
     for number, step in enumerate(problem.steps, 1):
         obstacles = [changed(o, step) for o in obstacles]
         loaded = any(data.value[number].any() or data.force[number].any() for data in discrete.data)
@@ -146,7 +146,7 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
 
 def reached(discrete: Discrete, results: list[StepResult]) -> str:
     """How a converged solve ended, and what to look at."""
-    if discrete.interfaces[0].held and not discrete.assembly.step:
+    if discrete.interfaces[0].held and not discrete.problem.step:
         return results[-1].reason
     worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
              for key in ("normal", "tangential", "balance", "elastic")}  # fmt: skip

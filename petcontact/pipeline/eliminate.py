@@ -56,12 +56,12 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
     SolverError
         If a body cannot be eliminated.
     """
-    bem, meshes = resolved_bem(discrete.assembly.bem), discrete.meshes
+    bem, meshes = resolved_bem(discrete.problem.bem), discrete.meshes
     progress: Callable[[float], None] = silent
     if announce is not None:
         nodes, unknowns = sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes)
         progress = announce(nodes, unknowns, sum(predicted_seconds(bem, mesh) for mesh in meshes))
-    if discrete.assembly.method.formulation == "full":
+    if discrete.problem.method.formulation == "full":
         bodies: list[ElasticBody | None] = [_full(discrete, bem, comm)]
     else:
         bodies = [_compressed(discrete, b, bem, comm, progress) for b in range(len(meshes))]
@@ -76,7 +76,7 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
         for k, b in enumerate(dense):
             bodies[b] = comm.tompi4py().bcast(bodies[b], root=k % size)
     x = [meshes[i.body].x[i.nodes] for i in discrete.interfaces]
-    centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.assembly.obstacle]
+    centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.problem.obstacle]
     return BodiesSystem([body for body in bodies if body is not None], discrete.interfaces, x, centres, comm, cases)
 
 
@@ -85,7 +85,7 @@ def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Ar
     mesh, data = discrete.meshes[number], discrete.data[number]
     infinite = discrete.boundaries[number].exterior
     modes = np.zeros((*mesh.x.shape, 0)) if infinite else free_motions(data, mesh)
-    return BoundaryOperators(mesh, data, kernel_for(mesh, discrete.assembly.body[number].material)), modes
+    return BoundaryOperators(mesh, data, kernel_for(mesh, discrete.problem.body[number].material)), modes
 
 
 def _dense(discrete: Discrete, number: int, comm: Any) -> ElasticBody:

@@ -16,7 +16,7 @@ from ..contact.iteration import ContactMethod, Iteration
 from ..contact.state import ContactState, Start
 from ..contact.system import ContactSystem, Modes
 from ..errors import SolverError
-from ..model.assembly import Obstacle
+from ..model.load_steps import Obstacle, Step
 from ..model.load_steps import Step
 from .assemble import Discrete
 
@@ -102,7 +102,7 @@ class PreparedProblem:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; one that reaches all values where there are none."""
-        return self.discrete.assembly.step or (Step(name="load"),)
+        return self.discrete.problem.step or (Step(name="load"),)
 
     def begun(self) -> IncrementState:
         """The unloaded state."""
@@ -184,11 +184,11 @@ class Increment:
         SolverError
             If there is no iterate to keep.
         """
-        options, last = self.problem.discrete.assembly.method, list[ContactState]()
+        options, last = self.problem.discrete.problem.method, list[ContactState]()
 
         def keep(state: ContactState) -> str | None:
             last[:] = [state]
-            state.where = f"step {self.number} ({self.name}), load factor {self.target:.4g}" if self.problem.discrete.assembly.step else ""
+            state.where = f"step {self.number} ({self.name}), load factor {self.target:.4g}" if self.problem.discrete.problem.step else ""
             return monitor(state) if monitor is not None else None
 
         start = self.before.start

@@ -12,13 +12,13 @@ from ..bem.boundary_data import BoundaryData, contact_frames, free_motions, moti
 from ..compliance.bodies import Interface
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.assembly import Assembly
+from ..model.problem import Problem
 from ..model.expressions import evaluate
 from ..model.problem import Displacement, Traction
 
 
 def boundary_data(
-    assembly: Assembly, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int = 1
+    problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int = 1
 ) -> BoundaryData:
     """Known data of a body: nothing in state 0, the conditions with the changes of steps 1 to k in state k; what is known,
     displacement or traction, is that of one step.
@@ -28,7 +28,7 @@ def boundary_data(
     InputError
         If data are not finite, or have another number of components than the body has dimensions.
     """
-    body, (n, d), conditions = assembly.body[number], mesh.x.shape, assembly.conditions(number)
+    body, (n, d), conditions = problem.body[number], mesh.x.shape, problem.conditions(number)
     frame, known = np.broadcast_to(np.eye(d), (n, d, d)).copy(), np.ones((n, d), dtype=bool)
     value = np.zeros((len(conditions) + 1, n, d))
     for part, condition in conditions[step - 1].items():
@@ -43,7 +43,7 @@ def boundary_data(
             if part not in cache or cache[part][0] is not condition:
                 cache[part] = (condition, _given(condition, mesh, nodes, f"body {body.name!r}: {part}"))
             value[s, nodes] = cache[part][1]
-        forces.append(np.array([f.force for f in assembly.point_forces(number, s, 1.0)]).reshape(forces[0].shape))
+        forces.append(np.array([f.force for f in problem.point_forces(number, s, 1.0)]).reshape(forces[0].shape))
     contact = contact_nodes(interfaces, number)
     directions = np.broadcast_to(np.arange(d), (len(contact), d))
     if interfaces[0].held and len(contact):
@@ -59,7 +59,7 @@ def boundary_data(
 
 
 def data_from(
-    assembly: Assembly, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int, old: BoundaryData,
+    problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int, old: BoundaryData,
     end: tuple[Array, Array],
 ) -> BoundaryData:  # fmt: skip
     """The data from a step on, after the step before ended with u and traction (n, d); the old ones if the same is known.
@@ -67,7 +67,7 @@ def data_from(
     What is known instead of another thing starts where that ended: a component that was free from its displacement, one
     that was held from its traction.
     """
-    new = boundary_data(assembly, number, mesh, interfaces, step)
+    new = boundary_data(problem, number, mesh, interfaces, step)
     if np.array_equal(new.traction_known, old.traction_known):
         return old
     u, traction = (np.einsum("icj,ij->ic", new.frame, field) for field in end)

@@ -10,7 +10,7 @@ import numpy as np
 from ..compliance.bodies import BodiesSystem
 from ..contact.friction_law import contact_norm
 from ..contact.state import ContactState
-from ..results.steps.solution import StepResult
+from ..results.records import StepResult
 from .diagnosis import is_unbalanced, zero_energy_motions
 from .eliminate import eliminated
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem, changed
@@ -41,7 +41,7 @@ def increments(
         Whether the ends of steps get their elastic residual.
     """
     state, done = state_after(problem, done), list(done)
-    current = list(problem.discrete.assembly.obstacle)
+    current = list(problem.discrete.problem.obstacle)
     for number, step in enumerate(problem.steps, 1):
         current = [changed(o, step) for o in current]
         passed = bool(done) and number < done[-1].step
@@ -63,7 +63,7 @@ def increments(
             if tried is None:
                 doubt = True
                 size *= 0.5
-                if size >= whole * 0.5**HALVINGS and problem.discrete.assembly.step:
+                if size >= whole * 0.5**HALVINGS and problem.discrete.problem.step:
                     continue
                 tried = [_solved(increment, monitor)]
             problem.discrete.warnings += zero_energy_motions(*tried[-1][:2])
@@ -79,10 +79,18 @@ def increments(
             size = min(whole, 2.0 * size)
 
 
+def first_increment(problem: PreparedProblem) -> Increment:
+    """The contact problem that a problem begins with: of its first step the first increment, the whole step if "auto"."""
+    step, state = problem.steps[0], problem.begun()
+    obstacles = [changed(o, step) for o in problem.discrete.problem.obstacle]
+    motions = [ObstacleMotion.of(o, state, k, problem.system.dim) for k, o in enumerate(obstacles)]
+    return Increment(problem, step, 1, motions, state, 1.0 if step.increments == "auto" else 1.0 / int(step.increments))
+
+
 def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementState:
     """What the last of some increments hands on; the unloaded state where there is none."""
     system, d = problem.system, problem.system.dim
-    obstacles = problem.discrete.assembly.obstacle
+    obstacles = problem.discrete.problem.obstacle
     if not done:
         return problem.begun()
     pairs = [done[-1].pairs[face.name] for face in system.interfaces]
@@ -103,8 +111,8 @@ def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) ->
     before, discrete = [result for result in done if result.step < number], problem.discrete
     if not before:
         return problem
-    ends = [before[-1].bodies[body.name] for body in discrete.assembly.body]
-    data = [data_from(discrete.assembly, b, discrete.meshes[b], discrete.interfaces, number, old, (end.u, end.traction))
+    ends = [before[-1].bodies[body.name] for body in discrete.problem.body]
+    data = [data_from(discrete.problem, b, discrete.meshes[b], discrete.interfaces, number, old, (end.u, end.traction))
             for b, (old, end) in enumerate(zip(discrete.data, ends, strict=True))]  # fmt: skip
     if all(new is old for new, old in zip(data, discrete.data, strict=True)):
         return problem

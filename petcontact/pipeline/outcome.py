@@ -10,7 +10,7 @@ from ..contact.law_protocol import friction_bound, law_residual
 from ..contact.laws import EXCESS, OPEN, law_excess
 from ..contact.state import ContactState
 from ..geometry.rotation import axial, moment
-from ..results.steps.solution import BodyResult, ObstacleResult, PairResult, StepResult
+from ..results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from .diagnosis import failure
 from .eliminate import ELASTIC_LIMIT
 from .increment import Increment, IncrementState
@@ -20,12 +20,12 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
     """Fields, resultants and residuals of an increment; `checked`: with the elastic residual."""
     problem = increment.problem
     discrete, system, d = problem.discrete, problem.system, problem.system.dim
-    assembly, shares = discrete.assembly, increment.shares
+    posed, shares = discrete.problem, increment.shares
     bodies, elastic, limit = {}, 0.0, ELASTIC_LIMIT
     for b, body in enumerate(system.bodies):
         alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
         u, traction = body.boundary(shares, sigma, alpha)
-        bodies[assembly.body[b].name] = BodyResult(u, traction)
+        bodies[posed.body[b].name] = BodyResult(u, traction)
         limit = max(limit, body.tolerance)
         if checked:
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
@@ -37,7 +37,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
     obstacles = {
         o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],
                                axial(after.loads[k, d:]))
-        for k, o in enumerate(assembly.obstacle)
+        for k, o in enumerate(posed.obstacle)
     }  # fmt: skip
     rest = contact_norm(law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight)
     return StepResult(
@@ -60,7 +60,7 @@ def _judged(
     discrete = increment.problem.discrete
     largest = max(float(np.abs(body.traction).max(initial=0.0)) for body in bodies)
     excess = law_excess(discrete.law, outcome.sigma, largest)
-    if not excess <= EXCESS * discrete.assembly.method.tolerance:
+    if not excess <= EXCESS * discrete.problem.method.tolerance:
         return "not converged", f"tractions exceed what contact allows by {excess:.1e} of the largest traction"
     return "converged", outcome.reason
 
@@ -77,7 +77,7 @@ def _remedy(increment: Increment) -> str:
 
 def _pairs(increment: Increment, outcome: ContactState, bodies: dict[str, BodyResult]) -> dict[str, PairResult]:
     discrete, system = increment.problem.discrete, increment.problem.system
-    names, d, states = [body.name for body in discrete.assembly.body], system.dim, outcome.states
+    names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
     for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
         mesh, sigma, v = discrete.meshes[side.body], outcome.sigma[where], outcome.v[where]

@@ -15,8 +15,9 @@ from .. import __version__
 from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
 from ..errors import InputError, SolverError
-from ..model.assembly import Assembly
-from ..results.steps.solution import AssemblySolution, StepResult
+from ..model.problem import Problem
+from ..results.records import StepResult
+from ..results.solution import Solution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc, reason_name, stage, timed
@@ -30,14 +31,14 @@ from .start import finished_before, first_iterate
 
 
 def prepare(
-    assembly: Assembly, comm: Any = None, discrete: Discrete | None = None, *, method: Any = None, rule: Rule | None = None,
+    problem: Problem, comm: Any = None, discrete: Discrete | None = None, *, method: Any = None, rule: Rule | None = None,
     law: Any = None, cases: int = 1, announce: Announce | None = None,
 ) -> PreparedProblem:  # fmt: skip
     """Discretise and eliminate; what does not depend on the method's parameters is done once, here.
 
     Parameters
     ----------
-    assembly : Assembly
+    problem : Problem
     comm : PETSc.Comm, optional
         PETSc.COMM_WORLD by default.
     discrete : Discrete, optional
@@ -59,15 +60,15 @@ def prepare(
     """
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
-    discrete = discrete if discrete is not None else discretise(assembly)
+    discrete = discrete if discrete is not None else discretise(problem)
     seconds = {"mesh": time.perf_counter() - began}
     largest = max(mesh.x.size for mesh in discrete.meshes)
-    with options(assembly.petsc), threads.suited_to(largest), timed() as stages:
+    with options(problem.petsc), threads.suited_to(largest), timed() as stages:
         system = eliminated(discrete, comm, cases, announce)
-    return PreparedProblem(discrete, system, method_of(assembly.method, rule), comm, {**seconds, **stages})
+    return PreparedProblem(discrete, system, method_of(problem.method, rule), comm, {**seconds, **stages})
 
 
-def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bool = True) -> AssemblySolution:
+def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bool = True) -> Solution:
     """The steps of a prepared problem.
 
     A solve that fails, or that the monitor ends, keeps its last iterate and the increments before it in a solution of
@@ -82,7 +83,7 @@ def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bo
     if problem.start is None:
         problem = replace(problem, start=first_iterate(problem))
     status, reason = "converged", ""
-    with options(problem.discrete.assembly.petsc), threads.suited_to(len(problem.system.base[0])), stage("iterate"):
+    with options(problem.discrete.problem.petsc), threads.suited_to(len(problem.system.base[0])), stage("iterate"):
         try:
             for result in increments(problem, results, monitor, checked=checked):
                 results.append(result)
@@ -96,28 +97,28 @@ def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bo
 
 def _finished(
     problem: PreparedProblem, results: list[StepResult], status: str, reason: str, timings: dict[str, float]
-) -> AssemblySolution:
+) -> Solution:
     discrete, system, failed = problem.discrete, problem.system, None
     if results and results[-1].status != "converged":
         results, failed = results[:-1], results[-1]
         status, reason = failed.status, failed.reason
-        if failed.status == "failed" and discrete.assembly.step:
+        if failed.status == "failed" and discrete.problem.step:
             reason = f"{reason} after {len(results)} increments"
     if status == "converged":
         reason = reached(discrete, results)
-    names, options_ = [body.name for body in discrete.assembly.body], discrete.assembly.method
+    names, options_ = [body.name for body in discrete.problem.body], discrete.problem.method
     operator = system.operator
     info = {
         "solver": system.describe(), "ksp_reason": reason_name(operator.ksp_reason) if operator.ksp_reason else "",
         "method": options_.resolved_name, "rule": options_.rule or "modified",
-        "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.assembly.petsc),
+        "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.problem.petsc),
         "versions": versions(), "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm),
         "warnings": warnings_of(problem, results),
         "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)},
     }  # fmt: skip
-    return AssemblySolution(
-        discrete.assembly, dict(zip(names, discrete.meshes, strict=True)),
+    return Solution(
+        discrete.problem, dict(zip(names, discrete.meshes, strict=True)),
         {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
         results, status, reason, timings, info, failed,
     )  # fmt: skip

@@ -13,8 +13,8 @@ from ..contact.state import Start
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
-from ..results.hdf5 import read_result
-from ..results.steps.solution import AssemblySolution, PairResult, StepResult
+from ..results.records import PairResult, StepResult
+from ..results.solution import Solution, read_solution
 from .increment import PreparedProblem
 
 NEAREST = 4
@@ -32,8 +32,8 @@ def finished_before(problem: PreparedProblem) -> list[StepResult]:
     InputError
         If there is no such file or increment, or it holds other meshes.
     """
-    name = problem.discrete.assembly.method.start
-    if name in NAMES or not problem.discrete.assembly.step:
+    name = problem.discrete.problem.method.start
+    if name in NAMES or not problem.discrete.problem.step:
         return []
     file, colon, count = name.rpartition(":")
     file, count = (file, count) if colon and count.isdecimal() else (name, "")
@@ -58,13 +58,13 @@ def first_iterate(problem: PreparedProblem) -> Start | None:
     InputError
         If there is no such file, or it holds other pairs.
     """
-    name = problem.discrete.assembly.method.start
-    if name in NAMES or problem.discrete.assembly.step:
+    name = problem.discrete.problem.method.start
+    if name in NAMES or problem.discrete.problem.step:
         return None
     return carried_over(problem, _read(name, name))
 
 
-def carried_over(problem: PreparedProblem, old: AssemblySolution) -> Start:
+def carried_over(problem: PreparedProblem, old: Solution) -> Start:
     """v and σ of the last increment of a solution at the contact nodes of other meshes, pair by pair.
 
     Raises
@@ -88,11 +88,11 @@ def carried_over(problem: PreparedProblem, old: AssemblySolution) -> Start:
     return np.concatenate(v), np.concatenate(sigma)
 
 
-def _read(file: str, name: str) -> AssemblySolution:
+def _read(file: str, name: str) -> Solution:
     if not Path(file).is_file():
         raise InputError(f'method.start: {name!r} is neither "zero", "frictionless" nor a result file (FILE.h5, FILE.h5:3 '
                          "for 3 increments)")  # fmt: skip
-    return read_result(file)  # type: ignore[return-value]
+    return read_solution(file)
 
 
 @functools.singledispatch

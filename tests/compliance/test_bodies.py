@@ -9,7 +9,7 @@ import pytest
 import scipy
 from conftest import example
 
-from petcontact import AssemblySolution, InputError, Problem, Solution, Traction, load, solve
+from petcontact import Assembly, InputError, Solution, Traction, load_assembly, solve
 from petcontact.compliance.body import compressed
 from petcontact.compliance.body.base import BodyOperators, free_motions
 from petcontact.compliance.body.compressed import CompressedBody
@@ -25,7 +25,7 @@ TIGHT = Bem(mat_type="hodlr", hodlr_tol=1e-12, hodlr_leaf=32)
 
 
 def config(name, **changes):
-    return load(CONFIGS / f"{name}.toml").model_copy(update=changes)
+    return load_assembly(CONFIGS / f"{name}.toml").model_copy(update=changes)
 
 
 def random_pair(seed):
@@ -48,10 +48,10 @@ def random_pair(seed):
     lower = body("lower", [-wide, -high], [wide + 4.0, 0.0], base)
     contact = {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top",
                "friction_coefficient": rng.uniform(0.2, 1.0)}  # fmt: skip
-    return parse(Problem, {"body": [upper, lower], "contact": [contact]}, "test")
+    return parse(Assembly, {"body": [upper, lower], "contact": [contact]}, "test")
 
 
-def difference(one: AssemblySolution, other: AssemblySolution) -> float:
+def difference(one: Solution, other: Solution) -> float:
     """Largest difference of p and q over the largest p, over all steps and pairs."""
     worst = 0.0
     for a, b in zip(one.steps, other.steps, strict=True):
@@ -165,9 +165,9 @@ def test_solve_takes_all_that_a_file_can_say():
     fixed = {c.part for c in plain.boundary if c.condition == "displacement"}
     loads = [Traction(part=c.part, value=(0.0, 0.0)) if c.part in fixed else c for c in plain.boundary]
     loose = solve(plain.model_copy(update={"boundary": tuple(loads)}), method=Method())
-    assert isinstance(loose, AssemblySolution) and loose.info["motions"] == {"body": 3}
+    assert isinstance(loose, Solution) and loose.info["motions"] == {"body": 3}
     stepped = solve(config("wedge"))
-    assert isinstance(stepped, AssemblySolution) and stepped.status == "converged"
+    assert isinstance(stepped, Solution) and stepped.status == "converged"
     with pytest.raises(InputError, match="rule: bodies"):
         solve(config("wedge"), rule=object())
     with pytest.raises(InputError, match="tao"):

@@ -22,9 +22,10 @@ from petcontact.mesh.panelling import box_mesh
 from petcontact.model.case import load, parse_problem
 from petcontact.pipeline.prepare import prepare
 from petcontact.pipeline.run import run
-from petcontact.results.figures import plot_all
-from petcontact.results.hdf5 import read_result, write_solution
-from petcontact.results.steps.vtu import write_collection
+from petcontact.results.figures.plots import plot_all
+from petcontact.results.hdf5 import write_solution
+from petcontact.results.solution import read_result
+from petcontact.results.vtu.collection import write_collection
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FREE = "".join(f'[[boundary]]\npart = "{part}"\ncondition = "traction"\nvalue = [0.0, 0.0, 0.0]\n'

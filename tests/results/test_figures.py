@@ -17,7 +17,8 @@ from petcontact.mesh.curve_mesh import build_mesh
 from petcontact.model.shapes import Rectangle
 from petcontact.model.units import Units
 from petcontact.results import figures
-from petcontact.results.hdf5 import read_solution, write_solution
+from petcontact.results.hdf5 import write_solution
+from petcontact.results.solution import read_solution
 from petcontact.runtime.figure_style import label
 
 CONFIGS = Path(__file__).parents[2] / "configs"

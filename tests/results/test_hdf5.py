@@ -17,7 +17,9 @@ from conftest import example
 
 from petcontact import MeshOptions, Polygon, solve
 from petcontact.errors import OutputError, ResultError
-from petcontact.results.hdf5 import FORMAT, read_solution, write_atomically, write_solution
+from petcontact.model.assembly import assembly_of
+from petcontact.results.hdf5 import FORMAT, write_atomically, write_solution
+from petcontact.results.solution import read_solution
 from petcontact.runtime.atomic_write import temporary_name
 
 ROOT = Path(__file__).parents[2]
@@ -74,7 +76,7 @@ def test_a_config_of_more_than_64_kb(comm, tmp_path):
     small = solve(case, comm=comm)
     vertices = [(float(np.cos(t)), float(np.sin(t))) for t in angle]
     many = case.model_copy(update={"geometry": Polygon(vertices=vertices, parts=["bottom"] * 3000)})
-    write_solution(tmp_path / "r.h5", dataclasses.replace(small, case=many))
+    write_solution(tmp_path / "r.h5", dataclasses.replace(small, problem=assembly_of(many)))
     assert read_solution(tmp_path / "r.h5").case == many
 
 
@@ -94,7 +96,7 @@ def test_a_foreign_file_is_refused(tmp_path, content):
 def test_hdf5_of_another_program_and_of_another_version(path):
     with h5py.File(path, "r+") as file:
         file.attrs["format_version"] = 99
-    refused(path, "format version 99, this is 1")
+    refused(path, "format version 99, this is 3")
     with h5py.File(path, "w") as file:
         file["x"] = 1
     refused(path, "not a result of petcontact")
@@ -126,8 +128,9 @@ FLIP = """
 import sys
 import tempfile
 import numpy as np
+from petcontact.model.assembly import assembly_of
 from petcontact.errors import ResultError
-from petcontact.results.hdf5 import read_solution
+from petcontact.results.solution import read_solution
 source, scratch = sys.argv[1:]
 content = np.fromfile(source, dtype=np.uint8)
 random = np.random.default_rng(0)

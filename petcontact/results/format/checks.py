@@ -9,14 +9,16 @@ from typing import Any
 import h5py
 import numpy as np
 
-from ..errors import ResultError
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.storage import demand, demand_range
+from ...errors import ResultError
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.storage import demand, demand_range
 
 LARGEST = 50_000_000
 """Entries of one array: a file of a few bytes may claim any number."""
-MAY_BE_UNDEFINED = ("history", "increments", "bound", "friction_bound")
-"""Names below which numbers need not be finite: w_k is not where nothing moves, nor the bound of bonded contact."""
+MAY_BE_UNDEFINED = ("history", "increments")
+"""Groups whose numbers need not be finite: w_k is not where nothing moves."""
+MAY_BE_INFINITE = ("bound", "friction_bound", "gap")
+"""The bound of bonded contact, and the gap where nothing is faced."""
 
 
 def check_group(group: Any, source: str) -> None:
@@ -51,8 +53,11 @@ def _check_array(data: Any, source: str) -> None:
         raise ResultError(f"{source}: {data.name} has {data.size} entries, at most {LARGEST} are read")
     if data.dtype.kind not in "fiuOS":
         raise ResultError(f"{source}: {data.name} has values of type {data.dtype}; numbers are real, names are text")
-    undefined = any(part in MAY_BE_UNDEFINED for part in data.name.split("/"))
-    if data.dtype.kind == "f" and not undefined and not np.all(np.isfinite(data[()])):
+    *_, folder, name = data.name.split("/")
+    if data.dtype.kind != "f" or folder in MAY_BE_UNDEFINED:
+        return
+    values = data[()]
+    if not np.all(values > -np.inf if name in MAY_BE_INFINITE else np.isfinite(values)):
         raise ResultError(f"{source}: {data.name} has values that are not finite")
 
 

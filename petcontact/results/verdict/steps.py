@@ -1,4 +1,4 @@
-"""The closing lines of a solve of an assembly, within 80 columns."""
+"""The lines of a verdict on a load step: resultants, contact, slip and energy by interface."""
 
 from __future__ import annotations
 
@@ -7,45 +7,16 @@ import numpy as np
 from ...arrays import Array
 from ...contact.friction_law import lengths
 from ...geometry.rotation import Axial
-from ...model.assembly import ONE_BODY
 from ...runtime.terminal import printable
-from ..summary import cost, wrapped
-from .solution import AssemblySolution, PairResult, StepResult
+from ..records import PairResult, StepResult
+from .text import vector, wrapped
 
 FEW = 4
 """Closed nodes along each direction of an interface up to which its pressure is not resolved."""
-SHOWN = 6
-"""Steps that the verdict shows: the first ones and the last."""
 
 
-def verdict(solution: AssemblySolution) -> str:
-    """How a solve ended: status, sizes, and of each step resultants, contact, slip and energy by interface."""
-    title = printable(solution.assembly.title)
-    lines = [title] if title else []
-    lines += wrapped(f"  {solution.status}: ", [solution.reason], separator=" ")
-    for name, mesh in solution.meshes.items():
-        orders = sorted(set(mesh.order.tolist()))
-        order = str(orders[0]) if len(orders) == 1 else f"{orders[0]}-{orders[-1]}"
-        free = solution.info.get("motions", {}).get(name, 0)
-        held = f", {free} motion{'s' if free > 1 else ''} held by contact only" if free else ""
-        size = f"{mesh.n_elements} elements of order {order}, {mesh.x.size} unknowns"
-        lines.append(f"  {'' if name == ONE_BODY else f'body {printable(name)}: '}{size}{held}")
-    tried = solution.tried
-    ends = [k for k, step in enumerate(tried) if step.load_factor == 1.0 or k == len(tried) - 1]
-    shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
-    for before, k in zip([-1, *ends[:-1]], ends, strict=True):
-        if k in shown:
-            lines += _step(tried[before + 1 : k + 1])
-        elif k == ends[SHOWN - 1]:
-            lines.append(f"  ... {len(ends) - SHOWN} more steps ...")
-    for warning in solution.info.get("warnings", []):
-        lines += wrapped("  warning: ", [warning], separator=" ")
-    if "estimated_error" in solution.info:
-        lines.append("  error of p and q: {estimated_error:.1e} estimated, {accuracy:.1e} wanted".format(**solution.info))
-    return "\n".join([*lines, *cost(solution.timings, solution.info)])
-
-
-def _step(increments: list[StepResult]) -> list[str]:
+def step_lines(increments: list[StepResult]) -> list[str]:
+    """Of a step, by its increments: how far it was reached, and interfaces and obstacles at its end."""
     last = increments[-1]
     head = f"  step {last.step} ({printable(last.name)})"
     way = "reached" if last.status == "converged" else "failed at"
@@ -58,8 +29,8 @@ def _step(increments: list[StepResult]) -> list[str]:
     reach = max(map(_reach, last.pairs.values()), default=0.0)
     for name, obstacle in last.obstacles.items():
         lines += wrapped(f"    {printable(name)}: ", [
-            f"moved {_shown(obstacle.displacement)}", f"turned {_shown(obstacle.rotation)}",
-            f"held by {_shown(_clean(obstacle.force))}", f"moment {_shown(_clean(obstacle.moment, reach))}",
+            f"moved {vector(obstacle.displacement)}", f"turned {vector(obstacle.rotation)}",
+            f"held by {vector(_clean(obstacle.force))}", f"moment {vector(_clean(obstacle.moment, reach))}",
         ])  # fmt: skip
     return lines
 
@@ -73,7 +44,7 @@ def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
     slip = float(lengths(pair.slip[closed]).max(initial=0.0))
     spent = dissipated if dissipated > least * float(pair.weight @ np.abs(p)) else 0.0
     items = [
-        f"force {_shown(_clean(pair.force))}", f"moment {_shown(_clean(pair.moment, _reach(pair)))}",
+        f"force {vector(_clean(pair.force))}", f"moment {vector(_clean(pair.moment, _reach(pair)))}",
         f"closed {pair.area:.6g} of {total:.6g}", f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
         f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {slip if slip > least else 0.0:.4g}",
         f"dissipated {spent:.6g}",
@@ -88,13 +59,6 @@ def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
     if penetration > 0.0 or excess > 1e-9 * float(np.abs(p).max(initial=0.0)):
         items.append(f"penetration {penetration:.1e}, |q| over its bound by {excess:.1e}")
     return wrapped(f"    {printable(name)}: ", items)
-
-
-def _shown(value: Axial) -> str:
-    """A number, or a vector in brackets."""
-    components = np.atleast_1d(value)
-    text = ", ".join(f"{component:.6g}" for component in components)
-    return text if np.ndim(value) == 0 else f"({text})"
 
 
 def _clean(force: Axial, size: float = 0.0) -> Array:
