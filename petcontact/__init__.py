@@ -8,8 +8,10 @@ import lazy_loader
 
 __version__ = "0.2.0"
 
-RENAMED = {"Assembly": "Problem", "Case": "Problem", "load_any": "load", "load_assembly": "load", "AssemblySolution": "Solution",
-           "solve_assembly": "solve", "adapt_assembly": "adapt"}  # fmt: skip
+RENAMED = {
+    "Assembly": "Problem", "AssemblySolution": "Solution", "Case": "Problem", "adapt_assembly": "adapt", "load_any": "load",
+    "load_assembly": "load", "solve_assembly": "solve",
+}  # fmt: skip
 """Names of before and what they are now; they go with the next release."""
 
 # The public names and their types stand in __init__.pyi; each is imported when first used, so that `petcontact --help`

@@ -1,4 +1,4 @@
-"""What is known at the nodes of a mesh, in which directions, in every load state; and the rigid motions that leave it alone."""
+"""What is known at the nodes of a mesh, in which directions and load states; the rigid motions that leave it alone."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ class BoundaryData:
         """The rigid motions along the contact directions, (K, m, k)."""
         if self.rigid is None:
             return np.zeros((self.states, *self.contact_directions.shape))
-        return np.einsum("mcj,kmj->kmc", self.contact_frame, self.rigid[:, self.contact_nodes])
+        return np.asarray(np.einsum("mcj,kmj->kmc", self.contact_frame, self.rigid[:, self.contact_nodes]))
 
     @property
     def known_traction(self) -> Array:
@@ -87,11 +87,11 @@ class BoundaryData:
 
     def vectors(self, components: Array) -> Array:
         """Vectors (..., n, d) from components along the frames (..., n, d)."""
-        return np.einsum("...ic,icj->...ij", components, self.frame)
+        return np.asarray(np.einsum("...ic,icj->...ij", components, self.frame))
 
     def components(self, vectors: Array) -> Array:
         """Components along the frames of vectors (n, d, r) that vary by their last axis, (n, d, r)."""
-        return np.einsum("icj,ijr->icr", self.frame, vectors)
+        return np.asarray(np.einsum("icj,ijr->icr", self.frame, vectors))
 
     def reordered(self, nodes: Index) -> BoundaryData:
         """The same with node nodes[i] as node i."""

@@ -165,12 +165,13 @@ class BoundaryOperators:
     @functools.cached_property
     def load_scale(self) -> float:
         """Largest of the known data, by which columns of the load are divided."""
-        return float(max(np.abs(vectors).max(initial=0.0) for vectors in (self._traction, self.data.known_displacement))) or 1.0
+        both = (self._traction, self.data.known_displacement)
+        return float(max(np.abs(vectors).max(initial=0.0) for vectors in both)) or 1.0
 
     @functools.cached_property
     def _loaded(self) -> Mask:
         """Known components (n, d) that are not zero in every state."""
-        return np.any(self.data.value != 0.0, axis=0)
+        return np.asarray(np.any(self.data.value != 0.0, axis=0))
 
     @functools.cached_property
     def _single(self) -> bool:

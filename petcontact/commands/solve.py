@@ -183,4 +183,5 @@ def monitor_line(state: Any) -> str:
 def iteration_line(state: Any, tolerance: float) -> str:
     """The iteration that has just ended, and of which increment it is."""
     h = state.history
-    return f"{state.where}{', ' if state.where else ''}iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho {h.rho[-1]:.3g}"
+    where = f"{state.where}, " if state.where else ""
+    return f"{where}iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho {h.rho[-1]:.3g}"

@@ -94,7 +94,7 @@ def compare(
     Parameters
     ----------
     cases : sequence of (label, Problem)
-        Each, in its first increment, is discretised and eliminated once; ω, τ, c_max, tolerance and limit are those of its `[method]`.
+        Each is eliminated once, and its first increment solved; ω, τ, c_max, tolerance and limit are of its `[method]`.
     contenders : sequence of str
         Keys of CONTENDERS.
     rhos : sequence of float

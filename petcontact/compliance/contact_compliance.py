@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..contact.linearisation import Linearisation
 from ..contact.active_set.rigid_modes import RigidModeConstraint
+from ..contact.linearisation import Linearisation
 from ..contact.system import Modes, Surrogate
 from ..linalg.bordered import BorderedKrylov
 from ..linalg.ksp import LinearSolver
@@ -60,19 +60,20 @@ class ContactCompliance(abc.ABC):
         """KSP and PC of Robin solves by their types."""
         return ""
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 (some have none)
         """Free every PETSc object."""
 
 
 class DenseCompliance(ContactCompliance):
-    """S as a matrix on every rank; I + ρS is a PETSc matrix, by rows over the ranks, solved with the KSP without a prefix."""
+    """S as a matrix on every rank; I + ρS is a PETSc matrix by rows over the ranks, for the KSP without a prefix."""
 
     def __init__(self, matrix: Array, comm: Any, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
         self._matrix, self._comm = matrix, comm
         self._solver = LinearSolver(comm, "", "iterate")
         self._robin: Any = None
-        self._of: tuple[Array, Modes | None, RigidModeConstraint] | None = None
+        self._vectors: Any = None
+        self._of: tuple[Array, Modes | None, RigidModeConstraint | None] | None = None
 
     def apply(self, sigma: Array) -> Array:
         """S σ."""
@@ -85,45 +86,54 @@ class DenseCompliance(ContactCompliance):
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """A new ρ costs a factorisation of I + ρS, bordered by the motions."""
         border = self._bordered(rho, r, modes)
-        rhs = self._robin.createVecLeft()
+        solution, rhs = self._vectors
+        right = r.ravel() if border is None else np.concatenate([r.ravel(), border.work(work)])
         first, last = rhs.getOwnershipRange()
-        rhs.setArray(np.concatenate([r.ravel(), border.work(work)])[first:last])
-        solution = rhs.duplicate()
+        rhs.setArray(right[first:last])
         self._solver.solve(rhs, solution)
         self.ksp_iterations, self.ksp_reason = self._solver.iterations, self._solver.reason
         own = np.array(solution.getArray(readonly=True))
         whole = own if self._comm.getSize() == 1 else np.concatenate(self._comm.tompi4py().allgather(own))
-        rhs.destroy()
-        solution.destroy()
         sigma = whole[: r.size].reshape(r.shape)
         dv = self.apply(sigma)
-        return (dv if modes is None else dv + modes.motion @ border.motion(whole[r.size :])), sigma
+        if modes is not None and border is not None:
+            dv = dv + modes.motion @ border.motion(whole[r.size :])
+        return dv, sigma
 
-    def _bordered(self, rho: Array, r: Array, modes: Modes | None) -> RigidModeConstraint:
-        """The border; the KSP's matrix is that of ρ."""
+    def _bordered(self, rho: Array, r: Array, modes: Modes | None) -> RigidModeConstraint | None:
+        """The border, where there are motions; the KSP's matrix is that of ρ."""
         each = rho.ravel()
         if self._of is not None and self._of[1] is modes and np.array_equal(self._of[0], each):
             return self._of[2]
-        n = r.size
-        border = RigidModeConstraint(modes, Linearisation.all_stick(r), np.zeros_like(r), 1.0)
-        border.columns = each[:, None] * border.columns
-        size = n + len(border.rhs)
-        first, last = even_ranges(size, self._comm.getSize())[self._comm.getRank()]
-        layout = (last - first, size)
-        if self._robin is None or self._robin.getSize()[0] != size:
-            self._drop()
-            self._robin = petsc().Mat().createDense((layout, layout), comm=self._comm)
-            self._robin.setUp()
-        rows, inner = self._robin.getDenseArray(), slice(first, min(last, n))
+        n, border = r.size, None
+        if modes is not None:
+            border = RigidModeConstraint(modes, Linearisation.all_stick(r), np.zeros_like(r), 1.0)
+        size = n if border is None else n + len(border.rhs)
+        rows = self._sized(size)
+        first, last = self._robin.getOwnershipRange()
+        inner = slice(first, min(last, n))
         count = max(inner.stop - inner.start, 0)
-        np.multiply(each[inner, None], self._matrix[inner], out=rows[:count, :n])
+        np.multiply(self._matrix[inner], each[inner, None], out=rows[:count, :n])
         rows[np.arange(count), np.arange(inner.start, inner.start + count)] += 1.0
-        rows[:count, n:] = border.columns[inner]
-        rows[count:, :n], rows[count:, n:] = border.rows[max(first - n, 0) : last - n], 0.0
+        if border is not None:
+            rows[:count, n:] = each[inner, None] * border.columns[inner]
+            rows[count:, :n], rows[count:, n:] = border.rows[max(first - n, 0) : last - n], 0.0
         self._robin.assemble()
         self._solver.set_operator(self._robin)
         self._of = each.copy(), modes, border
         return border
+
+    def _sized(self, size: int) -> Array:
+        """This rank's rows of the KSP's matrix."""
+        if self._robin is None or self._robin.getSize()[0] != size:
+            self._drop()
+            first, last = even_ranges(size, self._comm.getSize())[self._comm.getRank()]
+            layout = (last - first, size)
+            self._robin = petsc().Mat().createDense((layout, layout), comm=self._comm)
+            self._robin.setUp()
+            self._vectors = self._robin.createVecs()
+        rows: Array = self._robin.getDenseArray()
+        return rows
 
     @property
     def kind(self) -> str:
@@ -137,8 +147,9 @@ class DenseCompliance(ContactCompliance):
 
     def _drop(self) -> None:
         if self._robin is not None:
-            self._robin.destroy()
-            self._robin = None
+            for item in (self._robin, *self._vectors):
+                item.destroy()
+            self._robin = self._vectors = self._of = None
 
 
 class ProductCompliance(ContactCompliance):
@@ -164,14 +175,14 @@ class ProductCompliance(ContactCompliance):
         text: str,
     ) -> None:  # fmt: skip
         super().__init__(surrogate)
-        self.apply, self._shape = product, shape  # type: ignore[method-assign]
+        self._product, self._shape = product, shape
         self._krylov = BorderedKrylov(shape, motions, "", comm, f"I + rho S, S by {text}")
         self._layer: Surrogate | None = None
         self._products: list[tuple[Array, Array]] = []
 
     def apply(self, sigma: Array) -> Array:
         """S σ."""
-        raise AssertionError("given by the constructor")
+        return self._product(sigma)
 
     def matrix(self) -> Array:
         """S, a product a column: for tests, and for many Robin solves."""

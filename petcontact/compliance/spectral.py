@@ -78,12 +78,17 @@ class SpectralCompliance(DenseCompliance):
         self._operator.close()
 
 
+def shares(cases: int, size: int) -> bool:
+    """Whether the eigendecomposition of S of `size` contact unknowns pays for so many cases."""
+    return cases >= FEWEST_CASES and size <= LARGEST
+
+
 def shared_by(cases: int, operator: ContactCompliance, weight: Array, size: int, comm: Any) -> ContactCompliance:
     """S itself, or its eigenbasis where that is the cheaper one for several cases.
 
     Options of the KSP other than `preonly` with `lu` (and so -ksp_monitor, too) keep the KSP.
     """
-    if cases < FEWEST_CASES or size > LARGEST or comm.getSize() > 1 or _wants_ksp():
+    if not shares(cases, size) or comm.getSize() > 1 or _wants_ksp():
         return operator
     with stage("factor"):
         try:

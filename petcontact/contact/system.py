@@ -118,11 +118,15 @@ class ContactSystem(Protocol):
     """
 
     modes: Modes | None
-    matrix_free: bool
-    ksp_iterations: int
-    ksp_reason: int
     elastic_solves: int
     applications: int
+
+    @property
+    def matrix_free(self) -> bool: ...
+    @property
+    def ksp_iterations(self) -> int: ...
+    @property
+    def ksp_reason(self) -> int: ...
 
     @property
     def weight(self) -> Array: ...
@@ -169,20 +173,4 @@ class MonolithicSystem(ContactSystem, Protocol):
     def linear_solve(self, pieces: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
         """σ [stress] and v [length] on given pieces of a law, near the last solution; inexact while that is far from the
         law's, and to a tenth of `tolerance` in the end."""
-        ...
-
-
-class BodySystem(ContactSystem, Protocol):
-    """The contact system of a body whose whole boundary follows from σ."""
-
-    def boundary(self, sigma: Array) -> tuple[Array, Array]:
-        """Displacement [length] and traction [stress] (n, d) on the whole boundary for a given σ."""
-        ...
-
-    def describe(self) -> str:
-        """One line: formulation, operator, KSP and PC."""
-        ...
-
-    def close(self) -> None:
-        """Free every PETSc object."""
         ...

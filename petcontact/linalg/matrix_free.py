@@ -98,7 +98,8 @@ class Krylov:
 
     def _whole(self, vector: Any) -> Array:
         own = vector.getArray(readonly=True)
-        return (own if self._mpi is None else np.concatenate(self._mpi.allgather(np.array(own)))).reshape(self._shape)
+        whole = own if self._mpi is None else np.concatenate(self._mpi.allgather(np.array(own)))
+        return np.asarray(whole).reshape(self._shape)
 
 
 class _Preconditioner:

@@ -129,8 +129,9 @@ class AdaptiveSolve:
         if self.problem.bem.mat_type == "auto" and max(mesh.n_nodes for mesh in discrete.meshes) <= DENSE_NODES:
             dense = self.problem.bem.model_copy(update={"mat_type": "dense"})
             discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": dense}))
+        seconds = time.perf_counter() - began
         problem = prepare(discrete.problem, self.comm, discrete)
-        problem.timings["mesh"] = problem.timings.get("mesh", 0.0) + time.perf_counter() - began - sum(problem.timings.values())
+        problem.timings["mesh"] += seconds
         try:
             solution = run(replace(problem, start=self.quantity.start(problem)), monitor=self.monitor)
         finally:
@@ -151,8 +152,8 @@ def adapt(
         Of its `[mesh]` tables only `graded_points` count. The meshes are found with semismooth Newton; the problem's own
         method, where it is another one, then solves on the last of them.
     accuracy : float
-        Wanted error, relative, L2 on the contact [-]: of u_t of one body in bilateral contact, else of p and q at the ends of
-        all steps.
+        Wanted error, relative, L2 on the contact [-]: of u_t of one body in bilateral contact, else of p and q at the ends
+        of all steps.
     method, rule, law
         As in `solve`.
     comm : PETSc.Comm, optional

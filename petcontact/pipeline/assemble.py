@@ -18,7 +18,6 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.pairs.facing import face
 from ..mesh.pairs.hits import along
 from ..mesh.pairs.matching import PairParts, matched
-from ..model.problem import Problem
 from ..model.expressions import evaluate
 from ..model.problem import Problem
 from ..refinement.meshes import mesh_of

@@ -84,8 +84,8 @@ def _pushed(increment: Increment, push: Array) -> str:
             worst = float(along)
             text = f"body {posed.body[b].name!r} cannot be held: the load {_direction(motion, weight)}"
     taken = system.modes.shape[1]
-    for k, motion in enumerate(increment.obstacles):
-        names = np.array(MOTIONS[system.dim])[motion.free]
+    for k, of_obstacle in enumerate(increment.obstacles):
+        names = np.array(MOTIONS[system.dim])[of_obstacle.free]
         mine = push[taken : taken + len(names)]
         taken += len(names)
         if np.abs(mine).max(initial=0.0) > worst:

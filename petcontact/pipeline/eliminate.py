@@ -28,7 +28,7 @@ SAFE = 0.1
 FORMED = 1000
 """Contact unknowns up to which S of a compressed body is formed, where T alone does not find the sets of contact."""
 Announce = Callable[[int, int, float], Callable[[float], None]]
-"""Called with nodes, unknowns and predicted seconds; what it returns is called with the share of the matrix that is built."""
+"""Called with nodes, unknowns, predicted seconds; what it returns is called with the share of the matrix that is built."""
 
 
 def silent(share: float) -> None:

@@ -17,7 +17,6 @@ from ..contact.state import ContactState, Start
 from ..contact.system import ContactSystem, Modes
 from ..errors import SolverError
 from ..model.load_steps import Obstacle, Step
-from ..model.load_steps import Step
 from .assemble import Discrete
 
 Monitor = Callable[[ContactState], str | None]
@@ -108,7 +107,8 @@ class PreparedProblem:
         """The unloaded state."""
         system, d = self.system, self.system.dim
         still = np.zeros((len(system.obstacle_modes), d * (d + 1) // 2))
-        return IncrementState(np.zeros((system.size, d - 1)), self.start, np.zeros(system.modes.shape[1]), still, still.copy())
+        slip, alpha = np.zeros((system.size, d - 1)), np.zeros(system.modes.shape[1])
+        return IncrementState(slip, self.start, alpha, still, still.copy())
 
     def close(self) -> None:
         """Free every PETSc object."""
@@ -186,9 +186,12 @@ class Increment:
         """
         options, last = self.problem.discrete.problem.method, list[ContactState]()
 
+        stepped = bool(self.problem.discrete.problem.step)
+        where = f"step {self.number} ({self.name}), load factor {self.target:.4g}" if stepped else ""
+
         def keep(state: ContactState) -> str | None:
             last[:] = [state]
-            state.where = f"step {self.number} ({self.name}), load factor {self.target:.4g}" if self.problem.discrete.problem.step else ""
+            state.where = where
             return monitor(state) if monitor is not None else None
 
         start = self.before.start

@@ -12,9 +12,8 @@ from ..bem.boundary_data import BoundaryData, contact_frames, free_motions, moti
 from ..compliance.bodies import Interface
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.problem import Problem
 from ..model.expressions import evaluate
-from ..model.problem import Displacement, Traction
+from ..model.problem import Displacement, Problem, Traction
 
 
 def boundary_data(

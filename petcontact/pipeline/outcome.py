@@ -42,8 +42,8 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
     rest = contact_norm(law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight)
     return StepResult(
         increment.name, increment.number, increment.target, status, reason, len(outcome.history), residuals,
-        _pairs(increment, outcome, bodies), bodies, obstacles, after.alpha, outcome.history,
-        rho=float(np.max(outcome.rho)), residual=rest,
+        _pairs(increment, outcome, bodies), bodies, obstacles, after.alpha, float(np.max(outcome.rho)), rest,
+        outcome.history,
     )  # fmt: skip
 
 

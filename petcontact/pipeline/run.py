@@ -14,7 +14,7 @@ import numpy as np
 from .. import __version__
 from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
-from ..errors import InputError, SolverError
+from ..errors import SolverError
 from ..model.problem import Problem
 from ..results.records import StepResult
 from ..results.solution import Solution

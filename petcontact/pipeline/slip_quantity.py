@@ -76,7 +76,8 @@ class Slip:
     def estimate(self) -> float:
         """Of the error of the last mesh."""
         assert self._body is not None
-        return estimated_error(self.differences, [self._body.truncation(rung.resolved) for rung in LADDER[: len(self._shown)]])
+        climbed = LADDER[: len(self._shown)]
+        return estimated_error(self.differences, [self._body.truncation(rung.resolved) for rung in climbed])
 
     def info(self) -> dict[str, Any]:
         """What a solution reports of its zones."""

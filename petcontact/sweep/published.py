@@ -44,13 +44,15 @@ def published_count(case: Case) -> int | None:
 
 def example_number(case: Case) -> int | None:
     """1 or 2 if a case poses an example of the paper, else None."""
-    if not case.plain or case.geometry.shape != "rectangle" or case.material.plane != "strain" or case.mesh.element_sizes:
+    if len(case.body) > 1 or case.step or case.contact or case.obstacle or case.point_force:
+        return None
+    if case.geometry.shape != "rectangle" or case.material.plane != "strain" or case.mesh.element_sizes:
         return None
     given = {b.part: b for b in case.boundary}
     if set(given) - {"bottom", "right", "top", "left"}:
         return None
     bottom, top = given.get("bottom"), given.get("top")
-    if bottom is None or bottom.condition != "contact" or top is None or top.condition != "displacement":
+    if bottom is None or bottom.condition != "contact" or not bottom.plain or top is None or top.condition != "displacement":
         return None
     sides = {}
     for name in ("left", "right"):

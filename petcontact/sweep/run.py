@@ -11,13 +11,13 @@ import numpy as np
 
 from ..arrays import Index
 from ..errors import PetcontactError
+from ..pipeline.increment import PreparedProblem
 from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
 from ..runtime.petsc import petsc
 from ..runtime.signals import Interrupted
 from .design.identity import Identity
 from .design.sweep import Sweep
-from ..pipeline.increment import PreparedProblem
 from .problems import prepare_group, release, run_case
 from .progress import Progress
 from .quantities import Quantity, failed_row, row_of, users

@@ -83,7 +83,7 @@ class ElasticBody(abc.ABC):
         """
         return None
 
-    def close(self) -> None:
+    def close(self) -> None:  # noqa: B027 (most have none)
         """Free PETSc objects, if there are any."""
 
     @property

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Index
 from ...bem.dense_assembly import fill_dense
 from ...bem.operators import BoundaryOperators
 from ...linalg.elimination import Elimination
@@ -60,8 +60,8 @@ class DenseBody(ElasticBody):
         return self._solved.unknowns(shares, traction.ravel() / self.operators.traction_scale)
 
     def describe(self) -> str:
-        """Dense."""
-        return "dense"
+        """Eliminated once, dense."""
+        return "condensed, dense"
 
 
 class DenseRows:
@@ -98,9 +98,10 @@ class DenseRows:
         """System, contact columns and loads, by rows and columns as one writes them."""
         return self.system.T, self.contact.T, self.loads.T
 
-    def own(self, unknowns: Array) -> Array:
+    def own(self, unknowns: Index) -> Index:
         """Places in this rank's rows of those of some unknowns that are among them."""
-        return unknowns[(unknowns >= self._first) & (unknowns < self._last)] - self._first
+        mine: Index = unknowns[(unknowns >= self._first) & (unknowns < self._last)]
+        return mine - self._first
 
 
 class _ByKSP:
@@ -131,7 +132,10 @@ class _ByKSP:
 
     def everywhere(self, local: Array) -> Array:
         """All rows from each rank's."""
-        return local if self._mpi is None else np.concatenate(self._mpi.allgather(local))
+        if self._mpi is None:
+            return local
+        whole: Array = np.concatenate(self._mpi.allgather(local))
+        return whole
 
     def unknowns(self, shares: Array, y: Array) -> Array:
         """As of `Elimination`."""

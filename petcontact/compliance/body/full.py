@@ -124,6 +124,6 @@ class _FullCompliance(ContactCompliance):
     def _by_body(self, rho: Array, sigma: Array) -> Array:
         each, traction = np.empty(sigma.size), np.empty(sigma.size)
         each[self._order], traction[self._order] = rho, sigma.ravel()
-        moved = self._body.influence(each, traction)[self._order].reshape(sigma.shape)
+        moved: Array = self._body.influence(each, traction)[self._order].reshape(sigma.shape)
         self.ksp_iterations, self.ksp_reason = self._body.solver.iterations, self._body.solver.reason
         return moved

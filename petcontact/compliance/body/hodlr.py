@@ -70,8 +70,8 @@ class HodlrBody(ElasticBody):
         return np.concatenate([self._compressed.everywhere(unknowns), beta])
 
     def describe(self) -> str:
-        """Tolerance, leaf, ranks, memory."""
-        return self._compressed.describe()
+        """Eliminated once, compressed to a tolerance."""
+        return f"condensed, hodlr {self._compressed.bem.hodlr_tol:g}"
 
     def _gauged(self, x: Array) -> Array:
         """C x."""

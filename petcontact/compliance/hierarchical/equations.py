@@ -139,7 +139,7 @@ class MixedEquations:
         return State(np.zeros(self.size), np.zeros(self._slot.shape), np.zeros(self._slot.shape))
 
     def solve(self, relation: Relation, start: State, shares: Array, rtol: float, forcing: float) -> tuple[State, float]:
-        """The solution for load states weighted by `shares` (K,), and what residual is left, relative to the right-hand side.
+        """The solution for load states weighted by `shares` (K,), and the residual left, relative to the right-hand side.
 
         The Krylov method reduces the residual at the start to `forcing` of it, but not below rtol of the right-hand side.
         """

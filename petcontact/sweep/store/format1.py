@@ -12,7 +12,7 @@ import numpy as np
 
 from ...errors import PetcontactError, ResultError
 from ...model.base import parse
-from ...model.case import Problem
+from ...model.problem import Problem
 from ...results.hdf5 import opened
 from ...results.solution import Solution, read_solution
 from ..published import published_count
