@@ -1,8 +1,9 @@
-"""TOML to a Problem: what is read, and every mistake in one line that names file, key, what was given, what is allowed."""
+"""TOML to a problem: what is read, and every mistake in one line that names file, key, what was given, what is allowed."""
 
 from __future__ import annotations
 
 import copy
+import os
 import tomllib
 from pathlib import Path
 
@@ -154,6 +155,17 @@ def test_names_that_are_no_config(name):
     with pytest.raises(InputError) as caught:
         load(name)
     assert "\n" not in str(caught.value)
+
+
+def test_a_config_may_come_through_a_pipe():
+    """As in `petcontact solve <(sed ... block.toml)`."""
+    end, start = os.pipe()
+    os.write(start, EXAMPLE.read_bytes())
+    os.close(start)
+    try:
+        assert load(f"/dev/fd/{end}") == load(EXAMPLE)
+    finally:
+        os.close(end)
 
 
 def test_dotted_keys_make_tables_and_reach_into_arrays():
