@@ -13,6 +13,7 @@ from ..contact.state import Start
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
+from ..model.bodies import Contact
 from ..results.records import PairResult, StepResult
 from ..results.solution import Solution, read_solution
 from .increment import PreparedProblem
@@ -38,11 +39,12 @@ def finished_before(problem: PreparedProblem) -> list[StepResult]:
     file, colon, count = name.rpartition(":")
     file, count = (file, count) if colon and count.isdecimal() else (name, "")
     old = _read(file, name)
-    same = set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
-        mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x)
-        for mesh, new in zip(old.meshes.values(), problem.discrete.meshes, strict=False)
-    )
-    if not same:
+    laws, other = ([(c.part, c.normal, c.friction_coefficient is None) for b in each.body for c in b.boundary
+                    if isinstance(c, Contact)] for each in (old.problem, problem.discrete.problem))  # fmt: skip
+    meshes = zip(old.meshes.values(), problem.discrete.meshes, strict=False)
+    same = laws == other and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
+        mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x) for mesh, new in meshes)  # fmt: skip
+    if not same or old.last.alpha.size != problem.system.modes.shape[1]:
         raise InputError(f"method.start: {file} holds other bodies, pairs or meshes than this problem")
     steps = [step for step in old.steps if step.status == "converged"]
     if count and not 0 < int(count) <= len(steps):

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..contact.state import COLUMNS, History
 from ..errors import PetcontactError, ResultError
-from ..mesh.storage import read_mesh, write_mesh
+from ..mesh.storage import demand, read_mesh, write_mesh
 from ..model.assembly import Assembly
 from ..model.base import parse
 from ..model.units import Units
@@ -40,8 +40,8 @@ MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "stat
 RESULTANTS = ("force", "moment", "dissipated", "force_primary", "moment_primary")
 PLACES = ("displacement", "rotation", "force", "moment")
 ONE_BODY = ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state",
-            "pressure", "gap", "slip")  # fmt: skip
-"""Of /contact, besides `part`."""
+            "pressure", "gap", "slip", "part")  # fmt: skip
+"""Of /contact."""
 
 
 def write_solution(path: str | Path, solution: SolutionData, *, replace: bool = True) -> None:
@@ -162,16 +162,38 @@ def _write_one_body(group: Any, solution: SolutionData) -> None:
     last = f"steps/{len(solution.steps)}" if solution.steps else "failed"
     group["mesh"], group["boundary"] = group[f"bodies/{name}/mesh"], group[f"{last}/body/{name}"]
     if solution.nodes:
-        columns, contact = solution.columns(), group.create_group("contact")
-        order = np.argsort(columns["nodes"], kind="stable")
-        for key in ONE_BODY:
-            values = columns[key][order]
-            # a single tangent has no axis of its own
-            contact[key] = values[:, 0] if key == "tangent" and values.shape[1] == 1 else values
-        _write_names(contact, "part", columns["part"][order])
+        contact = group.create_group("contact")
+        for key, values in _contact(solution).items():
+            if key == "part":
+                _write_names(contact, key, values)
+            else:
+                contact[key] = values
     zones = solution.zones
     group.attrs.update({"zones": np.array([[z.start, z.end, z.sign] for z in zones]).reshape(-1, 3),
                         "zone_parts": json.dumps([z.part for z in zones])})  # fmt: skip
+
+
+def _contact(solution: SolutionData) -> dict[str, Any]:
+    """The columns of /contact, by number of the node."""
+    columns = solution.columns()
+    order = np.argsort(columns["nodes"], kind="stable")
+    found = {key: columns[key][order] for key in ONE_BODY}
+    if found["tangent"].shape[1] == 1:  # a single tangent has no axis of its own
+        found["tangent"] = found["tangent"][:, 0]
+    return found
+
+
+def _check_one_body(group: Any, solution: SolutionData, source: str) -> None:
+    """Refuse second names that are not those of the last increment: other programs read them."""
+    demand({"mesh", "boundary"} <= set(group), f"{source}: damaged (/mesh or /boundary is missing)")
+    for key, values in _contact(solution).items() if solution.nodes else ():
+        stored = group[f"contact/{key}"][()]
+        if key == "part":
+            same = stored.tolist() == [name.encode() for name in values.tolist()]
+        else:
+            scale = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+            same = stored.shape == values.shape and np.allclose(stored, values, rtol=1e-9, atol=1e-12 * scale)
+        demand(same, f"{source}: damaged (contact/{key} is not that of the last increment)")
 
 
 def describe(item: Any, path: str, units: Units) -> None:
@@ -268,11 +290,14 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
             check_fields(meshes[name], {f"{name}/u": body.u, f"{name}/traction": body.traction}, source)
         for name, pair in step.pairs.items():
             check_pair(meshes[sides[name][0]], nodes[name], vars(pair), f"{source}: contact/{name}")
-    return SolutionData(
+    found = SolutionData(
         problem, meshes, nodes, sides, steps, str(attributes["status"]), str(attributes["reason"]),
         read_table(attributes["timings"], f"{source}: timings", numbers=True),
         read_table(attributes["info"], f"{source}: info"), failed,
     )  # fmt: skip
+    if attributes["format_version"] == FORMAT_VERSION and len(meshes) == 1:
+        _check_one_body(group, found, source)
+    return found
 
 
 def _read_history(rows: dict[str, Any], increment: int) -> History:

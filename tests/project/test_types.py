@@ -44,7 +44,7 @@ def test_mypy_knows_the_signatures_in_a_users_script(tmp_path):
     by_line = {int(line.split(":")[1]): line for line in done.stdout.splitlines() if line.startswith("script.py")}
     assert set(by_line) == {4, 7, 8, 9, 10, 15, 17, 18}, done.stdout + done.stderr
     problem, solution = ("petcontact.model.problem.Problem", "petcontact.results.solution.Solution")
-    assert f"case: {problem} | " in by_line[4] and f"-> {solution} |" in by_line[4]
+    assert f"problem: {problem} | " in by_line[4] and f"-> {solution}" in by_line[4]
     assert "numpy.ndarray" in by_line[7]
     assert "str" in by_line[8]
     assert "incompatible type" in by_line[9] and "no_such_field" in by_line[10]

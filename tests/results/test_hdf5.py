@@ -106,7 +106,7 @@ def test_files_and_groups_that_are_not_there(path, tmp_path):
     refused(tmp_path / "no.h5", "no such file")
     refused(tmp_path, "no such file")
     refused(tmp_path / "\0", "no such file")
-    with pytest.raises(ResultError, match=r"no case '/x'; there are boundary, "):
+    with pytest.raises(ResultError, match=r"no case '/x'; there are bodies, "):
         read_solution(path, "/x")
 
 
@@ -117,7 +117,7 @@ def test_a_missing_member_is_damage(path, name):
     refused(path, "damaged|holds no fields")
 
 
-@pytest.mark.parametrize("name", ["config", "zones", "timings", "zone_parts", "rho"])
+@pytest.mark.parametrize("name", ["config", "timings", "info"])
 def test_a_wrong_attribute_is_damage(path, name):
     with h5py.File(path, "r+") as file:
         file.attrs[name] = "not = = this"
@@ -353,7 +353,8 @@ def test_a_history_of_columns_that_differ(path):
 def test_random_tampering_is_read_or_refused_in_one_line(path):
     """Whatever is read has a verdict; columns of other lengths and tables that are none ended as defects before."""
     rng, whole, outcomes = np.random.default_rng(7), path.read_bytes(), set()
-    changes = (lambda v: v[: len(v) // 2], lambda v: np.concatenate([v, v]), rng.permutation, np.zeros_like,
+    changes = (lambda v: v[: len(v) // 2], lambda v: np.concatenate([v, v]), rng.permutation,
+               lambda v: v[:0] if v.dtype.kind == "O" else 0 * v,
                lambda v: v[::-1], lambda v: v * 1e300 if v.dtype.kind == "f" else v[:1])  # fmt: skip
     with h5py.File(path) as file:
         names: list[str] = []

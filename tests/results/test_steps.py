@@ -173,7 +173,7 @@ def test_what_failed_is_kept_apart(tmp_path):
         assert np.array_equal(file["contact/pressure"], solution.last.pairs["bottom"].pressure)
     back = read_result(tmp_path / "r.h5")
     assert back.failed.reason == solution.failed.reason and back.iterations == solution.iterations
-    assert vars(back.steps[0].history) == {**vars(solution.steps[0].history), "exchanged": []}
+    assert vars(back.steps[0].history) == vars(solution.steps[0].history)
 
 
 def test_tractions_beyond_the_law_are_not_converged(monkeypatch):

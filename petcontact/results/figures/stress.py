@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import textwrap
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -23,6 +24,8 @@ MAGNIFIED = 0.06
 """Largest displacement drawn, as a fraction of the size of the bodies, where no magnification is given."""
 ALONG = 100
 """Grid cells along the longer side of a body, where no grid is given."""
+WIDE = 110
+"""Characters of a line under the figure."""
 DEPTH = 0.25
 """Depth under a panel, in its half-widths, at which the stress of the figure in space is."""
 
@@ -102,7 +105,7 @@ def _draw_plane(
         axes.plot(*(field.points[at] + factor * field.u[at]), "x", color="black", ms=5.0, mew=1.0, label="largest")
         figure.colorbar(colours, ax=axes, label=label("von Mises stress", units.stress), shrink=0.8,
                         extend="max" if peak.stress > usual else "neither")  # fmt: skip
-        figure.supxlabel(plain(f"largest {peak}"), fontsize=8.0)
+        figure.supxlabel(textwrap.fill(plain(f"largest {peak}"), WIDE), fontsize=8.0)
     place(axes, solution)
     legend_below(axes, 5)
 
