@@ -30,29 +30,30 @@ class ContactLaw(Protocol):
 
     Examples
     --------
-    Rough but not sticky: what touches neither slides nor opens under less than a tensile strength.
+    Adhesion: what touches neither slides nor opens until it is pulled by a strength, which then goes on to pull.
 
-    >>> class Glue:
+    >>> class Adhesion:
     ...     k, groups = 2, (slice(0, 1), slice(1, 2))
     ...
     ...     def __init__(self, strength):
     ...         self.strength = strength                  # (m,) [stress]
     ...
+    ...     def opens(self, tau):
+    ...         return tau[:, 1] < -self.strength
+    ...
     ...     def project(self, tau):
-    ...         return np.where(self._closed(tau), tau, 0.0)
+    ...         opened = np.column_stack([np.zeros(len(tau)), -self.strength])
+    ...         return np.where(self.opens(tau)[:, None], opened, tau)
     ...
     ...     def linearise(self, tau):
-    ...         return np.eye(2) * self._closed(tau)[:, :, None]
+    ...         return np.eye(2) * ~self.opens(tau)[:, None, None]
     ...
     ...     def states(self, tau):
-    ...         return np.where(self._closed(tau)[:, 0], STICK, OPEN).astype(np.int8)
-    ...
-    ...     def _closed(self, tau):
-    ...         return (tau[:, -1] > -self.strength)[:, None]
-    >>> law = Glue(np.array([0.5, 0.5]))
+    ...         return np.where(self.opens(tau), OPEN, STICK).astype(np.int8)
+    >>> law = Adhesion(np.array([0.5, 0.5]))
     >>> law.project(np.array([[3.0, -0.4], [3.0, -0.6]]))
     array([[ 3. , -0.4],
-           [ 0. ,  0. ]])
+           [ 0. , -0.5]])
     """
 
     @property

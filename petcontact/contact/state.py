@@ -43,6 +43,12 @@ class History:
         for name, value in zip(COLUMNS, row, strict=True):
             getattr(self, name).append(value)
 
+    def extend(self, other: History) -> None:
+        """Append the rows of another method that went on from here."""
+        for name in COLUMNS:
+            getattr(self, name).extend(getattr(other, name))
+        self.exchanged = other.exchanged
+
     def __len__(self) -> int:
         return len(self.rho)
 

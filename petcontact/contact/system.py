@@ -16,6 +16,9 @@ import numpy as np
 from ..arrays import Array, Mask
 from .linearisation import Linearisation
 
+EQUILIBRIUM = 1e-10
+"""Defect of equilibrium, over the work of all tractions and loads, that is round-off: more of it moves a body on."""
+
 
 @dataclass(frozen=True)
 class Modes:
@@ -100,7 +103,7 @@ class Surrogate(Protocol):
 
 
 class ContactSystem(Protocol):
-    """What a method may ask.
+    """What a method may ask; anything that answers is solved, bodies or not.
 
     Attributes
     ----------
@@ -115,6 +118,42 @@ class ContactSystem(Protocol):
         Its outcome, PETSc's number.
     elastic_solves, applications : int
         Robin solves, and products with S, so far.
+
+    Examples
+    --------
+    Blocks on springs of stiffness c over a rough floor, one drawn by less than friction holds, one by more:
+
+    >>> class Blocks:
+    ...     modes, matrix_free = None, False
+    ...     ksp_iterations = ksp_reason = elastic_solves = applications = 0
+    ...
+    ...     def __init__(self, u_0, c):
+    ...         self.u_0, self.c, self.weight = u_0, c, np.ones(len(u_0))
+    ...
+    ...     def apply(self, sigma):
+    ...         return sigma / self.c
+    ...
+    ...     def robin(self, rho, f):
+    ...         dv, sigma = self.robin_increment(rho, f - rho * self.u_0)
+    ...         return self.u_0 + dv, sigma
+    ...
+    ...     def robin_increment(self, rho, r):
+    ...         sigma = r / (1.0 + rho / self.c)
+    ...         return sigma / self.c, sigma
+    ...
+    ...     def compliance(self):
+    ...         return np.eye(len(self.u_0)) / self.c
+    ...
+    ...     def surrogate(self):
+    ...         return None
+    >>> from petcontact.contact.criterion import Criterion
+    >>> from petcontact.contact.iteration import Iteration
+    >>> from petcontact.contact.laws import Tresca
+    >>> from petcontact.contact.methods.registry import method_of
+    >>> blocks, law = Blocks(np.array([[0.25], [3.0]]), c=2.0), Tresca(np.array([1.0, 1.0]))
+    >>> state = method_of("semismooth-newton")(blocks, law, Iteration(Criterion(1e-6), 20))
+    >>> state.v.ravel(), state.sigma.ravel(), state.counts
+    (array([0. , 2.5]), array([-0.5, -1. ]), {'stick': 1, 'slip': 1})
     """
 
     modes: Modes | None

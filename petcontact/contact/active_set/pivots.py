@@ -14,7 +14,7 @@ every P-matrix; S is one for Tresca's law, its symmetric part being positive def
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from dataclasses import dataclass
 
 import numpy as np
@@ -23,7 +23,7 @@ from ...arrays import Array
 from ..friction_law import lengths
 from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
-from ..system import Modes
+from ..system import EQUILIBRIUM, Modes
 from .monolithic import MonolithicSolver
 from .solvers import ActiveSetSolver
 
@@ -33,8 +33,6 @@ Predictor = Callable[["Pivot"], tuple[Array, Array]]
 
 PATIENCE = 8
 """Full exchanges that may fail to reduce the number of wrong nodes."""
-BALANCED = 1e-9
-"""Relative defect of equilibrium that is round-off."""
 SHUFFLES = 40
 """Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which break all."""
 VANISHED = 1e-12
@@ -95,14 +93,17 @@ def next_tau(
     limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0))
     rho[:, tangential] = np.clip(limit, 1e-9 * ratio, 1e9 * ratio)[:, None]
     tau = rho * v - sigma
-    return tau + noise * (linearised.tau - tau), rho
+    # a guess of other loads may be any size: its share is that of round-off in this τ, which a light touch exceeds
+    size, guessed = (np.abs(part).max(initial=0.0) for part in (tau, linearised.tau))
+    share = size / guessed if guessed > size else 1.0
+    return tau + noise * (share * linearised.tau - tau), rho
 
 
 def pivots(
     solver: LinearSolver, law: ContactLaw, base: Array, modes: Modes | None, tau: Array, *,
     sigma: Array | None = None, alpha: Array | None = None, predict: Predictor | None = None,
-) -> Iterator[Pivot]:  # fmt: skip
-    """Steps until no node is wrong.
+) -> Generator[Pivot, None, str]:  # fmt: skip
+    """Steps until no node is wrong; returns why there is none to come.
 
     Parameters
     ----------
@@ -131,8 +132,10 @@ def pivots(
         sigma, v, alpha, push = linear_solve(solver, linearised, base, modes, sigma, alpha, rho)
         size = float(np.abs(sigma).max(initial=0.0))
         largest = max(largest, size)
-        if not np.abs(v).max(initial=0.0) <= farthest or 0.0 < size < FADED * largest:
-            return
+        if not np.abs(v).max(initial=0.0) <= farthest:
+            return "a body that contact holds moves away"
+        if 0.0 < size < FADED * largest:
+            return "the tractions vanish"
         if np.isinf(farthest):
             strain = v - base if modes is None else v - base - modes.motion @ alpha
             farthest = RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
@@ -155,7 +158,7 @@ def pivots(
         else:
             signature = linearised.states.tobytes() + np.sign(linearised.constant).tobytes()
             if signature in seen_sets:
-                return
+                return "the sets repeat"
             seen_sets.add(signature)
             tau = tau.copy()
             tau[wrong[-1]] = revised[wrong[-1]]
@@ -180,7 +183,7 @@ def linear_solve(
         sigma, v, alpha = sigma + change, v + solver.apply(change), alpha + dalpha
         if modes is not None:
             v = v + modes.motion @ dalpha
-            if modes.defect(sigma, free) > BALANCED:
+            if modes.defect(sigma, free) > EQUILIBRIUM:
                 push = free @ (free.T @ (modes.unbalanced(sigma) / modes.size)) / modes.size
     return sigma, v, alpha, push
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -21,6 +22,7 @@ from ..active_set.pivots import LinearSolver, Pivot, Predictor, box_problem, nex
 from ..active_set.rigid_modes import RigidModeConstraint
 from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import equilibrium_defect
+from ..equilibrium import unbalanced_load
 from ..iteration import Iteration, Recorder
 from ..law_protocol import OPEN, SLIP, ContactLaw
 from ..linearisation import Linearisation
@@ -173,17 +175,21 @@ class _Run:
     ) -> None:  # fmt: skip
         self.system, self.law, self.iteration, self.solver, self.foretell = system, law, iteration, solver, foretell
         self.recorder = Recorder(law, system, iteration)
-        self.reason = ""
+        self.ended = ""
 
     def state(self, first: Guess) -> ContactState:
-        """Where the first attempt that ends well ends, or the last one of all."""
+        """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
         state = None
         for tau, sigma, v in self._starts(first):
             state = self._attempt(tau, sigma, v)
-            if state.converged or state.stopped or self.recorder.exhausted:
+            if state.converged or state.stopped or self.recorder.exhausted or self._overloaded:
                 break
         assert state is not None
         return state
+
+    @cached_property
+    def _overloaded(self) -> bool:
+        return unbalanced_load(self.system.modes, self.law) is not None
 
     def _starts(self, first: Guess) -> Iterator[Guess]:
         yield first
@@ -197,12 +203,11 @@ class _Run:
 
     def _attempt(self, tau: Array, sigma: Array, v: Array) -> ContactState:
         """Steps until no node is wrong, the sets repeat, or the loads find no equilibrium."""
-        system, law, recorder = self.system, self.law, self.recorder
+        recorder = self.recorder
         state: ContactState | None = None
         alpha, tries = None, 0
         while True:
-            steps = pivots(self.solver, law, system.u_0, system.modes, tau, sigma=sigma, alpha=alpha, predict=self.foretell)
-            for step in steps:
+            for step in self._steps(tau, sigma, alpha):
                 state = self._told(step, sigma, v)
                 sigma, v, alpha = step.sigma, step.v, step.alpha
                 if state.converged or state.stopped or recorder.exhausted:
@@ -211,14 +216,24 @@ class _Run:
                     break
             else:
                 assert state is not None
-                state.reason = f"the sets repeat; {state.reason}"
-                return state
+                return self._failed(state, self.ended)
             tries += 1
-            touched = self._touching(step)
-            if tries > TRIES or touched is None:
-                state.reason = f"no equilibrium: the loads move a body that contact does not hold; {state.reason}"
-                return state
+            touched = None if tries > TRIES or self._overloaded else self._touching(step)
+            if touched is None:
+                return self._failed(state, "no equilibrium: the loads move a body that contact does not hold")
             tau = touched
+
+    def _failed(self, state: ContactState, why: str) -> ContactState:
+        if self._overloaded:
+            why = "no equilibrium: the loads are more than contact and friction can hold"
+        state.reason = f"{why}; {state.reason}"
+        return state
+
+    def _steps(self, tau: Array, sigma: Array, alpha: Array | None) -> Iterator[Pivot]:
+        system = self.system
+        self.ended = yield from pivots(
+            self.solver, self.law, system.u_0, system.modes, tau, sigma=sigma, alpha=alpha, predict=self.foretell
+        )
 
     def _touching(self, step: Pivot) -> Array | None:
         """τ with what stops a motion along which the loads push: slipping nodes stick, and open ones close that it meets."""
@@ -244,16 +259,17 @@ class _Run:
             (old_v, old_sigma), v, sigma, v - old_v, sigma - old_sigma, ksp_iterations=self.solver.ksp_iterations
         )
         recorder.history.exchanged.append(step.wrong)
-        unbalanced = equilibrium_defect(system, sigma)
         relative = recorder.relative(v, sigma)
         defect = self.solver.defect if isinstance(self.solver, MonolithicSolver) else 0.0
-        small = max(relative, unbalanced, defect) <= self.iteration.criterion.tolerance
-        converged = small and (step.wrong == 0 or relative <= ROUND_OFF)
+        tolerance = self.iteration.criterion.tolerance
+        solved = max(relative, defect) <= tolerance and (step.wrong == 0 or relative <= ROUND_OFF)
+        within = recorder.within_limits(v, sigma, recorder.balanced(v, sigma), tolerance) if solved else None
+        v, sigma = within or (v, sigma)
         reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"
         if system.modes is not None:
-            reason += f", equilibrium {unbalanced:.1e}"
-        if defect > self.iteration.criterion.tolerance:
+            reason += f", equilibrium {equilibrium_defect(system, sigma):.1e}"
+        if defect > tolerance:
             reason += f", elastic residual {defect:.1e}"
-        state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=converged)
+        state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=within is not None)
         state.alpha = step.alpha
         return state

@@ -22,6 +22,7 @@ from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
 from .newton import everywhere, first_guess
+from .settling import settled
 
 
 @dataclass(frozen=True)
@@ -69,9 +70,11 @@ class OperatorRobin:
                 relative = relative_residual(law, system, v, sigma, scale=recorder.largest)
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
                 rho = recorder.balanced(v, sigma)
-                state = recorder.tell(v, sigma, rho, reason, converged=criterion.met(change, relative))
-                if state.converged or state.stopped:
+                state = recorder.tell(v, sigma, rho, reason)
+                if state.stopped:
                     return state
+                if criterion.met(change, relative) and (end := settled(recorder, v, sigma, rho, reason)) is not None:
+                    return end
             reason = f"max_iterations = {iteration.max_iterations} reached; {reason}"
             return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)
         finally:
