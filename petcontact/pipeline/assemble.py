@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,9 @@ import numpy as np
 from ..arrays import Array, Mask
 from ..bem.boundary_data import BoundaryData
 from ..compliance.bodies import Interface
-from ..contact.laws import ContactLaw, SignoriniCoulomb, Tresca
+from ..contact.law_protocol import ContactLaw
+from ..contact.laws import SignoriniCoulomb, Tresca
+from ..contact.methods.registry import ContactNodes, law_of
 from ..errors import InputError
 from ..geometry.surface import Boundary
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -85,15 +88,14 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
     meshes = matched(boundaries, own, pairs)
     notes: list[str] = []
     interfaces, distance = [], []
-    held = all(side.holds_normal for side in sides)
     for side in sides:
-        interface, smallest, mismatch = _interface(side, meshes, held)
+        interface, smallest, mismatch = _interface(side, meshes, all(side.holds_normal for side in sides))
         interfaces.append(interface)
         distance.append(smallest)
         notes += mismatch
-    law = _law(sides, interfaces, meshes)
+    interfaces, law = _with_law(law, sides, interfaces, meshes)
     data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
-    if isinstance(law, Tresca):
+    if interfaces[0].held and isinstance(law, Tresca):
         ends = np.cumsum([0, *(len(face.nodes) for face in interfaces)])
         for b, (mesh, boundary) in enumerate(zip(meshes, boundaries, strict=True)):
             mine = [law.bound[i:j] for face, i, j in zip(interfaces, ends[:-1], ends[1:], strict=True) if face.body == b]
@@ -139,6 +141,29 @@ def _interface(side: Side, meshes: list[BoundaryMesh], held: bool) -> tuple[Inte
     assert side.primary is not None
     return Interface(side.name, side.body, nodes, normal, tangent, gap, side.primary[0], facing.primary, facing.values,
                      facing.loads, None), smallest, notes  # fmt: skip
+
+
+def _with_law(
+    given: Any, sides: list[Side], interfaces: list[Interface], meshes: list[BoundaryMesh]
+) -> tuple[list[Interface], ContactLaw]:
+    """The law, and interfaces that look for as many components as it has: a law of the user's may have the normal one."""
+    nodes = _contact_nodes(sides, interfaces, meshes)
+    wanted = getattr(given, "k", None) if hasattr(given, "project") or given is None else given(nodes).k
+    if interfaces[0].held and wanted == meshes[0].dim:
+        interfaces = [replace(face, held=False) for face in interfaces]
+        nodes = _contact_nodes(sides, interfaces, meshes)
+    return interfaces, law_of(given, nodes)
+
+
+def _contact_nodes(sides: list[Side], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactNodes:
+    ends = np.cumsum([0, *(len(face.nodes) for face in interfaces)])
+    return ContactNodes(
+        np.concatenate([meshes[face.body].x[face.nodes] for face in interfaces]),
+        np.concatenate([face.normal for face in interfaces]),
+        np.concatenate([meshes[face.body].weight[face.nodes] for face in interfaces]),
+        {face.name: slice(int(a), int(b)) for face, (a, b) in zip(interfaces, itertools.pairwise(ends), strict=True)},
+        _law(sides, interfaces, meshes),
+    )
 
 
 def _law(sides: list[Side], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactLaw:

@@ -89,6 +89,8 @@ class PreparedProblem:
         Seconds by stage.
     start : pair of (M, k) arrays, optional
         Where the first increment starts.
+    named : dict of str to str
+        Names of a method and a rule that are not the problem's own.
     """
 
     discrete: Discrete
@@ -97,6 +99,7 @@ class PreparedProblem:
     comm: Any
     timings: dict[str, float] = field(default_factory=dict)
     start: Start | None = None
+    named: dict[str, str] = field(default_factory=dict)
 
     @property
     def steps(self) -> tuple[Step, ...]:

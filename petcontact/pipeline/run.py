@@ -60,12 +60,22 @@ def prepare(
     """
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
-    discrete = discrete if discrete is not None else discretise(problem)
+    discrete = discrete if discrete is not None else discretise(problem, law=law)
     seconds = {"mesh": time.perf_counter() - began}
     largest = max(mesh.x.size for mesh in discrete.meshes)
     with options(problem.petsc), threads.suited_to(largest), timed() as stages:
         system = eliminated(discrete, comm, cases, announce)
-    return PreparedProblem(discrete, system, method_of(problem.method, rule), comm, {**seconds, **stages})
+    chosen = problem.method if method is None else method
+    prepared = PreparedProblem(discrete, system, method_of(chosen, rule, problem.method), comm, {**seconds, **stages})
+    prepared.named = _named(method, rule)
+    return prepared
+
+
+def _named(method: Any, rule: Any) -> dict[str, str]:
+    """What a method and a rule over those of the problem are called in results."""
+    given = {"method": method if rule is None or method is not None else "projection", "rule": rule}
+    return {key: value if isinstance(value, str) else getattr(value, "__name__", type(value).__name__)
+            for key, value in given.items() if value is not None}  # fmt: skip
 
 
 def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bool = True) -> Solution:
@@ -110,7 +120,7 @@ def _finished(
     operator = system.operator
     info = {
         "solver": system.describe(), "ksp_reason": reason_name(operator.ksp_reason) if operator.ksp_reason else "",
-        "method": options_.resolved_name, "rule": options_.rule or "modified",
+        "method": options_.resolved_name, "rule": options_.rule or "modified", **problem.named,
         "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.problem.petsc),
         "versions": versions(), "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm),
         "warnings": warnings_of(problem, results),

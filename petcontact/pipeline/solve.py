@@ -36,13 +36,13 @@ def solve(
     ----------
     problem : Problem, or path of a TOML file
     method : str, Method, or ContactMethod, optional
-        Over the problem's own: a name, a `[method]` table, or a method of your own, which is any
+        Over the problem's own: a name, a `[method]` table, a class of petcontact, or a method of your own, which is any
         `method(system, law, iteration)`.
     rule : Rule, optional
         A rule of your own for the projection method: any object with `update(rho, balance)`.
     law : ContactLaw, or callable, optional
         A law of your own in place of friction_bound and friction_coefficient: an object for the contact nodes as they are,
-        or a function from an interface (`nodes`, `x`, `normal`, `weight`) to one.
+        or a function from `ContactNodes` to one.
     petsc_options : mapping, optional
         Over the problem's `[petsc]` table, for example ``{"ksp_type": "gmres"}``.
     comm : PETSc.Comm, optional
@@ -87,7 +87,7 @@ def solve(
 
 
 def posed(problem: Problem | str | Path, method: Any, petsc_options: Mapping[str, Any] | None) -> tuple[Problem, Any]:
-    """The problem with a method and options over its own, and the method where that is an object."""
+    """The problem with a method and options over its own, and the method where that is no table."""
     if isinstance(problem, str | Path):
         problem = load(problem)
     if not isinstance(problem, Problem):
