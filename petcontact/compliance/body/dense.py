@@ -101,7 +101,7 @@ class DenseRows:
     def own(self, unknowns: Index) -> Index:
         """Places in this rank's rows of those of some unknowns that are among them."""
         mine: Index = unknowns[(unknowns >= self._first) & (unknowns < self._last)]
-        return mine - self._first
+        return np.asarray(mine - self._first, dtype=np.int64)
 
 
 class _ByKSP:
