@@ -7,17 +7,17 @@ from typing import Any
 
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Material
-from .kelvin2d import columns
+from .kelvin2d import compiled as plane
 from .kelvin2d.expansions import expansion
 from .kelvin2d.kernel import Kelvin2D
-from .kelvin3d import compiled
+from .kelvin3d import compiled as space
 from .kelvin3d.kernel import Kelvin3D
 from .kernel import ColumnData, ColumnFiller, Kernel
 
 KERNELS: dict[int, Callable[[Material, float], Kernel]] = {2: Kelvin2D, 3: Kelvin3D}
 """By dimension, from a material and the unit of length of a mesh."""
 COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller | None]] = {
-    Kelvin2D: columns.compiled_columns, Kelvin3D: compiled.compiled_columns
+    Kelvin2D: plane.compiled_columns, Kelvin3D: space.compiled_columns
 }  # fmt: skip
 """By the very class of a kernel: one that inherits may have other integrals."""
 EXPANSIONS: dict[type, Callable[..., Any]] = {Kelvin2D: expansion}

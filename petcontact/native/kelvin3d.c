@@ -57,10 +57,11 @@ INLINE void kernels_of(Vector *sums, const double *normal, double nu, double fac
 }
 
 /* A rule's points as sources for some targets of a chunk: the same sums in the same order whatever the vectors hold. */
-INLINE void far(const Panel *p, const Rule *rule, double nu, int count, const int *target, double (*x)[CHUNK], int wants_g,
-                int wants_h, int node, int last_node, double *values, int width)
+INLINE void far(const Panel *p, const Rule *rule, double nu, Group group, Wanted wanted, double *values)
 {
-    const double *normal = p->frame + 6;
+    const int wants_g = wanted.g, wants_h = wanted.h, node = wanted.node, last_node = wanted.last;
+    const int count = group.count, *target = group.target, width = group.targets->width;
+    const double (*x)[CHUNK] = group.targets->x, *normal = p->frame + 6;
     const int low = wants_g ? 0 : G, high = wants_h ? ALL : G;
     Vector k[4][ALL];
     for (int first = 0; first < count; first += LANES) {
@@ -151,12 +152,13 @@ INLINE void far(const Panel *p, const Rule *rule, double nu, int count, const in
     }
 }
 
-/* Values (nodes, 15, width) of one panel at the targets of a chunk, of the nodes from `node` to before `last_node`. */
-DISPATCHED void petcontact_panel(const double *record, int64_t kind, const Rules *rules, const double *weights, double nu,
-                                 int64_t count, double (*x)[CHUNK], int wants_g, int wants_h, int node, int last_node,
-                                 double *values, int width)
+/* Values (nodes, 15, width) of one panel at the targets of a chunk, of the nodes that are wanted. */
+DISPATCHED void petcontact_panel(const double *record, const Family *family, const Targets *targets, Wanted wanted, double *values)
 {
-    const Panel p = panel_of(record, kind);
+    const Panel p = panel_of(record, family->kind);
+    const Rules *rules = family->rules;
+    const int count = targets->count;
+    const double (*x)[CHUNK] = targets->x;
     const double *least = rules->least[p.order], over = 1.0 / p.size;
     double local[3][CHUNK];
     int code[CHUNK], together[CHUNK];
@@ -191,8 +193,8 @@ DISPATCHED void petcontact_panel(const double *record, int64_t kind, const Rules
     for (int t = 0; t < count; t++) {
         const int own = code[t];
         if (own == -1) {
-            double w = fabs(local[2][t]) <= FLAT ? 0.0 : -local[2][t];
-            near(&p, local[0][t], local[1][t], w, nu, wants_g, wants_h, node, last_node, values + t, width);
+            const double place[3] = {local[0][t], local[1][t], fabs(local[2][t]) <= FLAT ? 0.0 : -local[2][t]};
+            near(&p, place, family->nu, wanted, values + t, targets->width);
         }
         if (own < 0)
             continue;
@@ -202,151 +204,144 @@ DISPATCHED void petcontact_panel(const double *record, int64_t kind, const Rules
                 together[alike++] = s;
                 code[s] = -2;
             }
-        rule_of(&p, rules, weights, own / RULES, own % RULES, room, &rule);
-        far(&p, &rule, nu, alike, together, x, wants_g, wants_h, node, last_node, values, width);
+        rule_of(&p, rules, family->weights, own / RULES, own % RULES, room, &rule);
+        far(&p, &rule, family->nu, (Group){alike, together, targets}, wanted, values);
     }
 }
 
-static void load_targets(int count, const double *points, const int64_t *rows, double (*x)[CHUNK])
+static void load_targets(int count, const double *points, const int64_t *rows, Targets *t)
 {
-    for (int t = 0; t < count; t++)
+    t->count = count;
+    t->width = (count + LANES - 1) / LANES * LANES;
+    for (int i = 0; i < count; i++)
         for (int c = 0; c < 3; c++)
-            x[c][t] = points[3 * (rows ? rows[t] : t) + c];
+            t->x[c][i] = points[3 * (rows ? rows[i] : i) + c];
 }
 
 /* G and H, (3, 3, n, nodes, m) each or null, of n panels of one kind at m points. */
-void petcontact_panels(int64_t n, const double *records, int64_t stride, int64_t kind, const Rules *rules,
-                       const double *weights, double nu, int64_t m, const double *points, double *g, double *h)
+void petcontact_panels(const Family *family, int64_t n, const double *records, int64_t stride, int64_t m, const double *points,
+                       double *g, double *h)
 {
-    const int order = (int)(kind & 3), nodes = kind < 4 ? (order + 1) * (order + 1) : (order + 1) * (order + 2) / 2;
+    const int nodes = nodes_of(family->kind);
     const int64_t plane = n * nodes * m;
-    double x[3][CHUNK], values[NODES * ALL * CHUNK];
+    const Wanted w = {g != 0, h != 0, 0, nodes};
+    Targets t;
+    double values[NODES * ALL * CHUNK];
     for (int64_t first = 0; first < m; first += CHUNK) {
-        const int count = m - first < CHUNK ? (int)(m - first) : CHUNK;
-        const int width = (count + LANES - 1) / LANES * LANES;
-        load_targets(count, points + 3 * first, 0, x);
+        load_targets(m - first < CHUNK ? (int)(m - first) : CHUNK, points + 3 * first, 0, &t);
         for (int64_t e = 0; e < n; e++) {
-            petcontact_panel(records + e * stride, kind, rules, weights, nu, count, x, g != 0, h != 0, 0, nodes, values, width);
+            petcontact_panel(records + e * stride, family, &t, w, values);
             for (int b = 0; b < nodes; b++)
                 for (int i = 0; i < 9; i++) {
-                    const double *from = values + b * ALL * width;
+                    const double *from = values + b * ALL * t.width;
                     const int64_t to = i * plane + (e * nodes + b) * m + first;
                     if (g)
-                        memcpy(g + to, from + PLACE[i / 3][i % 3] * width, count * sizeof(double));
+                        memcpy(g + to, from + PLACE[i / 3][i % 3] * t.width, t.count * sizeof(double));
                     if (h)
-                        memcpy(h + to, from + (G + i) * width, count * sizeof(double));
+                        memcpy(h + to, from + (G + i) * t.width, t.count * sizeof(double));
                 }
         }
     }
 }
 
 /* Three interleaved components a target: one node's values of G or of H times a vector; added, or instead. */
-INLINE void contract(int count, const double *values, int width, int is_h, double x, double y, double z, int adds, double *out)
+INLINE void contract(const Targets *t, const double *values, int is_h, const double *v, int adds, double *out)
 {
     for (int i = 0; i < 3; i++) {
         const double *k[3];
         for (int j = 0; j < 3; j++)
-            k[j] = values + (is_h ? G + 3 * i + j : PLACE[i][j]) * width;
-        if (count == 1)
-            out[i] = (adds ? out[i] : 0.0) + (k[0][0] * x + k[1][0] * y + k[2][0] * z);
+            k[j] = values + (is_h ? G + 3 * i + j : PLACE[i][j]) * t->width;
+        if (t->count == 1)
+            out[i] = (adds ? out[i] : 0.0) + (k[0][0] * v[0] + k[1][0] * v[1] + k[2][0] * v[2]);
         else if (adds)
-            for (int t = 0; t < count; t++)
-                out[3 * t + i] += k[0][t] * x + k[1][t] * y + k[2][t] * z;
+            for (int n = 0; n < t->count; n++)
+                out[3 * n + i] += k[0][n] * v[0] + k[1][n] * v[1] + k[2][n] * v[2];
         else
-            for (int t = 0; t < count; t++)
-                out[3 * t + i] = k[0][t] * x + k[1][t] * y + k[2][t] * z;
+            for (int n = 0; n < t->count; n++)
+                out[3 * n + i] = k[0][n] * v[0] + k[1][n] * v[1] + k[2][n] * v[2];
     }
 }
 
-/* Columns of the boundary operators of a mesh of flat panels.
+typedef struct {                           /* a mesh and what makes columns of G and H: bem.kernel.ColumnData */
+    const double *points;                  /* (n, 3) */
+    const int64_t *element, *first_node, *kind;  /* (n,), (e + 1,), (e,) */
+    const double *records;                 /* the numbers of panel e begin at record[e] */
+    const int64_t *record;
+    const Rules *rules;
+    const double *const *weights;          /* by kind */
+    double nu, length;
+    const int64_t *known;                  /* (n, 3) */
+    const double *frame;                   /* (n, 3, 3) */
+    const int64_t *rhs_first;              /* (n + 1,) */
+    const double *rhs_traction, *rhs_displacement;  /* (q, 3) */
+} Mesh;
 
-   points (n, 3), element (n,), known (n, 3) and frame (n, 3, 3) are those of the whole mesh's nodes, first_node and kind of
-   its panels, which have their numbers at record[e]; node i has the right-hand sides rhs_first[i] to rhs_first[i+1]-1,
-   each G times a traction less (½ + H) times a displacement. Filled are, where not null, system (k, 3, m, 3) and beside
-   (number of the columns' right-hand sides, m, 3), G in units of the length. */
-DISPATCHED void petcontact_panel_columns(
-    int64_t m, const int64_t *rows, int64_t k, const int64_t *columns, const double *points, const int64_t *element,
-    const int64_t *first_node, const int64_t *kind, const double *records, const int64_t *record, const Rules *rules,
-    const double *const *weights, const int64_t *known, const double *frame, const int64_t *rhs_first, const double *rhs_traction,
-    const double *rhs_displacement, double nu, double length, double *system, double *beside)
+/* Kernels and nodes that consecutive columns of one panel ask for. */
+INLINE Wanted wanted_by(const Mesh *a, const int64_t *columns, int64_t count, int64_t first_node, int system, int beside)
 {
-    const double unit = 1.0 / length;
-    double x[3][CHUNK], values[NODES * ALL * CHUNK];
+    Wanted w = {0, 0, (int)(columns[0] - first_node), (int)(columns[count - 1] - first_node) + 1};
+    for (int64_t j = 0; j < count; j++) {
+        const int64_t node = columns[j], *known = a->known + 3 * node;
+        w.g |= system && !(known[0] && known[1] && known[2]);
+        w.h |= system && (known[0] || known[1] || known[2]);
+        for (int64_t q = 3 * a->rhs_first[node]; beside && q < 3 * a->rhs_first[node + 1]; q++) {
+            w.g |= a->rhs_traction[q] != 0.0;
+            w.h |= a->rhs_displacement[q] != 0.0;
+        }
+    }
+    return w;
+}
+
+/* Columns of the boundary operators of a mesh of flat panels, a `Filler` (hmatrix.c): where they are not null, system
+   (k, 3, m, 3) and beside (number of the columns' right-hand sides, m, 3), G in units of the length; each right-hand side is
+   G times a traction less (½ + H) times a displacement. */
+DISPATCHED void petcontact_panel_columns(const void *mesh, int64_t m, const int64_t *rows, int64_t k, const int64_t *columns,
+                                         double *system, double *beside)
+{
+    const Mesh *a = mesh;
+    const double unit = 1.0 / a->length;
+    Targets t;
+    double values[NODES * ALL * CHUNK];
     for (int64_t first = 0; first < m; first += CHUNK) {
-        const int count = m - first < CHUNK ? (int)(m - first) : CHUNK;
         const int64_t *row = rows + first;
-        const int width = (count + LANES - 1) / LANES * LANES;
-        int64_t rhs = 0;
-        load_targets(count, points, row, x);
+        double *rhs = beside ? beside + 3 * first : 0;
+        load_targets(m - first < CHUNK ? (int)(m - first) : CHUNK, a->points, row, &t);
         for (int64_t j = 0, last; j < k; j = last) {
-            const int64_t e = element[columns[j]];
-            int needs_g = 0, needs_h = 0;
-            for (last = j; last < k && element[columns[last]] == e; last++) {
-                const int64_t node = columns[last], *is_known = known + 3 * node;
-                needs_g |= system && !(is_known[0] && is_known[1] && is_known[2]);
-                needs_h |= system && (is_known[0] || is_known[1] || is_known[2]);
-                for (int64_t q = 3 * rhs_first[node]; beside && q < 3 * rhs_first[node + 1]; q++) {
-                    needs_g |= rhs_traction[q] != 0.0;
-                    needs_h |= rhs_displacement[q] != 0.0;
-                }
-            }
-            if (needs_g || needs_h)
-                petcontact_panel(records + record[e], kind[e], rules, weights[kind[e]], nu, count, x, needs_g, needs_h,
-                                 (int)(columns[j] - first_node[e]), (int)(columns[last - 1] - first_node[e]) + 1, values, width);
+            const int64_t e = a->element[columns[j]], first_node = a->first_node[e];
+            for (last = j + 1; last < k && a->element[columns[last]] == e;)
+                last++;
+            const Wanted w = wanted_by(a, columns + j, last - j, first_node, system != 0, beside != 0);
+            const Family family = {a->kind[e], a->rules, a->weights[a->kind[e]], a->nu};
+            if (w.g || w.h)
+                petcontact_panel(a->records + a->record[e], &family, &t, w, values);
             for (int64_t i = j; i < last; i++) {
-                const int64_t node = columns[i];
-                const double *own_values = values + (node - first_node[e]) * ALL * width;
-                int own = count;                               /* place of the node among the targets */
-                if (row[0] <= node && node <= row[count - 1])
-                    for (own = 0; own < count && row[own] != node;)
+                const int64_t node = columns[i], *known = a->known + 3 * node;
+                const double *own_values = values + (node - first_node) * ALL * t.width;
+                int own = t.count;                             /* place of the node among the targets */
+                if (row[0] <= node && node <= row[t.count - 1])
+                    for (own = 0; own < t.count && row[own] != node;)
                         own++;
                 for (int d = 0; system && d < 3; d++) {
-                    const double *f = frame + 9 * node + 3 * d;
-                    const int is_h = known[3 * node + d] != 0;
-                    const double s = is_h ? 1.0 : -unit;
+                    const double *f = a->frame + 9 * node + 3 * d, s = known[d] ? 1.0 : -unit;
+                    const double vector[3] = {s * f[0], s * f[1], s * f[2]};
                     double *out = system + ((3 * i + d) * m + first) * 3;
-                    contract(count, own_values, width, is_h, s * f[0], s * f[1], s * f[2], 0, out);
-                    for (int c = 0; is_h && own < count && c < 3; c++)
+                    contract(&t, own_values, known[d] != 0, vector, 0, out);
+                    for (int c = 0; known[d] && own < t.count && c < 3; c++)
                         out[3 * own + c] += 0.5 * f[c];
                 }
-                for (int64_t q = rhs_first[node]; beside && q < rhs_first[node + 1]; q++, rhs++) {
-                    const double *t = rhs_traction + 3 * q, *u = rhs_displacement + 3 * q;
-                    double *out = beside + (rhs * m + first) * 3;
-                    const int pushed = t[0] != 0.0 || t[1] != 0.0 || t[2] != 0.0;
-                    if (pushed)
-                        contract(count, own_values, width, 0, unit * t[0], unit * t[1], unit * t[2], 0, out);
+                for (int64_t q = a->rhs_first[node]; beside && q < a->rhs_first[node + 1]; q++, rhs += 3 * m) {
+                    const double *f = a->rhs_traction + 3 * q, *u = a->rhs_displacement + 3 * q;
+                    const double pushed[3] = {unit * f[0], unit * f[1], unit * f[2]}, moved[3] = {-u[0], -u[1], -u[2]};
+                    if (f[0] != 0.0 || f[1] != 0.0 || f[2] != 0.0)
+                        contract(&t, own_values, 0, pushed, 0, rhs);
                     else
-                        memset(out, 0, 3 * count * sizeof(double));
+                        memset(rhs, 0, 3 * t.count * sizeof(double));
                     if (u[0] != 0.0 || u[1] != 0.0 || u[2] != 0.0)
-                        contract(count, own_values, width, 1, -u[0], -u[1], -u[2], 1, out);
-                    for (int c = 0; own < count && c < 3; c++)
-                        out[3 * own + c] -= 0.5 * u[c];
+                        contract(&t, own_values, 1, moved, 1, rhs);
+                    for (int c = 0; own < t.count && c < 3; c++)
+                        rhs[3 * own + c] -= 0.5 * u[c];
                 }
             }
         }
     }
-}
-
-/* The same as a function of one context: what is the mesh's, in the order of `petcontact_panel_columns`. */
-typedef struct {
-    const double *points;
-    const int64_t *element, *first_node, *kind;
-    const double *records;
-    const int64_t *record;
-    const Rules *rules;
-    const double *const *weights;
-    const int64_t *known;
-    const double *frame;
-    const int64_t *rhs_first;
-    const double *rhs_traction, *rhs_displacement;
-    double nu, length;
-} Mesh;
-
-void petcontact_panel_filler(const void *context, int64_t m, const int64_t *rows, int64_t k, const int64_t *columns,
-                             double *system, double *beside)
-{
-    const Mesh *a = context;
-    petcontact_panel_columns(m, rows, k, columns, a->points, a->element, a->first_node, a->kind, a->records, a->record, a->rules,
-                             a->weights, a->known, a->frame, a->rhs_first, a->rhs_traction, a->rhs_displacement, a->nu,
-                             a->length, system, beside);
 }

@@ -31,13 +31,41 @@ typedef struct {
     int upright, regular;                  /* whether lines of Gauss points run along the frame; whether the table of weights holds */
 } Panel;
 
-/* A panel's numbers: centre 3, frame 9, size 1, polygon 8 and coefficients nodes²; kind: order, and 4 more for triangles. */
+typedef struct {                           /* what panels of one kind share; the kind is their order, and 4 more for triangles */
+    int64_t kind;
+    const Rules *rules;
+    const double *weights;                 /* of a panel of area 1 at each pair of numbers of points */
+    double nu;
+} Family;
+
+typedef struct {                           /* the targets of a chunk, and their number filled up to whole vectors */
+    int count, width;
+    double x[3][CHUNK];
+} Targets;
+
+typedef struct {                           /* targets of a chunk that take one rule */
+    int count;
+    const int *target;
+    const Targets *targets;
+} Group;
+
+typedef struct {                           /* kernels, and nodes of a panel from `node` to before `last` */
+    int g, h, node, last;
+} Wanted;
+
+INLINE int nodes_of(int64_t kind)
+{
+    const int order = (int)(kind & 3);
+    return kind < 4 ? (order + 1) * (order + 1) : (order + 1) * (order + 2) / 2;
+}
+
+/* A panel's numbers: centre 3, frame 9, size 1, polygon 8 and coefficients nodes². */
 INLINE Panel panel_of(const double *record, int64_t kind)
 {
     Panel p = {.centre = record, .frame = record + 3, .polygon = record + 13, .coefficients = record + 21, .size = record[12]};
     p.corners = kind < 4 ? 4 : 3;
     p.order = (int)(kind & 3);
-    p.nodes = p.corners == 4 ? (p.order + 1) * (p.order + 1) : (p.order + 1) * (p.order + 2) / 2;
+    p.nodes = nodes_of(kind);
     p.degree = p.corners == 4 ? 2 * p.order : p.order;
     double area = 0.0, box = 1.0;
     for (int c = 0; c < 2; c++) {

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import itertools
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +13,7 @@ from ...arrays import Array
 from ...mesh.basis import gauss
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import SurfaceMesh
-from ..compiled_filler import CompiledFiller
+from ..compiled_filler import CompiledFiller, data_members
 from ..kernel import ColumnData
 from .rules import COUNTS, MOST_POINTS, least_log_rho
 
@@ -22,8 +21,8 @@ TRIANGLE = 4
 """Is added to the order of triangles: the kind of a panel."""
 ROOM = 256
 """Gauss points of a panel that the compiled code has room for."""
-_panels = native.function("petcontact_panels", "ipiippdippp")
-_columns = native.function("petcontact_panel_columns", "ipip" + 13 * "p" + "ddpp")
+_panels = native.function("petcontact_panels", "pipiippp")
+_columns = native.function("petcontact_panel_columns", native.FILLER)
 
 
 @functools.lru_cache(maxsize=16)
@@ -76,54 +75,29 @@ def compiled_integrals(
     """Fill `integrals`' results (3, 3, n k, m), G and H or one of them; `most` are the Gauss points of far panels."""
     assert _panels is not None
     points, records, kind = native.contiguous(points), _records(panels), _kind(panels)
-    rules, weights = _rules(tolerance, most), _weights(kind)
+    family = native.Record(kind, _rules(tolerance, most), _weights(kind), poisson_ratio)
     _panels(
-        len(records), native.pointer(records), records.shape[1], kind, native.pointer(rules), native.pointer(weights),
-        poisson_ratio, len(points), *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
+        family.address, len(records), native.pointer(records), records.shape[1], len(points),
+        *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
     )  # fmt: skip
 
 
-class _Mesh(ctypes.Structure):
-    """What `petcontact_panel_filler` knows."""
-
-    _fields_: ClassVar = [
-        *((f"array_{k}", ctypes.c_void_p) for k in range(13)), ("nu", ctypes.c_double), ("length", ctypes.c_double),
-    ]  # fmt: skip
-
-
-class CompiledColumns(CompiledFiller):
-    """Columns of one mesh; those of one panel beside each other cost its integrals once."""
-
-    def __init__(self, mesh: SurfaceMesh, data: ColumnData, poisson_ratio: float, length: float, tolerance: float) -> None:
-        kind, first = np.zeros(mesh.n_elements, dtype=np.int64), np.zeros(mesh.n_elements, dtype=np.int64)
-        records, start = [], 0
-        for panels in (batch.elements for batch in mesh.batches()):
-            part = _records(panels)
-            kind[panels.index] = _kind(panels)
-            first[panels.index] = start + part.shape[1] * np.arange(len(part))
-            records.append(part.ravel())
-            start += part.size
-        self._weights = {number: _weights(number) for number in np.unique(kind).tolist()}
-        table = np.array([native.pointer(self._weights[k]) if k in self._weights else 0 for k in range(2 * TRIANGLE)])
-        real, whole = np.float64, np.int64
-        arrays: list[tuple[Any, type]] = [
-            (mesh.x, real), (mesh.element, whole), (mesh.first_node, whole), (kind, whole), (np.concatenate(records), real),
-            (first, whole), (_rules(tolerance, MOST_POINTS), real), (table, whole), (data.traction_known, whole),
-            (data.frame, real), (data.rhs_first, whole), (data.rhs_traction, real), (data.rhs_displacement, real),
-        ]  # fmt: skip
-        assert _columns is not None
-        super().__init__(_columns, arrays, (poisson_ratio, length))
-        self._context = _Mesh(*self._known)
-
-    @property
-    def compiled(self) -> tuple[int, int] | None:
-        """As in `ColumnFiller`."""
-        address = native.address("petcontact_panel_filler")
-        return None if address is None else (address, ctypes.addressof(self._context))
-
-
-def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledColumns | None:
+def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledFiller | None:
     """None where nothing was compiled; the kernel is a `Kelvin3D`."""
     if _columns is None:
         return None
-    return CompiledColumns(mesh, data, kernel.material.poisson_ratio, kernel.unit_length, kernel.tolerance)
+    kind, first = np.zeros(mesh.n_elements, dtype=np.int64), np.zeros(mesh.n_elements, dtype=np.int64)
+    records, start = [], 0
+    for panels in (batch.elements for batch in mesh.batches()):
+        part = _records(panels)
+        kind[panels.index] = _kind(panels)
+        first[panels.index] = start + part.shape[1] * np.arange(len(part))
+        records.append(part.ravel())
+        start += part.size
+    used = np.unique(kind).tolist()
+    weights = np.array([native.pointer(_weights(k)) if k in used else 0 for k in range(2 * TRIANGLE)])
+    return CompiledFiller("petcontact_panel_columns", native.Record(
+        native.contiguous(mesh.x), *(native.contiguous(array, np.int64) for array in (mesh.element, mesh.first_node)), kind,
+        np.concatenate(records), first, _rules(kernel.tolerance, MOST_POINTS), weights, kernel.material.poisson_ratio,
+        kernel.unit_length, *data_members(data),
+    ))  # fmt: skip
