@@ -18,7 +18,7 @@ from ..kernel import ColumnData
 from .moments import RULES
 
 NODES, POINTS, TIERS = 6, 24, 8
-"""Of native/plane.h."""
+"""Of native/plane/elements.h."""
 RADII = (1.7, 2.5, 4.0, 6.0, 24.0, 200.0)
 """Distances |z| from which on fewer Gauss points than those of `RULES` are taken."""
 DIGITS = 14.5
@@ -29,7 +29,7 @@ _columns = native.function("petcontact_plane_columns", native.FILLER)
 
 @functools.cache
 def _rule(order: int) -> Array:
-    """How elements of one order are integrated at each distance, as native/plane.h reads it.
+    """How elements of one order are integrated at each distance, as native/plane/elements.h reads it.
 
     From |z| on the integrands are analytic inside the ellipse of ρ = |z| + sqrt(|z|² - 1) with its foci at the ends, and n
     points leave ρ^(p-2n).

@@ -27,7 +27,7 @@ _columns = native.function("petcontact_panel_columns", native.FILLER)
 
 @functools.lru_cache(maxsize=16)
 def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
-    """The limits of the choice of Gauss points and their rules as `kelvin3d.c` reads them."""
+    """The limits of the choice of Gauss points and their rules as native/space/panel.h reads them."""
     # half the sum of the distances from both ends over half the length is (ρ + 1/ρ)/2
     least = [np.cosh(np.minimum(least_log_rho(order, tolerance), 700.0)) for order in range(HIGHEST_ORDER + 1)]
     points = np.zeros((2, len(COUNTS), COUNTS[-1]))

@@ -1,10 +1,10 @@
 /* Both kernels of plane strain over straight elements of order 0: petcontact.bem.kelvin2d.constant_elements in C, with the
    same formulas; see there. */
 
-#ifndef PETCONTACT_CONSTANT2D_H
-#define PETCONTACT_CONSTANT2D_H
+#ifndef PETCONTACT_CONSTANT_H
+#define PETCONTACT_CONSTANT_H
 
-#include "plane.h"
+#include "elements.h"
 
 typedef struct {                           /* squared distances of a chunk's targets from a point, and their logarithms */
     double square[CHUNK], log[CHUNK];

@@ -1,9 +1,9 @@
 /* Elements, targets and values of the plane: what the kernels over straight elements and arcs share. */
 
-#ifndef PETCONTACT_PLANE_H
-#define PETCONTACT_PLANE_H
+#ifndef PETCONTACT_ELEMENTS_H
+#define PETCONTACT_ELEMENTS_H
 
-#include "elementary.h"
+#include "../elementary.h"
 
 enum {
     CHUNK = 64,                            /* targets at a time: what lies between two loops stays in the first cache */

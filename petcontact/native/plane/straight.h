@@ -1,10 +1,10 @@
 /* Both kernels over straight elements of any order: petcontact.bem.kelvin2d.segments and moments in C, with the same
    formulas; see there. From afar ever fewer Gauss points are enough. */
 
-#ifndef PETCONTACT_STRAIGHT2D_H
-#define PETCONTACT_STRAIGHT2D_H
+#ifndef PETCONTACT_STRAIGHT_H
+#define PETCONTACT_STRAIGHT_H
 
-#include "plane.h"
+#include "elements.h"
 
 typedef struct {                           /* moments of one function at some targets, as in bem.kelvin2d.moments.Moments */
     Vector log, tangential, normal, shear_re, shear_im, dipole_re, dipole_im;

@@ -1,7 +1,7 @@
 /* Both kernels of the plane over elements of any order and shape, at targets or as columns of the boundary operators. */
 
-#include "constant2d.h"
-#include "straight2d.h"
+#include "constant.h"
+#include "straight.h"
 
 /* One Values a node of an element at the targets of a chunk; `ends` belong to the chunk. */
 DISPATCHED void petcontact_plane_values(const Element *e, const Constants *c, const Targets *t, Wanted w, Ends *ends, Values *v)

@@ -3,7 +3,7 @@
 #ifndef PETCONTACT_MOMENTS_H
 #define PETCONTACT_MOMENTS_H
 
-#include "elementary.h"
+#include "../elementary.h"
 
 enum {
     HIGHEST = 3,                           /* order of panels */
