@@ -8,32 +8,33 @@
 typedef void (*Filler)(const void *context, int64_t m, const int64_t *rows, int64_t k, const int64_t *columns,
                        double *system, double *beside);
 
-enum { CHECKS = 4, CHECKS_OF_KNOWN = 8 };  /* nodes whose rows have to be right in the end */
+enum { CHECKS = 4, CHECKS_OF_KNOWN = 8 }; /* nodes whose rows have to be right in the end */
 
 typedef struct {
     Filler fill;
     const void *context;
     int64_t d;
-    const int64_t *nodes, *beside;         /* 0, 1, 2 ...; first column beside of each node */
+    const int64_t *nodes, *beside; /* 0, 1, 2 ...; first column beside of each node */
     double tolerance;
 } Operator;
 
 typedef struct {
-    int64_t row, column, m, n, rows, in, columns;  /* first nodes, their numbers; scalar rows, columns of nodes, all columns */
-    const double *dense;                   /* all entries, column after column, or null */
+    int64_t row, column, m, n, rows, in,
+        columns;         /* first nodes, their numbers; scalar rows, columns of nodes, all columns */
+    const double *dense; /* all entries, column after column, or null */
 } Block;
 
-typedef struct {                           /* scratch memory for one block */
-    double *dense;                         /* all its entries, where it is known whole */
-    double *u, *v;                         /* `most` crosses, rows and columns */
-    double *gram_u, *gram_v, *core, *basis;  /* most² */
-    double *values;                        /* most */
-    double *row, *fetched;                 /* d rows, or a column; d rows of a node, or the columns of one */
+typedef struct {                            /* scratch memory for one block */
+    double *dense;                          /* all its entries, where it is known whole */
+    double *u, *v;                          /* `most` crosses, rows and columns */
+    double *gram_u, *gram_v, *core, *basis; /* most² */
+    double *values;                         /* most */
+    double *row, *fetched;                  /* d rows, or a column; d rows of a node, or the columns of one */
     char *used_rows, *used_columns;
     int64_t most;
 } Work;
 
-typedef struct {                           /* what is built: numbers, room for them, and a rank for each block */
+typedef struct { /* what is built: numbers, room for them, and a rank for each block */
     int64_t single;
     void *values;
     int64_t capacity, *ranks;
@@ -191,7 +192,7 @@ INLINE int64_t crosses(const Operator *a, const Block *b, const Work *w)
         }
         w->used_rows[row] = 1;
         column = largest(w->row + (row % d) * b->columns, w->used_columns, b->columns);
-        if (column < 0) {                  /* a row that is known already */
+        if (column < 0) { /* a row that is known already */
             checking = 1;
             continue;
         }
@@ -312,7 +313,7 @@ INLINE int64_t recompress(const Work *w, int64_t k, double tolerance)
             break;
         left -= values[best];
         values[best] = -1.0;
-        double *right = w->gram_u + rank * p;  /* later: left and right change places */
+        double *right = w->gram_u + rank * p; /* later: left and right change places */
         memcpy(right, y + best * p, k * sizeof(double));
         rank++;
     }
@@ -369,8 +370,8 @@ INLINE void store(const double *values, int64_t n, int single, void *out)
    rank); its result the rank, -1 where it is kept whole, or -2 where the crosses do not do and it has to be divided. Blocks
    of low rank are kept as rank rows of U and rank rows of V, whole ones column after column. Those of low rank with at most
    `whole` entries are known whole, too. */
-DISPATCHED void petcontact_hmatrix_build(const Operator *a, const Work *w, int64_t whole, int64_t count, const int64_t *blocks,
-                                         const Store *to, int64_t *done)
+DISPATCHED void petcontact_hmatrix_build(const Operator *a, const Work *w, int64_t whole, int64_t count,
+                                         const int64_t *blocks, const Store *to, int64_t *done)
 {
     const int64_t d = a->d, most = w->most, size = to->single ? sizeof(float) : sizeof(double);
     int64_t used = 0, i = 0;
@@ -419,47 +420,47 @@ INLINE Lanes kept(const double *x)
 }
 
 /* Sums over eight interleaved partial sums, whatever the width of the processor's vectors. */
-#define PRODUCTS(NAME, TYPE, LOAD)                                                                                             \
-    INLINE double NAME##_dot(const TYPE *a, const double *x, int64_t n)                                                        \
-    {                                                                                                                          \
-        Lanes lane = {0.0}, other = {0.0};                                                                                     \
-        int64_t j = 0;                                                                                                         \
-        for (; j + 16 <= n; j += 16) {                                                                                         \
-            lane += LOAD(a + j) * kept(x + j);                                                                                 \
-            other += LOAD(a + j + 8) * kept(x + j + 8);                                                                        \
-        }                                                                                                                      \
-        double sum = total(lane + other);                                                                                      \
-        for (; j < n; j++)                                                                                                     \
-            sum += a[j] * x[j];                                                                                                \
-        return sum;                                                                                                            \
-    }                                                                                                                          \
-    /* y += Σ factor[l] a[l, :], four rows at a time */                                                                        \
-    INLINE void NAME##_add(const TYPE *a, int64_t k, const double *factor, int64_t n, double *y)                               \
-    {                                                                                                                          \
-        int64_t l = 0;                                                                                                         \
-        for (; l + 4 <= k; l += 4) {                                                                                           \
-            const TYPE *a0 = a + l * n, *a1 = a0 + n, *a2 = a1 + n, *a3 = a2 + n;                                              \
-            const double f0 = factor[l], f1 = factor[l + 1], f2 = factor[l + 2], f3 = factor[l + 3];                           \
-            for (int64_t j = 0; j < n; j++)                                                                                    \
-                y[j] += (f0 * a0[j] + f1 * a1[j]) + (f2 * a2[j] + f3 * a3[j]);                                                 \
-        }                                                                                                                      \
-        for (; l < k; l++)                                                                                                     \
-            for (int64_t j = 0; j < n; j++)                                                                                    \
-                y[j] += factor[l] * a[l * n + j];                                                                              \
-    }                                                                                                                          \
-    INLINE void NAME##_block(const int64_t *g, const TYPE *a, const double *x, double *y, double *work)                        \
-    {                                                                                                                          \
-        const int64_t m = g[1], n = g[3], q = g[5], rank = g[6];                                                               \
-        const double *x_n = x + g[2], *x_q = x + g[4];                                                                         \
-        if (rank < 0) {                                                                                                        \
-            NAME##_add(a, n, x_n, m, y + g[0]);                                                                                \
-            NAME##_add(a + n * m, q, x_q, m, y + g[0]);                                                                        \
-            return;                                                                                                            \
-        }                                                                                                                      \
-        const TYPE *v = a + rank * m;                                                                                          \
-        for (int64_t l = 0; l < rank; l++)                                                                                     \
-            work[l] = NAME##_dot(v + l * (n + q), x_n, n) + NAME##_dot(v + l * (n + q) + n, x_q, q);                           \
-        NAME##_add(a, rank, work, m, y + g[0]);                                                                                \
+#define PRODUCTS(NAME, TYPE, LOAD)                                                                                          \
+    INLINE double NAME##_dot(const TYPE *a, const double *x, int64_t n)                                                     \
+    {                                                                                                                       \
+        Lanes lane = {0.0}, other = {0.0};                                                                                  \
+        int64_t j = 0;                                                                                                      \
+        for (; j + 16 <= n; j += 16) {                                                                                      \
+            lane += LOAD(a + j) * kept(x + j);                                                                              \
+            other += LOAD(a + j + 8) * kept(x + j + 8);                                                                     \
+        }                                                                                                                   \
+        double sum = total(lane + other);                                                                                   \
+        for (; j < n; j++)                                                                                                  \
+            sum += a[j] * x[j];                                                                                             \
+        return sum;                                                                                                         \
+    }                                                                                                                       \
+    /* y += Σ factor[l] a[l, :], four rows at a time */                                                                    \
+    INLINE void NAME##_add(const TYPE *a, int64_t k, const double *factor, int64_t n, double *y)                            \
+    {                                                                                                                       \
+        int64_t l = 0;                                                                                                      \
+        for (; l + 4 <= k; l += 4) {                                                                                        \
+            const TYPE *a0 = a + l * n, *a1 = a0 + n, *a2 = a1 + n, *a3 = a2 + n;                                           \
+            const double f0 = factor[l], f1 = factor[l + 1], f2 = factor[l + 2], f3 = factor[l + 3];                        \
+            for (int64_t j = 0; j < n; j++)                                                                                 \
+                y[j] += (f0 * a0[j] + f1 * a1[j]) + (f2 * a2[j] + f3 * a3[j]);                                              \
+        }                                                                                                                   \
+        for (; l < k; l++)                                                                                                  \
+            for (int64_t j = 0; j < n; j++)                                                                                 \
+                y[j] += factor[l] * a[l * n + j];                                                                           \
+    }                                                                                                                       \
+    INLINE void NAME##_block(const int64_t *g, const TYPE *a, const double *x, double *y, double *work)                     \
+    {                                                                                                                       \
+        const int64_t m = g[1], n = g[3], q = g[5], rank = g[6];                                                            \
+        const double *x_n = x + g[2], *x_q = x + g[4];                                                                      \
+        if (rank < 0) {                                                                                                     \
+            NAME##_add(a, n, x_n, m, y + g[0]);                                                                             \
+            NAME##_add(a + n * m, q, x_q, m, y + g[0]);                                                                     \
+            return;                                                                                                         \
+        }                                                                                                                   \
+        const TYPE *v = a + rank * m;                                                                                       \
+        for (int64_t l = 0; l < rank; l++)                                                                                  \
+            work[l] = NAME##_dot(v + l * (n + q), x_n, n) + NAME##_dot(v + l * (n + q) + n, x_q, q);                        \
+        NAME##_add(a, rank, work, m, y + g[0]);                                                                             \
     }
 
 PRODUCTS(single, float, widened)
@@ -480,8 +481,8 @@ DISPATCHED void petcontact_hmatrix_multiply(int64_t count, const int64_t *table,
 }
 
 /* Sums of n numbers by group: the groups met are listed, their sums held in `sums` (zero before, and to be zeroed after). */
-INLINE int64_t grouped(const void *values, int64_t offset, int single, const int64_t *group, int64_t n,
-                       double *sums, int64_t *met, int64_t found, char *seen)
+INLINE int64_t grouped(const void *values, int64_t offset, int single, const int64_t *group, int64_t n, double *sums,
+                       int64_t *met, int64_t found, char *seen)
 {
     for (int64_t j = 0; j < n; j++) {
         const int64_t h = group[j];
@@ -496,7 +497,7 @@ INLINE int64_t grouped(const void *values, int64_t offset, int single, const int
     return found;
 }
 
-typedef struct {                           /* groups of rows and of columns, -1 for none; scratch memory, zero before */
+typedef struct { /* groups of rows and of columns, -1 for none; scratch memory, zero before */
     const int64_t *row_group, *column_group;
     int64_t column_groups;
     double *row_sums, *column_sums;
@@ -505,7 +506,8 @@ typedef struct {                           /* groups of rows and of columns, -1 
 } Grouping;
 
 /* coarse[row group, column group] += the sums of the blocks' entries, (row groups, column groups). */
-DISPATCHED void petcontact_hmatrix_coarse(int64_t count, const int64_t *table, int64_t single, const Grouping *w, double *coarse)
+DISPATCHED void petcontact_hmatrix_coarse(int64_t count, const int64_t *table, int64_t single, const Grouping *w,
+                                          double *coarse)
 {
     for (int64_t i = 0; i < count; i++) {
         const int64_t *g = table + 8 * i;
@@ -523,7 +525,8 @@ DISPATCHED void petcontact_hmatrix_coarse(int64_t count, const int64_t *table, i
             } else {
                 const int64_t v = g[6] * m + l * (n + q), *group = w->column_group;
                 columns = grouped(a, v, single, group + g[2], n, w->column_sums, w->columns_met, 0, w->column_seen);
-                columns = grouped(a, v + n, single, group + g[4], q, w->column_sums, w->columns_met, columns, w->column_seen);
+                columns =
+                    grouped(a, v + n, single, group + g[4], q, w->column_sums, w->columns_met, columns, w->column_seen);
             }
             for (int64_t r = 0; r < rows; r++) {
                 double *to = coarse + w->rows_met[r] * w->column_groups;

@@ -4,7 +4,8 @@
 #include "straight.h"
 
 /* One Values a node of an element at the targets of a chunk; `ends` belong to the chunk. */
-DISPATCHED void petcontact_plane_values(const Element *e, const Constants *c, const Targets *t, Wanted w, Ends *ends, Values *v)
+DISPATCHED void petcontact_plane_values(const Element *e, const Constants *c, const Targets *t, Wanted w, Ends *ends,
+                                        Values *v)
 {
     const Wanted g = {1, 0, w.node, w.last}, h = {0, 1, w.node, w.last}, both = {1, 1, w.node, w.last};
     if (e->order == 0) {
@@ -53,18 +54,18 @@ void petcontact_plane_integrals(const Elements *elements, int64_t n, const Point
     }
 }
 
-typedef struct {                           /* a mesh and what makes columns of G and H: bem.kernel.ColumnData */
+typedef struct { /* a mesh and what makes columns of G and H: bem.kernel.ColumnData */
     Elements elements;
     Points nodes;
-    const int64_t *first_node, *known;     /* (e + 1,), (n, 2) */
-    const double *frame;                   /* (n, 2, 2) */
-    const int64_t *rhs_first;              /* (n + 1,) */
-    const double *rhs_traction, *rhs_displacement;  /* (q, 2) */
+    const int64_t *first_node, *known;             /* (e + 1,), (n, 2) */
+    const double *frame;                           /* (n, 2, 2) */
+    const int64_t *rhs_first;                      /* (n + 1,) */
+    const double *rhs_traction, *rhs_displacement; /* (q, 2) */
 } Mesh;
 
-typedef struct {                           /* one node's columns go here: pairs of components, target after target */
+typedef struct { /* one node's columns go here: pairs of components, target after target */
     const Values *values;
-    int count, own;                        /* targets, and which of them is the node itself */
+    int count, own; /* targets, and which of them is the node itself */
 } Column;
 
 INLINE void put_g(const Column *a, double x, double y, double *out)
@@ -103,7 +104,10 @@ INLINE void subtract_h(const Column *a, double x, double y, double *out)
     }
 }
 
-INLINE int some(const double *vector) { return vector[0] != 0.0 || vector[1] != 0.0; }
+INLINE int some(const double *vector)
+{
+    return vector[0] != 0.0 || vector[1] != 0.0;
+}
 
 /* Kernels and nodes that consecutive columns of one element ask for. */
 INLINE Wanted wanted_by(const Mesh *a, const int64_t *columns, int64_t count, int64_t first_node, int system, int beside)

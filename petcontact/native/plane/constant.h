@@ -6,13 +6,13 @@
 
 #include "elements.h"
 
-typedef struct {                           /* squared distances of a chunk's targets from a point, and their logarithms */
+typedef struct { /* squared distances of a chunk's targets from a point, and their logarithms */
     double square[CHUNK], log[CHUNK];
 } Distances;
 
-typedef struct {                           /* of both ends of an element, and which one is the start */
+typedef struct { /* of both ends of an element, and which one is the start */
     Distances from[2];
-    const double *end;                     /* of the element before, or null */
+    const double *end; /* of the element before, or null */
     int start;
 } Ends;
 
@@ -45,7 +45,8 @@ INLINE void write_h(const Element *e, const Constants *c, const Pair *p, int k, 
     const double dipole = p->double_h * (-c->scale * e->half * e->half) / (p->square_1 * p->square_2);
     const double deviator = (p->along - p->across) * dipole;
     const double isotropic = p->angle * (-c->scale * (2.0 - 2.0 * c->nu));
-    const double off = (p->x1 * p->y2 + p->x2 * p->y1) * dipole, rotation = p->ratio * (0.5 * c->scale * (1.0 - 2.0 * c->nu));
+    const double off = (p->x1 * p->y2 + p->x2 * p->y1) * dipole,
+                 rotation = p->ratio * (0.5 * c->scale * (1.0 - 2.0 * c->nu));
     out->h00[k] = isotropic + deviator;
     out->h11[k] = isotropic - deviator;
     out->h01[k] = off + rotation;
@@ -78,8 +79,20 @@ INLINE void distances_from(const double *point, const Targets *t, Distances *d)
 
 INLINE Pair pair_of(const Element *e, const Targets *t, int k)
 {
-    return (Pair){t->x[k] - e->start[0], t->y[k] - e->start[1], t->x[k] - e->end[0], t->y[k] - e->end[1], 0.0, 0.0, 0.0,
-                  0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0};
+    return (Pair){t->x[k] - e->start[0],
+                  t->y[k] - e->start[1],
+                  t->x[k] - e->end[0],
+                  t->y[k] - e->end[1],
+                  0.0,
+                  0.0,
+                  0.0,
+                  0.0,
+                  0.0,
+                  0.0,
+                  0.0,
+                  0.0,
+                  0.0,
+                  0.0};
 }
 
 /* A node of the element itself: distances along it, the principal value. */

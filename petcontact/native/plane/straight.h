@@ -6,16 +6,19 @@
 
 #include "elements.h"
 
-typedef struct {                           /* moments of one function at some targets, as in bem.kelvin2d.moments.Moments */
+typedef struct { /* moments of one function at some targets, as in bem.kelvin2d.moments.Moments */
     Vector log, tangential, normal, shear_re, shear_im, dipole_re, dipole_im;
 } Moments;
 
-typedef struct {                           /* targets of a chunk in an element's own coordinates, and the rule for each */
-    double left[ROOM], right[ROOM], h[ROOM], on_line[ROOM];  /* ξ+1, ξ-1 */
-    int rule[ROOM];                        /* 0 for the closed form, else 1 more than the tier */
+typedef struct { /* targets of a chunk in an element's own coordinates, and the rule for each */
+    double left[ROOM], right[ROOM], h[ROOM], on_line[ROOM]; /* ξ+1, ξ-1 */
+    int rule[ROOM];                                         /* 0 for the closed form, else 1 more than the tier */
 } Local;
 
-INLINE Vector at(const double *numbers) { return *(const Vector *)numbers; }
+INLINE Vector at(const double *numbers)
+{
+    return *(const Vector *)numbers;
+}
 
 INLINE Local local_of(const Element *e, const Targets *t)
 {
@@ -43,7 +46,7 @@ INLINE Local local_of(const Element *e, const Targets *t)
     for (int k = 1; k < tiers; k++)
         for (int i = 0; i < t->count; i++)
             p.rule[i] += distance[i] >= e->rule->radius_2[k];
-    for (int i = t->count; i < t->count + LANES; i++)    /* what fills the last vector */
+    for (int i = t->count; i < t->count + LANES; i++) /* what fills the last vector */
         p.left[i] = p.right[i] = p.h[i] = p.on_line[i] = 0.0;
     return p;
 }
@@ -83,7 +86,8 @@ INLINE void finish_straight(const Element *e, const Constants *c, Moments *m, do
     combine(e, c, m, weight, e->tx * e->tx - e->ty * e->ty, 2.0 * e->tx * e->ty, w, v, first);
 }
 
-INLINE void straight_by_points(const Element *e, const Constants *c, int points, const Local *p, int first, Wanted w, Values *v)
+INLINE void straight_by_points(const Element *e, const Constants *c, int points, const Local *p, int first, Wanted w,
+                               Values *v)
 {
     const Gauss *rule = e->rule->gauss + points;
     const Vector h = at(p->h + first), xi = 0.5 * (at(p->left + first) + at(p->right + first));
@@ -121,7 +125,7 @@ INLINE void straight_by_points(const Element *e, const Constants *c, int points,
     }
 }
 
-typedef struct {                           /* Legendre moments: of the logarithm, 1/(s-z) and 1/(s-z)² */
+typedef struct { /* Legendre moments: of the logarithm, 1/(s-z) and 1/(s-z)² */
     Vector log[NODES], re[NODES + 1], im[NODES + 1], square_re[NODES], square_im[NODES];
 } Legendre;
 

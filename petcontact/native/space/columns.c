@@ -61,7 +61,7 @@ INLINE void far(const Panel *p, const Rule *rule, double nu, Group group, Wanted
 {
     const int wants_g = wanted.g, wants_h = wanted.h, node = wanted.node, last_node = wanted.last;
     const int count = group.count, *target = group.target, width = group.targets->width;
-    const double (*x)[CHUNK] = group.targets->x, *normal = p->frame + 6;
+    const double(*x)[CHUNK] = group.targets->x, *normal = p->frame + 6;
     const int low = wants_g ? 0 : G, high = wants_h ? ALL : G;
     Vector k[4][ALL];
     for (int first = 0; first < count; first += LANES) {
@@ -153,12 +153,13 @@ INLINE void far(const Panel *p, const Rule *rule, double nu, Group group, Wanted
 }
 
 /* Values (nodes, 15, width) of one panel at the targets of a chunk, of the nodes that are wanted. */
-DISPATCHED void petcontact_panel(const double *record, const Family *family, const Targets *targets, Wanted wanted, double *values)
+DISPATCHED void petcontact_panel(const double *record, const Family *family, const Targets *targets, Wanted wanted,
+                                 double *values)
 {
     const Panel p = panel_of(record, family->kind);
     const Rules *rules = family->rules;
     const int count = targets->count;
-    const double (*x)[CHUNK] = targets->x;
+    const double(*x)[CHUNK] = targets->x;
     const double *least = rules->least[p.order], over = 1.0 / p.size;
     double local[3][CHUNK];
     int code[CHUNK], together[CHUNK];
@@ -176,16 +177,16 @@ DISPATCHED void petcontact_panel(const double *record, const Family *family, con
         for (int c = 0; c < 2; c++) {
             double along = fabs(local[c][t] - p.middle[c]), z = local[2][t], half = p.half[c];
             double across = beyond[1 - c] * beyond[1 - c] + z * z;
-            double mean = (0.5 / half) * (sqrt((along - half) * (along - half) + across)
-                                          + sqrt((along + half) * (along + half) + across));
+            double mean = (0.5 / half) *
+                          (sqrt((along - half) * (along - half) + across) + sqrt((along + half) * (along + half) + across));
             place[c] = 0;
             for (int n = 0; n < RULES; n++)
                 place[c] += mean < least[n];
         }
         if (!p.upright)
             place[0] = place[1] = place[0] > place[1] ? place[0] : place[1];
-        int too_many = place[0] >= RULES || place[1] >= RULES
-                       || rules->count[place[0]] * rules->count[place[1]] > rules->most[p.order];
+        int too_many =
+            place[0] >= RULES || place[1] >= RULES || rules->count[place[0]] * rules->count[place[1]] > rules->most[p.order];
         code[t] = too_many ? -1 : place[0] * RULES + place[1];
     }
     Rule rule;
@@ -219,8 +220,8 @@ static void load_targets(int count, const double *points, const int64_t *rows, T
 }
 
 /* G and H, (3, 3, n, nodes, m) each or null, of n panels of one kind at m points. */
-void petcontact_panels(const Family *family, int64_t n, const double *records, int64_t stride, int64_t m, const double *points,
-                       double *g, double *h)
+void petcontact_panels(const Family *family, int64_t n, const double *records, int64_t stride, int64_t m,
+                       const double *points, double *g, double *h)
 {
     const int nodes = nodes_of(family->kind);
     const int64_t plane = n * nodes * m;
@@ -262,18 +263,18 @@ INLINE void contract(const Targets *t, const double *values, int is_h, const dou
     }
 }
 
-typedef struct {                           /* a mesh and what makes columns of G and H: bem.kernel.ColumnData */
-    const double *points;                  /* (n, 3) */
-    const int64_t *element, *first_node, *kind;  /* (n,), (e + 1,), (e,) */
-    const double *records;                 /* the numbers of panel e begin at record[e] */
+typedef struct {                                /* a mesh and what makes columns of G and H: bem.kernel.ColumnData */
+    const double *points;                       /* (n, 3) */
+    const int64_t *element, *first_node, *kind; /* (n,), (e + 1,), (e,) */
+    const double *records;                      /* the numbers of panel e begin at record[e] */
     const int64_t *record;
     const Rules *rules;
-    const double *const *weights;          /* by kind */
+    const double *const *weights; /* by kind */
     double nu, length;
-    const int64_t *known;                  /* (n, 3) */
-    const double *frame;                   /* (n, 3, 3) */
-    const int64_t *rhs_first;              /* (n + 1,) */
-    const double *rhs_traction, *rhs_displacement;  /* (q, 3) */
+    const int64_t *known;                          /* (n, 3) */
+    const double *frame;                           /* (n, 3, 3) */
+    const int64_t *rhs_first;                      /* (n + 1,) */
+    const double *rhs_traction, *rhs_displacement; /* (q, 3) */
 } Mesh;
 
 /* Kernels and nodes that consecutive columns of one panel ask for. */
@@ -317,7 +318,7 @@ DISPATCHED void petcontact_panel_columns(const void *mesh, int64_t m, const int6
             for (int64_t i = j; i < last; i++) {
                 const int64_t node = columns[i], *known = a->known + 3 * node;
                 const double *own_values = values + (node - first_node) * ALL * t.width;
-                int own = t.count;                             /* place of the node among the targets */
+                int own = t.count; /* place of the node among the targets */
                 if (row[0] <= node && node <= row[t.count - 1])
                     for (own = 0; own < t.count && row[own] != node;)
                         own++;

@@ -27,7 +27,7 @@ INLINE void near(const Panel *p, const double *place, double nu, Wanted wanted, 
 {
     const int wants_g = wanted.g, wants_h = wanted.h, node = wanted.node, last_node = wanted.last;
     const double x = place[0], y = place[1], w = place[2];
-    enum { LOCAL = 14 };                   /* U: 6, T: 6 of its symmetric part and 2 of the other */
+    enum { LOCAL = 14 }; /* U: 6, T: 6 of its symmetric part and 2 of the other */
     const double one_2nu = 1.0 - 2.0 * nu, scale = 1.0 / (8.0 * PI * (1.0 - nu));
     Moments m;
     moments_of(p->polygon, p->corners, x, y, w, p->order, p->degree, wants_h, &m);

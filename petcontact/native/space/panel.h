@@ -6,21 +6,23 @@
 #include "moments.h"
 
 enum {
-    CHUNK = 64,                            /* targets at a time */
+    CHUNK = 64, /* targets at a time */
     LANES = 8,
-    NODES = 16,                            /* of a panel, at most */
-    RULES = 12,                            /* numbers of points in one direction that are used, */
-    LONGEST = 24,                          /* the greatest of them, */
-    POINTS = 256,                          /* and of both */
-    G = 6, H = 9, ALL = G + H,
-    FEW = 3                                /* targets below which a vector holds points of a rule instead */
+    NODES = 16,   /* of a panel, at most */
+    RULES = 12,   /* numbers of points in one direction that are used, */
+    LONGEST = 24, /* the greatest of them, */
+    POINTS = 256, /* and of both */
+    G = 6,
+    H = 9,
+    ALL = G + H,
+    FEW = 3 /* targets below which a vector holds points of a rule instead */
 };
 
 typedef double Vector __attribute__((vector_size(8 * LANES)));
 
-typedef struct {                           /* as numpy fills it: bem.kelvin3d.compiled.rules */
-    double most[HIGHEST + 1];              /* points of far panels by order */
-    double least[HIGHEST + 1][RULES];      /* least half sum of the distances from both foci, in their half distance */
+typedef struct {                      /* as numpy fills it: bem.kelvin3d.compiled.rules */
+    double most[HIGHEST + 1];         /* points of far panels by order */
+    double least[HIGHEST + 1][RULES]; /* least half sum of the distances from both foci, in their half distance */
     double count[RULES], xi[RULES][LONGEST], weight[RULES][LONGEST];
 } Rules;
 
@@ -28,28 +30,28 @@ typedef struct {
     const double *centre, *frame, *polygon, *coefficients;
     double size, half[2], middle[2], area; /* area of the polygon in local coordinates */
     int corners, order, nodes, degree;
-    int upright, regular;                  /* whether lines of Gauss points run along the frame; whether the table of weights holds */
+    int upright, regular; /* whether lines of Gauss points run along the frame; whether the table of weights holds */
 } Panel;
 
-typedef struct {                           /* what panels of one kind share; the kind is their order, and 4 more for triangles */
+typedef struct { /* what panels of one kind share; the kind is their order, and 4 more for triangles */
     int64_t kind;
     const Rules *rules;
-    const double *weights;                 /* of a panel of area 1 at each pair of numbers of points */
+    const double *weights; /* of a panel of area 1 at each pair of numbers of points */
     double nu;
 } Family;
 
-typedef struct {                           /* the targets of a chunk, and their number filled up to whole vectors */
+typedef struct { /* the targets of a chunk, and their number filled up to whole vectors */
     int count, width;
     double x[3][CHUNK];
 } Targets;
 
-typedef struct {                           /* targets of a chunk that take one rule */
+typedef struct { /* targets of a chunk that take one rule */
     int count;
     const int *target;
     const Targets *targets;
 } Group;
 
-typedef struct {                           /* kernels, and nodes of a panel from `node` to before `last` */
+typedef struct { /* kernels, and nodes of a panel from `node` to before `last` */
     int g, h, node, last;
 } Wanted;
 
@@ -62,7 +64,8 @@ INLINE int nodes_of(int64_t kind)
 /* A panel's numbers: centre 3, frame 9, size 1, polygon 8 and coefficients nodes². */
 INLINE Panel panel_of(const double *record, int64_t kind)
 {
-    Panel p = {.centre = record, .frame = record + 3, .polygon = record + 13, .coefficients = record + 21, .size = record[12]};
+    Panel p = {
+        .centre = record, .frame = record + 3, .polygon = record + 13, .coefficients = record + 21, .size = record[12]};
     p.corners = kind < 4 ? 4 : 3;
     p.order = (int)(kind & 3);
     p.nodes = nodes_of(kind);
@@ -103,19 +106,19 @@ INLINE void monomials(const Panel *p, double x, double y, double *out)
     }
 }
 
-typedef struct {                           /* Gauss points; more without weight fill the last vector */
-    int count, nodal;                      /* whether the points are the nodes, each of weight in its own function only */
+typedef struct {      /* Gauss points; more without weight fill the last vector */
+    int count, nodal; /* whether the points are the nodes, each of weight in its own function only */
     double scale, x[3][POINTS];
-    const double (*weight)[NODES];         /* over the scale */
+    const double (*weight)[NODES]; /* over the scale */
 } Rule;
 
 /* `weights` are those of a panel of area 1 at each pair of numbers of points, `room` for those of another. */
-INLINE void rule_of(const Panel *p, const Rules *rules, const double *weights, int first, int second,
-                    double (*room)[NODES], Rule *rule)
+INLINE void rule_of(const Panel *p, const Rules *rules, const double *weights, int first, int second, double (*room)[NODES],
+                    Rule *rule)
 {
     const int nx = (int)rules->count[first], ny = (int)rules->count[second];
     const double *a = p->polygon, *b = a + 2, *c = b + 2, *d = p->corners == 4 ? c + 2 : c;
-    double local[4][2], global[4][3];      /* times 1, s, t and s t: bilinear, two corners of triangles in one */
+    double local[4][2], global[4][3]; /* times 1, s, t and s t: bilinear, two corners of triangles in one */
     for (int k = 0; k < 2; k++) {
         local[0][k] = 0.25 * ((a[k] + b[k]) + (c[k] + d[k]));
         local[1][k] = 0.25 * ((b[k] - a[k]) + (c[k] - d[k]));
@@ -125,7 +128,7 @@ INLINE void rule_of(const Panel *p, const Rules *rules, const double *weights, i
     for (int i = 0; i < 4; i++)
         for (int k = 0; k < 3; k++)
             global[i][k] = (i ? 0.0 : p->centre[k]) + p->size * (local[i][0] * p->frame[k] + local[i][1] * p->frame[3 + k]);
-    rule->weight = p->regular ? (const double (*)[NODES])(weights + (first * RULES + second) * POINTS * NODES) : room;
+    rule->weight = p->regular ? (const double(*)[NODES])(weights + (first * RULES + second) * POINTS * NODES) : room;
     rule->scale = p->size * p->size * (p->regular ? p->area : 1.0);
     rule->nodal = p->regular && p->corners == 4 && nx == p->order + 1 && ny == nx;
     int q = 0;
