@@ -6,7 +6,8 @@ A caller asks for a function by name and falls back on numpy when there is none:
     if constant is not None: ...
 
 The C code allocates nothing, keeps nothing and knows neither Python nor numpy: ctypes hands it pointers, with Python's
-lock released. Its digits are the same on every machine (`elementary.h`). PETCONTACT_NATIVE=0 switches it off.
+lock released. Its digits are the same on every machine (`elementary.h`). PETCONTACT_NATIVE=0 switches it off,
+PETCONTACT_NATIVE=FILE takes another build of it.
 """
 
 from __future__ import annotations
@@ -32,10 +33,9 @@ _TYPES = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
 
 @functools.cache
 def _library() -> ctypes.CDLL | None:
-    path = Path(__file__).with_name("_kernels" + SUFFIX)
-    if os.environ.get(VARIABLE, "1") == "0" or not path.exists():
-        return None
-    return ctypes.CDLL(str(path))
+    asked = os.environ.get(VARIABLE, "1")
+    path = Path(__file__).with_name("_kernels" + SUFFIX) if asked in ("0", "1", "") else Path(asked)
+    return ctypes.CDLL(str(path)) if asked != "0" and path.exists() else None
 
 
 @functools.cache
