@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ... import native
-from ...arrays import Array
+from ...arrays import Array, Index
 from ...mesh.basis import gauss
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import SurfaceMesh
@@ -22,6 +22,7 @@ TRIANGLE = 4
 ROOM = 256
 """Gauss points of a panel that the compiled code has room for."""
 _panels = native.function("petcontact_panels", "pipiippp")
+_field = native.function("petcontact_panel_field", "pipiipppp")
 _columns = native.function("petcontact_panel_columns", native.FILLER)
 
 
@@ -80,6 +81,41 @@ def compiled_integrals(
         family.address, len(records), native.pointer(records), records.shape[1], len(points),
         *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
     )  # fmt: skip
+
+
+def compiled_field(
+    points: Array, panels: Panels, poisson_ratio: float, tolerance: float, data: Array
+) -> tuple[Array, tuple[Index, Index]] | None:
+    """What panels add to displacement and stress at points inside the body, contracted with the boundary data.
+
+    Parameters
+    ----------
+    points : (m, 3) array
+        [length]
+    panels : Panels
+        n panels of k nodes.
+    poisson_ratio, tolerance : float
+    data : (n k, 6) array
+        Traction over 2µ [-] and displacement [length] at their nodes.
+
+    Returns
+    -------
+    field : (m, 10) array
+        Displacement [length], stress over 2µ, and the share of the solid angle that the panels take.
+    close : pair of arrays
+        Panels and points too near for Gauss points, whose stress is missing. Nothing where nothing was compiled.
+    """
+    if _field is None:
+        return None
+    points, data, records, kind = native.contiguous(points), native.contiguous(data), _records(panels), _kind(panels)
+    family = native.Record(kind, _rules(tolerance, (ROOM,) * len(MOST_POINTS)), _weights(kind), poisson_ratio)
+    field, close = np.empty((len(points), 10)), np.zeros((len(records), len(points)), dtype=np.bool_)
+    _field(
+        family.address, len(records), native.pointer(records), records.shape[1], len(points),
+        *(native.pointer(a) for a in (points, data, field, close)),
+    )  # fmt: skip
+    element, column = np.nonzero(close)
+    return field, (element, column)
 
 
 def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledFiller | None:

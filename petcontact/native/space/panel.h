@@ -45,6 +45,15 @@ typedef struct { /* the targets of a chunk, and their number filled up to whole 
     double x[3][CHUNK];
 } Targets;
 
+INLINE void load_targets(int count, const double *points, const int64_t *rows, Targets *t)
+{
+    t->count = count;
+    t->width = (count + LANES - 1) / LANES * LANES;
+    for (int i = 0; i < count; i++)
+        for (int c = 0; c < 3; c++)
+            t->x[c][i] = points[3 * (rows ? rows[i] : i) + c];
+}
+
 typedef struct { /* targets of a chunk that take one rule */
     int count;
     const int *target;
@@ -103,6 +112,38 @@ INLINE void monomials(const Panel *p, double x, double y, double *out)
             value *= y;
         }
         power *= x;
+    }
+}
+
+/* Targets in local coordinates, and the pair of rules that each takes: first · RULES + second, or -1 for the closed form. */
+INLINE void choose(const Panel *p, const Rules *rules, const Targets *targets, double (*local)[CHUNK], int *code)
+{
+    const double *least = rules->least[p->order], over = 1.0 / p->size;
+    for (int t = 0; t < targets->count; t++) {
+        double r[3], beyond[2];
+        int place[2];
+        for (int c = 0; c < 3; c++)
+            r[c] = targets->x[c][t] - p->centre[c];
+        for (int c = 0; c < 3; c++)
+            local[c][t] = (p->frame[3 * c] * r[0] + p->frame[3 * c + 1] * r[1] + p->frame[3 * c + 2] * r[2]) * over;
+        for (int c = 0; c < 2; c++) {
+            beyond[c] = fabs(local[c][t] - p->middle[c]) - p->half[c];
+            beyond[c] = beyond[c] > 0.0 ? beyond[c] : 0.0;
+        }
+        for (int c = 0; c < 2; c++) {
+            double along = fabs(local[c][t] - p->middle[c]), z = local[2][t], half = p->half[c];
+            double across = beyond[1 - c] * beyond[1 - c] + z * z;
+            double mean = (0.5 / half) *
+                          (sqrt((along - half) * (along - half) + across) + sqrt((along + half) * (along + half) + across));
+            place[c] = 0;
+            for (int n = 0; n < RULES; n++)
+                place[c] += mean < least[n];
+        }
+        if (!p->upright)
+            place[0] = place[1] = place[0] > place[1] ? place[0] : place[1];
+        int too_many = place[0] >= RULES || place[1] >= RULES ||
+                       rules->count[place[0]] * rules->count[place[1]] > rules->most[p->order];
+        code[t] = too_many ? -1 : place[0] * RULES + place[1];
     }
 }
 
