@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from petcontact.pipeline.prepare import discretise
 
 from petcontact import native
 from petcontact.bem import kernels, operators
@@ -17,7 +18,6 @@ from petcontact.bem.kernels import field_of
 from petcontact.mesh.panels import make_panels
 from petcontact.model.case import load
 from petcontact.model.problem import Material
-from petcontact.pipeline.prepare import discretise
 
 pytestmark = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
 CONFIGS = Path(__file__).parents[2] / "configs"
