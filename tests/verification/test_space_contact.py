@@ -18,7 +18,8 @@ from petcontact.mesh.basis import gauss
 from petcontact.model.base import parse
 from petcontact.model.case import parse_problem
 from petcontact.pipeline import assemble
-from petcontact.pipeline.load_steps import prepare_assembly, run_steps, solve
+from petcontact.pipeline.run import prepare, run
+from petcontact.pipeline.solve import solve
 
 MU, STICK, HALF = 0.4, 0.6, 1.5
 HELD = {"lower": ("left", "right", "front", "back", "bottom"), "upper": ("left", "right", "front", "back", "top")}
@@ -57,12 +58,12 @@ def block(name, nu, h, order):
 
 def solved(data, states):
     """The problem with displacements states[b](x) (K, n, 3) of body b on all held parts in its load states."""
-    assembly = parse(Problem, data, "exact blocks in space")
-    discrete = assemble.discretise(assembly)
-    for mesh, loading, exact in zip(discrete.meshes, discrete.loadings, states, strict=True):
-        held = ~loading.traction_known.any(axis=1)
-        loading.value[1:, held] = exact(mesh.x[held])
-    solution = run_steps(prepare_assembly(assembly, discrete=discrete))
+    problem = parse(Problem, data, "exact blocks in space")
+    discrete = assemble.discretise(problem)
+    for mesh, known, exact in zip(discrete.meshes, discrete.data, states, strict=True):
+        held = ~known.traction_known.any(axis=1)
+        known.value[1:, held] = exact(mesh.x[held])
+    solution = run(prepare(problem, discrete=discrete))
     assert solution.converged, solution.reason
     return solution
 
