@@ -82,10 +82,10 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
     boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
     check_parts(problem, boundaries, sides)
     problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
-    own = [mesh_of(problem) if make_mesh is None else make_mesh(b, problem, boundaries[b])
+    own = [mesh_of(problem, boundaries[b]) if make_mesh is None else make_mesh(b, problem, boundaries[b])
            for b, problem in enumerate(problems)]  # fmt: skip
     pairs = [PairParts((s.body, s.part), s.primary, s.direction) for s in sides if s.primary is not None]
-    meshes = matched(boundaries, own, pairs)
+    meshes = matched(boundaries, own, pairs) if pairs else own
     notes: list[str] = []
     interfaces, distance = [], []
     for side in sides:
