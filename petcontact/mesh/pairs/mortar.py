@@ -21,6 +21,8 @@ ROUND = 1e-12
 """Entries of V this close to 0 or 1 are that: matching elements pass values on as they are."""
 SMOOTH = 0.5
 """Least cosine between the normals of neighbouring elements of one smooth surface."""
+LARGEST = 1.0
+"""Change of an entry of V, of all those that sum to 1, beyond which the centre of what it sees stays where it is."""
 WHOLE = 0.9
 """Share of an element that faces something from which on all its polynomials are determined there; below, affine ones."""
 
@@ -136,11 +138,13 @@ def balanced(
     for i in np.flatnonzero((np.abs(off).max(axis=1) > ROUND * np.abs(x).max()) & (np.diff(values.indptr) > 0)):
         mine = slice(values.indptr[i], values.indptr[i + 1])
         nodes = values.indices[mine]
-        away = (x[nodes] - faced[i]) @ tangent[i].T
-        reach, share = np.abs(away).max(), weight[nodes] / weight[nodes].sum()
-        test = np.column_stack([np.ones(len(nodes)), away / reach])
-        wanted = np.concatenate([[0.0], -off[i] / reach])
-        entries[mine] += share * (test @ np.linalg.lstsq(test.T * share @ test, wanted, rcond=1e-10)[0])
+        share = weight[nodes] / weight[nodes].sum()
+        away = (x[nodes] - share @ x[nodes]) @ tangent[i].T
+        spread = away.T * share @ away
+        change = share * (away @ np.linalg.lstsq(spread, -off[i], rcond=1e-10)[0])
+        # nodes that lie behind one another have no centre to move
+        if np.abs(change).max() < LARGEST:
+            entries[mine] += change
     return scipy.sparse.csr_array((entries, values.indices, values.indptr), shape=values.shape)
 
 
