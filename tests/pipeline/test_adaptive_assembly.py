@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from petcontact import Assembly
+from petcontact import Problem
 from petcontact.model.base import parse
 from petcontact.pipeline.adaptive_assembly import adapt_assembly
 
@@ -14,7 +14,7 @@ WIDTH, PLACE = 1e-4, 0.7312345
 
 def block(pressure, steps=()):
     """A block on a rigid floor, with friction, under a pressure."""
-    return parse(Assembly, {
+    return parse(Problem, {
         "body": [{"name": "block", "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
                   "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
                   "boundary": [{"part": "top", "condition": "traction", "pressure": pressure}]}],

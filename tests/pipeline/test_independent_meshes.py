@@ -6,7 +6,7 @@ import facets
 import numpy as np
 import pytest
 
-from petcontact import Assembly, solve_assembly
+from petcontact import Problem, solve
 from petcontact.model.base import parse
 from petcontact.pipeline.assemble import discretise
 
@@ -27,11 +27,11 @@ def body(name, file, order=1, **conditions):
 
 
 def posed(bodies, *contacts):
-    return parse(Assembly, {"body": bodies, "contact": list(contacts), "bem": {"mat_type": "dense"}}, "test")
+    return parse(Problem, {"body": bodies, "contact": list(contacts), "bem": {"mat_type": "dense"}}, "test")
 
 
 def solved(bodies, *contacts):
-    solution = solve_assembly(posed(bodies, *contacts))
+    solution = solve(posed(bodies, *contacts))
     assert solution.converged, solution.reason
     return solution
 

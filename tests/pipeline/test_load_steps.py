@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from petcontact import Assembly, InputError, adapt_assembly, read_result, solve_assembly, write_solution
+from petcontact import InputError, Problem, adapt_assembly, read_result, solve_assembly, write_solution
 from petcontact.commands.main import main
 from petcontact.model.base import parse
 
@@ -162,7 +162,7 @@ def assembly(text, **changes):
         for name in path:
             here = here[int(name)] if name.isdigit() else here[name]
         here[int(last) if last.isdigit() else last] = value
-    return parse(Assembly, data, "test")
+    return parse(Problem, data, "test")
 
 
 def mean(solution, step, body, part):
@@ -294,7 +294,7 @@ def test_several_bodies_need_a_body_name():
     with pytest.raises(InputError, match=r"step\[1\].boundary\[0\].body: this key is required"):
         data = tomllib.loads(STACK)
         del data["step"][1]["boundary"][0]["body"]
-        parse(Assembly, data, "test")
+        parse(Problem, data, "test")
 
 
 def test_tresca_friction_that_is_too_small_is_named():
@@ -326,9 +326,9 @@ def test_a_file_of_another_mesh_is_refused(tmp_path):
 def test_a_wedge_that_jams_is_told():
     """Driven and let go: the warning names the pair; while a load is left there is none."""
     text = (ROOT / "configs" / "wedge.toml").read_text().replace("levels = 6, order = 3", "levels = 4, order = 2")
-    told = solve_assembly(parse(Assembly, tomllib.loads(text), "wedge")).info["warnings"]
+    told = solve_assembly(parse(Problem, tomllib.loads(text), "wedge")).info["warnings"]
     assert len(told) == 2 and all("stays pressed after step 'let go'" in line and "jams" in line for line in told)
-    held = parse(Assembly, tomllib.loads(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]")), "wedge")
+    held = parse(Problem, tomllib.loads(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]")), "wedge")
     assert solve_assembly(held).info["warnings"] == []
 
 
@@ -359,7 +359,7 @@ normal = "unilateral"
 def held_and_freed(first, second, normal="bonded", **method):
     """A block on the ground whose top is held in one way, then in another."""
     change = {"part": "top", "value": second}
-    return parse(Assembly, {
+    return parse(Problem, {
         "body": [{"name": "block", "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
                   "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
                   "mesh": {"element_size": 0.2, "order": 2},

@@ -12,7 +12,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from petcontact import Assembly, Step
+from petcontact import Problem, Step
 from petcontact.model.base import parse
 from petcontact.pipeline import adaptive_assembly, assemble
 from petcontact.pipeline.load_steps import prepare_assembly, run_steps
@@ -93,7 +93,7 @@ def blocks(**mesh):
     data = tomllib.loads(TEXT)
     for body in data["body"]:
         body["mesh"] = mesh
-    return parse(Assembly, data, "exact blocks")
+    return parse(Problem, data, "exact blocks")
 
 
 def errors(solution):

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from petcontact import Assembly, solve_assembly
+from petcontact import Problem, solve_assembly
 from petcontact.model.base import parse
 from petcontact.pipeline.adaptive_assembly import adapt_assembly
 
@@ -32,7 +32,7 @@ def pin(angle, **mesh):
         "contact": [{"name": "fit", "secondary": "pin.rim", "primary": "plate.hole",
                      "gap": f"{float(play)!r}*(1 + sin(atan2(y, x)))"}],
     }  # fmt: skip
-    return parse(Assembly, data, "pin")
+    return parse(Problem, data, "pin")
 
 
 def error(solution, angle):

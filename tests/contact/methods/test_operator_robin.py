@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import example
 
-import petcontact.contact.restricted
+import petcontact.contact.active_set.solvers
 from petcontact import MeshOptions
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.friction_law import contact_norm
@@ -60,7 +60,7 @@ def test_converges_for_every_relaxation(omega, comm):
 def test_krylov_and_direct_steps_agree(comm, monkeypatch):
     prepared = prepare(example(1), comm)
     direct = solve(prepared, 1e-8)
-    monkeypatch.setattr(petcontact.contact.restricted, "DIRECT_SIZE", 0)
+    monkeypatch.setattr(petcontact.contact.active_set.solvers, "DIRECT_SIZE", 0)
     krylov = solve(prepared, 1e-8)
     assert len(krylov.history) == len(direct.history)
     assert np.allclose(krylov.v, direct.v, atol=1e-10 * np.abs(direct.v).max())
