@@ -55,6 +55,8 @@ class Interface:
         Traction at the secondary's nodes to J times it at the primary's.
     obstacle : int, optional
         Number of the obstacle; with neither a body nor an obstacle the primary is fixed.
+    sag : float
+        Height of curved faces over the elements that stand for them, where it is in the gap [length].
     held : bool
         Whether u_n = gap is data of the body, and the tangents alone are contact directions.
     """
@@ -70,6 +72,7 @@ class Interface:
     values: scipy.sparse.csr_array | None = None
     loads: scipy.sparse.csr_array | None = None
     obstacle: int | None = None
+    sag: float = 0.0
     held: bool = False
 
     @property

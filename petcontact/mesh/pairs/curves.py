@@ -48,6 +48,10 @@ class Curves(Faces):
     def __len__(self) -> int:
         return len(self.start)
 
+    def rims(self) -> tuple[Index, Array]:
+        """See `Faces.rims`."""
+        return np.tile(np.arange(len(self)), 2), np.repeat([0.0, 1.0], len(self))
+
     def cast(self, x: Array, direction: Array) -> Hits:
         """See `Faces.cast`."""
         return self._nearest(_crossings, x, direction)
@@ -103,10 +107,8 @@ class Curves(Faces):
 
     def _cut(self, other: Curves, direction: Array | None) -> tuple[Index, Array, Array]:
         """Pieces of these curves between what faces ends of the others: numbers (k,), and fractions (k,) at either end."""
-        each = np.arange(len(other))
-        ends = [other.at(each, np.full(len(each), end)) for end in (0.0, 1.0)]
-        x, normal = (np.concatenate(values) for values in zip(*ends, strict=True))
-        numbers, fractions = [np.tile(np.arange(len(self)), 2)], [np.repeat([0.0, 1.0], len(self))]
+        x, normal = other.at(*other.rims())
+        numbers, fractions = ([part] for part in self.rims())
         step = max(1, TOGETHER // max(1, len(self)))
         for k in range(0, len(x), step):
             here, away = x[k : k + step], along(direction, normal[k : k + step])

@@ -15,6 +15,7 @@ from ...arrays import Array, Index, Mask
 from ..boundary_mesh import BoundaryMesh
 from .hits import Segments, along
 from .mortar import balanced, projection, rounded
+from .sag import sag
 
 NEAR = 0.1
 """Distance, over the size of the secondary, within which elements have to match."""
@@ -43,6 +44,8 @@ class Facing:
         Whether each element of the secondary that is near the primary faces one of its elements.
     sizes : (float, float)
         Mean length, in space area, of the elements of the secondary and the primary near each other.
+    sag : float
+        Largest height of a curved face over an element that stands for it there; 0 where elements match [length].
     """
 
     secondary: Index
@@ -53,6 +56,7 @@ class Facing:
     loads: scipy.sparse.csr_array
     matched: bool
     sizes: tuple[float, float]
+    sag: float
 
     @property
     def met(self) -> Mask:
@@ -78,13 +82,16 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     values = rounded(balanced(values, primary.x[b], faced, secondary.tangents_to(normal), primary.weight[b]))
     far = np.linalg.norm(y - own.at(segments.face, segments.place)[0], axis=1)
     near = segments.take(far < NEAR * float(secondary.weight[a].sum()) ** (1.0 / (secondary.dim - 1)))
-    couples = _couples(near, np.asarray(np.bincount(secondary.element, secondary.weight), dtype=float)[elements])
+    measure = [np.asarray(np.bincount(mesh.element, mesh.weight), dtype=float)[some]
+               for mesh, some in ((secondary, elements), (primary, others))]  # fmt: skip
+    couples = _couples(near, measure[0])
     sides = [np.unique(numbers) for numbers in couples.T]
     matched = all(len(numbers) == len(couples) for numbers in sides)
-    sizes = [float(mesh.weight[np.isin(mesh.element, every[numbers])].sum()) / max(1, len(numbers))
-             for mesh, every, numbers in zip((secondary, primary), (elements, others), sides, strict=True)]  # fmt: skip
+    sizes = [float(every[numbers].sum()) / max(1, len(numbers)) for every, numbers in zip(measure, sides, strict=True)]
+    missed = [float(sag(faces)[numbers].max(initial=0.0)) for faces, numbers in zip((own, opposite), sides, strict=True)]
     loads = scipy.sparse.diags(1.0 / primary.weight[b]) @ values.T @ scipy.sparse.diags(secondary.weight[a])
-    return Facing(a, b, normal, distance, values, scipy.sparse.csr_array(loads), matched, (sizes[0], sizes[1]))
+    return Facing(a, b, normal, distance, values, scipy.sparse.csr_array(loads), matched, (sizes[0], sizes[1]),
+                  0.0 if matched else max(missed))  # fmt: skip
 
 
 def _couples(segments: Segments, size: Array) -> Index:

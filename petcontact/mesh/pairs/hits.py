@@ -81,6 +81,10 @@ class Faces(ABC):
         """Points (k, d) and outward normals (k, d) at places of some faces."""
 
     @abstractmethod
+    def rims(self) -> tuple[Index, Array]:
+        """Numbers of the faces and places of the ends of curves, the middles of the sides of panels."""
+
+    @abstractmethod
     def segments(self, other: Any, order: Index, opposite: Index, direction: Array | None) -> Segments:
         """Where these faces, of orders (n,), face those of another part of the same kind, of orders `opposite`.
 
