@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import shapely
 from conftest import example
+from petcontact.pipeline.prepare import discretise
 from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 
 import petcontact.fields.interior
@@ -23,7 +24,6 @@ from petcontact import (
 from petcontact.fields.interior import Field, field_at, field_on_grid, principal_stresses, von_mises
 from petcontact.fields.interior_grid import triangulate
 from petcontact.fields.smoothing import smoothed
-from petcontact.pipeline.prepare import discretise
 from petcontact.results.figures.stress import deformed_figure
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.inside import write_vtu

@@ -7,6 +7,7 @@ import re
 
 import numpy as np
 import pytest
+from petcontact.pipeline.prepare import discretise, prepare
 
 from petcontact import Bem, InputError, MeshOptions, Polygon, Problem, load
 from petcontact.commands.solve import announcer
@@ -14,7 +15,6 @@ from petcontact.mesh.hp_grading import _distance_limits
 from petcontact.model.base import parse
 from petcontact.model.case import DEEPEST, set_key
 from petcontact.pipeline import choice
-from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.refinement.meshes import mesh_of
 
 

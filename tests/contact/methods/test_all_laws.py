@@ -10,9 +10,9 @@ import pytest
 from half_space import half_plane, half_space, pressed
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from petcontact.compliance.reduced import ReducedSystem
 
 from petcontact import InputError, Method
-from petcontact.compliance.reduced import ReducedSystem
 from petcontact.contact.criterion import Criterion, equilibrium_defect
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import OPEN, SLIP, STICK, SignoriniCoulomb

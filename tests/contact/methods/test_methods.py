@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.pipeline.prepare import prepare
 
 from petcontact import Bem, Contact, Displacement, InputError, MeshOptions, Method, Polygon, Traction
 from petcontact.compliance.layer.operator import LayerOperator
@@ -14,7 +15,6 @@ from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.tao import minimise
 from petcontact.model.solver_options import DEFAULT_METHOD
-from petcontact.pipeline.prepare import prepare
 from petcontact.pipeline.run import iterate
 
 NAMES = ("projection", "operator-robin", "semismooth-newton", "tao")

@@ -9,6 +9,7 @@ import pytest
 from conftest import example
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from petcontact.pipeline.prepare import prepare
 
 import petcontact.contact.active_set.solvers
 from petcontact import MeshOptions
@@ -19,7 +20,6 @@ from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import Tresca
 from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.methods.newton import SemismoothNewton
-from petcontact.pipeline.prepare import prepare
 
 
 def newton(prepared, max_iterations, predict=None, **keywords):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.pipeline.prepare import prepare
 
 import petcontact.contact.active_set.solvers
 from petcontact import MeshOptions
@@ -13,7 +14,6 @@ from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.operator_robin import OperatorRobin
-from petcontact.pipeline.prepare import prepare
 
 MESHES = {
     "h=0.2": MeshOptions(element_size=0.2), "h=0.05": MeshOptions(element_size=0.05),
