@@ -134,7 +134,8 @@ class SolutionData:
     def bilateral(self) -> bool:
         """Whether it is the paper's problem: one body in one load step, all its contact bilateral under a given bound."""
         contacts = [c for c in self.problem.body[0].boundary if isinstance(c, Contact)]
-        return isinstance(self.case, Case) and not self.problem.step and not self.last.alpha.size and all(
+        several = len(self.meshes) > 1 or self.problem.contact or self.problem.step
+        return not several and not self.last.alpha.size and all(
             c.normal == "bilateral" and c.gap == 0.0 and c.friction_coefficient is None for c in contacts
         )  # fmt: skip
 
