@@ -137,7 +137,7 @@ def _interface(side: Side, meshes: list[BoundaryMesh], held: bool) -> tuple[Inte
     assert side.primary is not None
     sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else 0.0
     return Interface(side.name, side.body, nodes, normal, tangent, gap, side.primary[0], facing.primary, facing.values,
-                     facing.loads, None, sag), smallest, notes  # fmt: skip
+                     facing.loads, None, facing.distance, sag), smallest, notes  # fmt: skip
 
 
 def _with_law(

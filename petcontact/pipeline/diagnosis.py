@@ -123,8 +123,8 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
         pairs = [result.pairs[interface.name] for result in results]
         left = max((pair.imbalance for pair in pairs), default=0.0)
         if left > IMBALANCE:
-            found.append(f"pair {interface.name!r}: force or moment on its two sides differ by {left:.1e} of all that acts "
-                         "there: friction across a gap or an overlap that is not small")  # fmt: skip
+            found.append(f"pair {interface.name!r}: the moments on its two sides differ by {left:.1e} of all that acts "
+                         "there: friction across a gap or an overlap that is not small next to the face")  # fmt: skip
         closed = [float(np.abs(interface.gap[pair.state != OPEN]).max(initial=0.0)) for pair in pairs]
         # where nothing touches, the smallest gap is what facets may hide
         approach = max(closed, default=0.0) or float(np.abs(interface.gap).min(initial=np.inf))

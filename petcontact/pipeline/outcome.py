@@ -41,7 +41,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
     pairs = _pairs(increment, outcome, bodies)
     status, reason = _judged(increment, outcome, elastic, limit, list(bodies.values()))
     if status == "converged":
-        status, reason = _balanced(pairs, reason)
+        status, reason = _balanced(increment, pairs, reason)
     obstacles = {
         o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],
                                axial(after.loads[k, d:]))
@@ -73,12 +73,17 @@ def _judged(
     return "converged", outcome.reason
 
 
-def _balanced(pairs: dict[str, PairResult], reason: str) -> tuple[str, str]:
-    """Status and reason of what is converged otherwise: action is reaction."""
-    for name, pair in pairs.items():
-        if not pair.imbalance <= LARGEST_IMBALANCE:
-            return "not converged", (f"pair {name!r}: force or moment on its two sides differ by {pair.imbalance:.1e} of "
-                                     "all that acts there: friction across a gap or an overlap that is not small")
+def _balanced(increment: Increment, pairs: dict[str, PairResult], reason: str) -> tuple[str, str]:
+    """Status and reason of what is converged otherwise: action is reaction, but for the couple of friction across a gap."""
+    for face in increment.problem.system.interfaces:
+        if face.distance is None:
+            continue
+        pair, apart = pairs[face.name], np.where(np.isfinite(face.distance), face.distance, 0.0)[:, None] * face.normal
+        shear = np.einsum("mt,mtc->mc", pair.sigma_t, pair.tangent)
+        left = pair.imbalance_beyond(-moment(apart, pair.weight[:, None] * shear))
+        if not left <= LARGEST_IMBALANCE:
+            return "not converged", (f"pair {face.name!r}: force or moment on its two sides differ by {left:.1e} of all "
+                                     "that acts there")  # fmt: skip
     return "converged", reason
 
 

@@ -2,12 +2,17 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import facets
+import h5py
 import numpy as np
 import pytest
 
-from petcontact import Problem, solve
+from petcontact import Problem, read_result, solve
+from petcontact.commands.main import main
 from petcontact.model.base import parse
+from petcontact.pipeline import assemble
 from petcontact.pipeline.assemble import discretise
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
@@ -126,3 +131,73 @@ def test_a_pin_in_a_lug(tmp_path):
     plane = solved([ring("pin", (0.99, 0.4), "inner", (0.05, 0.0)), ring("lug", (2.0, 1.0), "outer", (0.0, 0.0))], contact)
     assert force == pytest.approx(plane.last.pairs["fit"].force[0], rel=0.03)
     assert plane.last.pairs["fit"].force[0] == pytest.approx(-0.05280, rel=1e-3)
+
+
+def test_both_sides_are_in_the_result_and_the_file(tmp_path):
+    """A block slides on a plate .1 below it: forces are opposite, and what friction across the gap turns is reported."""
+    lower, upper = blocks(tmp_path, held(0.05, 0.0, -0.15), held(0.0, 0.0, 0.0))
+    upper["geometry"]["file"] = facets.box(tmp_path / "above.msh", (0, 0, 1.1), (2, 2, 2.1), (3, 3, 2))
+    contact = {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top", "friction_coefficient": 0.3}
+    solution = solved([lower, upper], contact)
+    pair = solution.last.pairs["pair"]
+    (_, mine), (x, theirs) = on(solution, contact["secondary"]), on(solution, contact["primary"])
+    assert np.allclose([pair.force, pair.force_primary], [mine.sum(axis=0), theirs.sum(axis=0)], atol=1e-15)
+    assert np.allclose(pair.moment_primary, np.cross(x, theirs).sum(axis=0), atol=1e-15)
+    # a couple of .1 Q over all that acts and the half diagonal of the nodes
+    size = pair.weight @ np.hypot(pair.pressure, np.linalg.norm(pair.sigma_t, axis=1))
+    reach = np.linalg.norm(pair.x[:, :2] - 1.0, axis=1).max()
+    assert pair.imbalance > 1e-3
+    assert pair.imbalance == pytest.approx(0.1 * np.linalg.norm(pair.force[:2]) / size / reach, rel=1e-6)
+    assert any("friction across a gap" in warning for warning in solution.info["warnings"])
+    assert f"imbalance {pair.imbalance:.1e}" in " ".join(solution.verdict().split())
+    solution.save(tmp_path / "result.h5")
+    with h5py.File(tmp_path / "result.h5") as file:
+        stored = dict(file["steps/1/contact/pair"].attrs)
+    assert np.array_equal(stored["force_primary"], pair.force_primary) and stored["imbalance"] == pair.imbalance
+    assert np.array_equal(read_result(tmp_path / "result.h5").last.pairs["pair"].moment_primary, pair.moment_primary)
+
+
+def test_forces_that_do_not_balance_are_not_converged(tmp_path, monkeypatch):
+    """What the primary feels is scaled in its map: 3 % less, and the verdict is another one."""
+    halved = assemble.face
+
+    def face(*given):
+        facing = halved(*given)
+        return dataclasses.replace(facing, loads=0.97 * facing.loads)
+
+    monkeypatch.setattr(assemble, "face", face)
+    bodies = blocks(tmp_path, held(0.0, 0.0, -0.05), held(0.0, 0.0, 0.0))
+    solution = solve(posed(bodies, {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top"}))
+    assert solution.status == "not converged" and "differ by 3.0e-02 of all that acts there" in solution.reason
+
+
+@pytest.mark.parametrize(("turn", "overlap", "named"), [(np.pi / 16, 0.0, True), (0.1, 0.02, True), (0.1, 0.4, False)])
+def test_facets_that_are_too_coarse_for_the_gap_are_named(tmp_path, turn, overlap, named):
+    """h²/8R = .019 of 16 facets on a circle of radius 1, against what contact closes."""
+    inner = facets.ring(tmp_path / "i.msh", (0.5, 1.0 + overlap), 0.6, (16, 1, 1))
+    outer = facets.ring(tmp_path / "o.msh", (1.0, 1.6), 0.6, (16, 1, 1), turn=turn)
+    solution = solve(posed([body("inner", inner), body("outer", outer)],
+                           {"name": "fit", "secondary": "inner.outer", "primary": "outer.inner"}))  # fmt: skip
+    told = [warning for warning in solution.info["warnings"] if "h²/8R" in warning]
+    assert len(told) == named and all(f"up to {0.01915 * (1.0 + overlap):.2g}" in warning for warning in told)
+
+
+@pytest.mark.parametrize("small", ["secondary", "primary"])
+def test_results_with_nodes_that_face_nothing_are_read_by_every_command(tmp_path, small, capsys):
+    large = "primary" if small == "secondary" else "secondary"
+    space = blocks(tmp_path, held(0.0, 0.0, -0.05), held(0.0, 0.0, 0.0))
+    space[1]["geometry"]["file"] = facets.box(tmp_path / "above.msh", (1.1, 0.2, 1), (2.4, 1.4, 2), (2, 2, 1))
+    plane = [{"name": name, "material": SOFT, "geometry": {"shape": "rectangle", "lower_left": low, "upper_right": high},
+              "mesh": {"element_size": 0.5}, "boundary": [{"part": part, **held(0.0, way)}]}
+             for name, low, high, part, way in (("lower", [0, 0], [2, 1], "bottom", 0.0),
+                                                ("upper", [1.1, 1], [2.4, 2], "top", -0.05))]  # fmt: skip
+    for bodies, grid in ((space, "3x3x3"), (plane, "8x8")):
+        contact = {"name": "pair", small: "upper.bottom", large: "lower.top", "friction_coefficient": 0.2}
+        solution, file = solved(bodies, contact), str(tmp_path / f"{grid}.h5")
+        assert not np.all(np.isfinite(solution.last.pairs["pair"].gap))
+        solution.save(file)
+        assert main(["plot", file, "-o", str(tmp_path)]) == 0, capsys.readouterr().err
+        words = ["--grid", grid, "--boundary", str(tmp_path / "b.vtu")]
+        assert main(["field", file, "-o", str(tmp_path / "f.vtu"), *words]) == 0, capsys.readouterr().err
+        again = solution.problem.model_copy(update={"method": solution.problem.method.model_copy(update={"start": file})})
+        assert solve(again).last.pairs["pair"].force == pytest.approx(solution.last.pairs["pair"].force, abs=1e-9)
