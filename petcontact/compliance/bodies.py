@@ -55,6 +55,10 @@ class Interface:
         Traction at the secondary's nodes to J times it at the primary's.
     obstacle : int, optional
         Number of the obstacle; with neither a body nor an obstacle the primary is fixed.
+    distance : (m,) array, optional
+        To the primary along n, whatever the gap is given as; infinite where nothing is faced [length].
+    sag : float
+        Height of curved faces over the elements that stand for them, where it is in the gap [length].
     held : bool
         Whether u_n = gap is data of the body, and the tangents alone are contact directions.
     """
@@ -70,6 +74,8 @@ class Interface:
     values: scipy.sparse.csr_array | None = None
     loads: scipy.sparse.csr_array | None = None
     obstacle: int | None = None
+    distance: Array | None = None
+    sag: float = 0.0
     held: bool = False
 
     @property

@@ -9,6 +9,7 @@ import numpy as np
 from ..arrays import Array
 from ..contact.criterion import equilibrium_defect
 from ..contact.equilibrium import unbalanced_load
+from ..contact.laws import OPEN
 from ..contact.state import ContactState
 from ..results.records import StepResult
 from .assemble import Discrete
@@ -21,6 +22,10 @@ MOTIONS = {
 """Of an obstacle, by the number of dimensions."""
 JAM = 1e-3
 """Pressure, over the largest that there was, that stays where nothing jams."""
+IMBALANCE = 1e-3
+"""Of a pair (`PairResult.imbalance`), that is reported."""
+SAGGING = 0.1
+"""Height of curved faces over their facets, over what contact closes, that is reported."""
 FAR = 0.05
 """Initial gap or overlap, over the size of the body, that is reported."""
 
@@ -108,7 +113,26 @@ def _direction(motion: Array, weight: Array) -> str:
 
 def warnings_of(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     """All that is to be reported of a solve that ended."""
-    return [*problem.discrete.warnings, *_ignored(problem), *_jammed(problem, results)]
+    return [*problem.discrete.warnings, *_ignored(problem), *_jammed(problem, results), *_unlike(problem, results)]
+
+
+def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
+    """Pairs whose two sides feel different forces, or differ in shape by more than is small next to what contact closes."""
+    found = []
+    for interface in problem.discrete.interfaces:
+        pairs = [result.pairs[interface.name] for result in results]
+        left = max((pair.imbalance for pair in pairs), default=0.0)
+        if left > IMBALANCE:
+            found.append(f"pair {interface.name!r}: the moments on its two sides differ by {left:.1e} of all that acts "
+                         "there: friction across a gap or an overlap that is not small next to the face")  # fmt: skip
+        closed = [float(np.abs(interface.gap[pair.state != OPEN]).max(initial=0.0)) for pair in pairs]
+        # where nothing touches, the smallest gap is what facets may hide
+        approach = max(closed, default=0.0) or float(np.abs(interface.gap).min(initial=np.inf))
+        if interface.sag > SAGGING * approach:
+            found.append(f"pair {interface.name!r}: its facets miss the curved faces that they stand for by up to "
+                         f"{interface.sag:.2g} (h²/8R), next to {approach:.2g} that contact closes or leaves open: p is as "
+                         "rough; use smaller facets, or give the gap as an expression")  # fmt: skip
+    return found
 
 
 def _ignored(problem: PreparedProblem) -> list[str]:
