@@ -188,13 +188,15 @@ class LinearSolver:
         try:
             call()
         except petsc().Error as error:
-            raise solver_error(self.stage, error) from error
+            raise solver_error(self.stage, error, self._prefix) from error
 
     def _check(self, solution: Any) -> None:
         self.reason = self.ksp.getConvergedReason()
         if self.reason < 0:
             name = f"KSP {self.ksp.getType()} ended with {reason_name(self.reason)} after {self.iterations} iterations"
-            raise SolverError(self.stage, name, "try -ksp_type preonly -pc_type lu, or look with -ksp_monitor_true_residual")
+            ours = f"-{self._prefix}"
+            raise SolverError(self.stage, name, f"try {ours}ksp_type preonly {ours}pc_type lu, or look with "
+                                                f"{ours}ksp_monitor_true_residual")  # fmt: skip
         if solution is not None and not np.isfinite(solution.norm()):
             raise SolverError(
                 self.stage, "the solution is not finite (KSP_DIVERGED_NANORINF)", "look at the data and the mesh"

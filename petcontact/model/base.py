@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import sys
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
@@ -13,6 +13,7 @@ import pydantic_core
 
 from ..arrays import LARGEST_COORDINATE
 from ..errors import InputError
+from ..runtime.petsc_options import refused_in_config
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -61,6 +62,13 @@ def _option_name(name: Any) -> str:
     raise ValueError("must be the name of a PETSc option without its dash")
 
 
+def checked_options(table: Mapping[str, bool | int | float | str]) -> dict[str, bool | int | float | str]:
+    """Options of PETSc that a config may set."""
+    if reason := refused_in_config(table):
+        raise ValueError(reason)
+    return dict(table)
+
+
 def one_of(names: Collection[str]) -> pydantic.BeforeValidator:
     """Check that a text is one of some names, with the words of a literal."""
 
@@ -80,9 +88,12 @@ Expression = Annotated[
 ]  # fmt: skip
 """A number, or an expression in x, y, nx, ny, s (see `petcontact.model.expressions`); in Python also a function of some of
 these by name, or one value a node of the part."""
-Options = dict[
-    Annotated[str, pydantic.BeforeValidator(_option_name)],
-    Annotated[bool | int | float | str, pydantic.BeforeValidator(_option)],
+Options = Annotated[
+    dict[
+        Annotated[str, pydantic.BeforeValidator(_option_name)],
+        Annotated[bool | int | float | str, pydantic.BeforeValidator(_option)],
+    ],
+    pydantic.AfterValidator(checked_options),
 ]
 """PETSc options without the leading dash."""
 

@@ -32,6 +32,7 @@ from ..results.steps.solution import AssemblySolution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc, reason_name, stage, timed
+from ..runtime.petsc_options import refused_in_config
 from ..runtime.terminal import printable
 from .initial_state import initial_functions
 from .prepare import Announce, Prepared, is_stepped, prepare
@@ -155,6 +156,8 @@ def solve(
     if method is not None:
         changes["method"] = method
     if petsc_options is not None:
+        if reason := refused_in_config(petsc_options):
+            raise InputError(f"petsc_options: {reason}")
         changes["petsc"] = {**case.petsc, **petsc_options}
     case = case.model_copy(update=changes)
     if is_stepped(case):
