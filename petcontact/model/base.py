@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import sys
 from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -11,7 +10,7 @@ import numpy as np
 import pydantic
 import pydantic_core
 
-from ..arrays import LARGEST_COORDINATE
+from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ..errors import InputError
 from ..runtime.petsc_options import refused_in_config
 
@@ -20,8 +19,17 @@ if TYPE_CHECKING:
 else:
     ModelMetaclass = type(pydantic.BaseModel)  # its module is private and may move
 
-Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False)]
+
+
+def _not_too_large(value: float) -> float:
+    if abs(value) > LARGEST_NUMBER:
+        raise ValueError(f"must lie between {-LARGEST_NUMBER:g} and {LARGEST_NUMBER:g}")
+    return value
+
+
+_Limited = pydantic.AfterValidator(_not_too_large)
+Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False), _Limited]
+Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False), _Limited]
 Coordinate = Annotated[
     float, pydantic.Field(strict=True, ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE, allow_inf_nan=False)
 ]
@@ -38,11 +46,12 @@ def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., A
         return float(value)
     if isinstance(value, (list, tuple)) and value and all(map(_is_number, value)):
         return tuple(map(float, value))
-    raise ValueError(f"must be a finite number or an expression in quotes (at most {LONGEST_EXPRESSION} characters)")
+    raise ValueError(f"must be a finite number or an expression in quotes (from {-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}, "
+                     f"at most {LONGEST_EXPRESSION} characters)")  # fmt: skip
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
 def _in_file(value: Any) -> Any:

@@ -9,7 +9,7 @@ from import_graph import ImportGraph
 
 ROOT = Path(__file__).parents[2] / "petcontact"
 LAYERS = (
-    "errors arrays native manual", "runtime geometry compression", "linalg model", "mesh contact", "bem",
+    "errors arrays native manual", "reference runtime geometry compression", "linalg model", "mesh contact", "bem",
     "compliance fields refinement", "results", "pipeline", "sweep compare doctor", "commands",
 )  # fmt: skip
 FRONT = {"", "__main__"}
