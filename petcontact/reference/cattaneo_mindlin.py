@@ -106,4 +106,4 @@ class PointPartialSlip:
         most = self.friction * self.contact.load
         share = self.force / most
         lost = 1.0 - (1.0 - share) ** (5.0 / 3.0) - 5.0 / 6.0 * share * (1.0 + (1.0 - share) ** (2.0 / 3.0))
-        return 3.6 * most**2 / (self.contact.contact_radius * tangential_modulus) * lost
+        return float(3.6 * most**2 / (self.contact.contact_radius * tangential_modulus) * lost)

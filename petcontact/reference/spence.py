@@ -6,9 +6,14 @@ are the uncoupled forms: what the shear does to the pressure is left out, a few 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipk, ellipkm1
+
+LEAST, MOST = -300.0, -1e-15
+"""Logarithms of the ratios that are told from 0 and 1."""
 
 
 def dundurs_beta(poisson: float) -> float:
@@ -49,6 +54,8 @@ def stick_ratio_of_a_circle(friction: float, beta: float) -> float:
     return _root(lambda log: -difference(log))
 
 
-def _root(function: object) -> float:
-    """The ratio in (0, 1) whose logarithm is a zero."""
-    return float(np.exp(brentq(function, -300.0, -1e-15, xtol=1e-16, rtol=1e-14)))
+def _root(function: Callable[[float], float]) -> float:
+    """The ratio whose logarithm is a zero of an increasing function; 0 or 1 where it is that to the last digit."""
+    if function(LEAST) > 0.0 or function(MOST) < 0.0:
+        return float(function(MOST) < 0.0)
+    return float(np.exp(brentq(function, LEAST, MOST, xtol=1e-16, rtol=1e-14)))

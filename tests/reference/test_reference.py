@@ -104,7 +104,8 @@ def test_stick_ratios_have_the_right_limits():
     """Values of Spence's uncoupled forms; all sticks with much friction, nothing with none."""
     assert stick_ratio_in_the_plane(0.1, 0.2857) == pytest.approx(0.044960, abs=1e-6)
     for ratio in (stick_ratio_in_the_plane, stick_ratio_of_a_circle):
-        assert ratio(10.0, 0.2) > 0.999 and ratio(0.02, 0.2) < 0.01
+        assert ratio(0.9, 0.2) > 0.999 and ratio(0.02, 0.2) < 0.01
+        assert (ratio(0.0, 0.2), ratio(1e3, 0.2)) == (0.0, 1.0)
 
 
 @pytest.mark.parametrize("body", [
