@@ -9,7 +9,7 @@ import numpy as np
 from ..arrays import Array
 from ..contact.criterion import equilibrium_defect
 from ..contact.equilibrium import unbalanced_load
-from ..contact.laws import OPEN
+from ..contact.law_protocol import OPEN
 from ..contact.state import ContactState
 from ..results.records import StepResult
 from .assemble import Discrete
