@@ -10,10 +10,8 @@ import meshio
 import numpy as np
 import pytest
 import scipy
-from petcontact.pipeline.prepare import prepare
-from petcontact.results.steps.vtu import write_collection
 
-from petcontact import solve_assembly
+from petcontact import Method, solve
 from petcontact.contact.equilibrium import unbalanced_load
 from petcontact.contact.laws import SignoriniCoulomb
 from petcontact.contact.system import Modes
@@ -21,11 +19,14 @@ from petcontact.errors import InputError
 from petcontact.geometry.rotation import rigid_motions
 from petcontact.geometry.surface import BOX_PARTS, BoxSurface
 from petcontact.mesh.panelling import box_mesh
-from petcontact.model.assembly import assembly_of
-from petcontact.model.case import load, parse_any
-from petcontact.pipeline.run import run
-from petcontact.results.figures import plot_all
-from petcontact.results.hdf5 import read_result, write_solution
+from petcontact.model.case import load, parse_problem
+from petcontact.pipeline import assemble
+from petcontact.pipeline.assemble import discretise
+from petcontact.pipeline.run import prepare, run
+from petcontact.results.figures.plots import plot_all
+from petcontact.results.hdf5 import write_solution
+from petcontact.results.solution import read_result
+from petcontact.results.vtu.collection import write_collection
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FREE = "".join(f'[[boundary]]\npart = "{part}"\ncondition = "traction"\nvalue = [0.0, 0.0, 0.0]\n'
@@ -120,8 +121,8 @@ SQUARE = {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1
 
 
 def solved(text, **changes):
-    case = parse_any(tomllib.loads(text), "test", {key.replace("__", "."): value for key, value in changes.items()}, Path())
-    return solve_assembly(case if hasattr(case, "body") else assembly_of(case))
+    changes = {key.replace("__", "."): value for key, value in changes.items()}
+    return solve(parse_problem(tomllib.loads(text), "test", changes, Path()))
 
 
 def vectors(pair, components):
