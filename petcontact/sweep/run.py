@@ -14,7 +14,7 @@ from ..errors import PetcontactError
 from ..runtime.mpi import all_meet, shared
 from ..runtime.petsc import petsc
 from ..runtime.signals import Interrupted
-from .design.identity import Identity
+from .design.identity import Identity, identify
 from .design.sweep import Sweep
 from .problems import AnySolution, Shared, prepare_group, release, run_case
 from .progress import Progress
@@ -24,10 +24,11 @@ from .schedule.cost import Cost
 from .schedule.counters import Counters, shared_counters
 from .schedule.groups import Groups, describe, estimated, make_groups
 from .schedule.rank_team import Team, TeamError, describe_error
+from .store.case_table import derived, write_table
 from .store.columns import texts
-from .store.finished import Finished, adopt_format1, bad_shards, look, read_all, refuse_another, settle, shards_of
-from .store.folder import SweepFolder, remove
-from .store.recorder import Recorder
+from .store.fields import DEPTH, packed
+from .store.folder import SweepFolder
+from .store.log import Log, records
 from .summary import Summary
 
 
@@ -54,11 +55,10 @@ def run_sweep(
     only : sequence of str
         Shell patterns of the case ids to compute.
     part : (k, K), optional
-        The k-th of K parts, k = 1 ... K, which jobs of their own compute into one folder at the same time. Their rows stay
-        in journals until a run without a part brings them into the table.
+        The k-th of K parts, k = 1 ... K, which jobs of their own compute into one folder at the same time.
     ranks_per_case : int
     force : bool
-        Compute finished cases again, and drop the cases of another sweep.
+        Compute finished cases again.
     say : callable
         Gets the lines of the plan, on rank 0.
 
@@ -70,7 +70,7 @@ def run_sweep(
     Raises
     ------
     InputError
-        On every rank, if the folder cannot be used or holds another sweep, or nothing matches `only`.
+        On every rank, if the folder cannot be used or nothing matches `only`.
     TeamError, OutputError, OSError
         On one rank, if a result cannot be written or a team is torn: end the job with MPI_Abort.
     """
@@ -85,65 +85,59 @@ def run_sweep(
         shares = np.asarray(groups.of_case if len(groups.first) >= 4 * part[1] else np.arange(len(sweep)))
         chosen = [place for place in chosen if shares[place] % part[1] == part[0] - 1]
     more = users(sweep.file.quantities, Path(sweep.source).parent)
-    identity = Identity(sweep, petsc().Options().getAll(), more)
-    place = SweepFolder(folder, part)
-    token = shared(world, lambda: _opened(sweep, identity, place, force=force, parted=part is not None))
-    place.enter()
-    found, remarks = _finished(sweep, identity, place, world)
+    place = SweepFolder(folder)
+    name = f"{shared(world, time.time_ns):x}"
+    identity = shared(world, lambda: identify(sweep, petsc().Options().getAll(), more))
+    running, remarks = shared(world, lambda: place.open(name))
+    found = _finished(sweep, identity, place, world)
     to_do = [k for k in chosen if force or k not in found]
-    run = _Run(sweep, groups, place, world, team, f"{token}-{world.Get_rank():05d}", identity, more)
+    log = Log(place.logs / f"{name}-{world.Get_rank():05d}.log")
+    run = _Run(sweep, groups, place, world, team, log, identity, more)
     chunks, costs = run.plan(to_do)
     if world.Get_rank() == 0:
-        place.write_index(sweep)
+        place.write_index(sweep, identity)
         here = np.unique(groups.of_case[to_do]) if to_do else []
         counts = (len(chosen), len(chosen) - len(to_do), len(to_do), len(here))
         for line in [*describe(sweep, [costs[g] for g in here], counts, team.count, ranks_per_case), *remarks]:
             say(line)
-    run.work(chunks)
-    summary = Summary(len(to_do), len(chosen) - len(to_do), ranks=world.Get_size())
-    summary = run.conclude(summary, chosen, began, began_cpu, whole=part is None)
-    place.close()
+    run.work(chunks, running)
+    summary = run.conclude(Summary(len(to_do), len(chosen) - len(to_do), ranks=world.Get_size()), chosen, began, began_cpu)
+    if world.Get_rank() == 0:
+        place.close(running)
     team.close()
     world.Free()
     return summary
 
 
-def _opened(sweep: Sweep, identity: Identity, folder: SweepFolder, *, force: bool, parted: bool) -> str:
-    """Take the folder; a name for this run that no other has had. On rank 0."""
-    refuse_another(sweep, folder, force)
-    folder.open()
-    token = f"{time.time_ns():x}"
-    if not parted:
-        adopt_format1(sweep, identity, folder, token)
-    return token
+def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any) -> set[int]:
+    """Places of the cases that need not be computed again; the ranks share the look at the logs."""
+    logs = shared(world, folder.log_files)
+    mine = {}
+    for number in range(world.Get_rank(), len(logs), world.Get_size()):
+        mine[number] = {row["digest"]: row["status"] != "failed" and DEPTH[row["keep"]] >= DEPTH[sweep.keep]
+                        for row, *_ in records(logs[number], check=True)}  # fmt: skip
+    every = world.gather(mine)
 
+    def places() -> set[int]:
+        by_log = {number: ends for some in every for number, ends in some.items()}
+        usable = {digest: end for number in sorted(by_log) for digest, end in by_log[number].items()}
+        return {place for place in range(len(sweep)) if usable.get(identity.digest(place))}
 
-def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any) -> tuple[set[int], list[str]]:
-    """Places of the cases that can be used again, and remarks; the ranks share the look at the fields."""
-    found: Finished = Finished()
-    if world.Get_rank() == 0:
-        found = look(sweep, identity, folder)
-    shards = world.bcast(shards_of(found))
-    mine = sorted(shards)[world.Get_rank() :: world.Get_size()]
-    bad = [name for some in world.allgather(bad_shards(folder.path, mine)) for name in some]
-    lost = {place for name in bad for place in shards[name]}
-    damaged = [f"{name}: damaged or missing, its {len(shards[name])} cases are computed again" for name in bad]
-    remarks = [*found.remarks, *damaged]
-    return world.bcast(found.reusable) - lost, remarks
+    return shared(world, places)
 
 
 class _Run:
     """One run of a sweep on this rank."""
 
     def __init__(
-        self, sweep: Sweep, groups: Groups, folder: SweepFolder, world: Any, team: Team, name: str, identity: Identity,
+        self, sweep: Sweep, groups: Groups, folder: SweepFolder, world: Any, team: Team, log: Log, identity: Identity,
         more: dict[str, Quantity],
     ) -> None:  # fmt: skip
         self.sweep, self.groups, self.folder, self.world, self.team = sweep, groups, folder, world, team
         self.identity, self.more = identity, more
         self.timings: dict[str, float] = {}
         self.costs: list[Cost] = []
-        self._name = name
+        self.log = log
         self._group, self._reason = -1, ""
         self._prepared: Shared | None = None
 
@@ -161,27 +155,25 @@ class _Run:
         case, prepare = (np.array([getattr(cost, name) for cost in costs]) for name in ("case", "prepare"))
         return make_chunks(places, self.groups.of_case[places], case, prepare, self.team.count), costs
 
-    def work(self, chunks: Chunks) -> None:
+    def work(self, chunks: Chunks, running: Path) -> None:
         """Claim chunks until none is left, and wait for the others."""
-        counters = shared_counters(self.world, self.folder.running)
-        recorder = Recorder(self.folder, self.sweep.keep, self._name, counters.add) if self.team.leads else None
+        counters = shared_counters(self.world, running)
+        self.log.written = counters.add
         all_meet(self.world)
         with Progress(counters, len(chunks.order), enabled=self.world.Get_rank() == 0):
             try:
-                self._claim(chunks, counters, recorder)
+                self._claim(chunks, counters)
             except (Interrupted, TeamError):
-                if recorder is not None:
-                    recorder.flush()
+                self.log.flush()
                 raise
-            if recorder is not None:
-                self._timed("write", recorder.close)
+            self._timed("write", self.log.flush)
             all_meet(self.world)
         counters.close()
 
-    def _claim(self, chunks: Chunks, counters: Counters, recorder: Recorder | None) -> None:
+    def _claim(self, chunks: Chunks, counters: Counters) -> None:
         for number in claimed(len(chunks), self.team.number, self.team.count, lambda: self.team.decide(counters.next)):
             for place in chunks[number]:
-                self._solve(place, recorder)
+                self._solve(place)
         self._prepare(-1)
 
     def _prepare(self, group: int) -> None:
@@ -201,12 +193,11 @@ class _Run:
             for name, seconds in self._prepared.timings.items():
                 self._add(name, seconds)
 
-    def _solve(self, place: int, recorder: Recorder | None) -> None:
+    def _solve(self, place: int) -> None:
         """One case from its config to its row."""
         group = int(self.groups.of_case[place])
-        if recorder is not None:
-            cost = self.costs[group]
-            recorder.begin(cost.case + (cost.prepare if group != self._group else 0.0))
+        cost = self.costs[group]
+        self.log.begin(cost.case + (cost.prepare if group != self._group else 0.0))
         self._prepare(group)
         prepared, reason = self._prepared, self._reason
         try:
@@ -219,38 +210,40 @@ class _Run:
         if solution is not None:
             for name in {"iterate", "check", "steps"} & set(solution.timings):
                 self._add(name, solution.timings[name])
-        if recorder is None:
+        if not self.team.leads:
             return
         began = time.perf_counter()
         id_, coordinates = self.sweep.ids[place], self.sweep.coordinates(place)
         case = None if chosen is None else chosen.case
-        row = failed_row(id_, coordinates, case, reason)
+        row, fields, keep = failed_row(id_, coordinates, case, reason), b"", "scalars"
         if solution is not None:
             try:
                 row = row_of(id_, coordinates, solution, points=self.sweep.file.von_mises, more=self.more)
+                fields, keep = packed(solution, self.sweep.keep), self.sweep.keep
             except Exception as error:  # a quantity of the user's may raise anything
                 row = failed_row(id_, coordinates, case, f"quantities: {describe_error(error)}")
-        recorder.add({**row, "digest": self.identity.digest(place)}, solution)
+        self.log.add({"digest": self.identity.digest(place), **row, "keep": keep}, fields)
         self._add("write", time.perf_counter() - began)
 
-    def conclude(self, summary: Summary, chosen: Sequence[int], began: float, began_cpu: float, *, whole: bool) -> Summary:
+    def conclude(self, summary: Summary, chosen: Sequence[int], began: float, began_cpu: float) -> Summary:
         """The table and the summary, by rank 0."""
         every = self.world.gather(self.timings if self.team.leads else {})
         cpu = self.world.gather(time.process_time() - began_cpu)
+        # by name, too: a network file system may show an old folder for a while
+        logs = self.world.gather(self.log.path)
 
         def finish() -> Summary:
             since = time.perf_counter()
             stages = {stage for timings in every for stage in timings}
             summary.timings = {stage: sum(timings.get(stage, 0.0) for timings in every) for stage in sorted(stages)}
             facts = {"ranks": summary.ranks, "seconds": since - began, "timings": summary.timings, "cpu": cpu}
-            summary.results = self.folder.table if whole else self.folder.journals
-            table = settle(self.sweep, self.identity, self.folder, facts).columns if whole else read_all(self.folder)[0]
-            ends = zip(*(texts(table[name]) for name in ("id", "status", "reason")), strict=True) if table else ()
-            last = {id_: (status, reason) for id_, status, reason in ends}
-            for status, reason, id_ in ((*last.get(id_, ("", "")), id_) for id_ in map(self.sweep.ids.__getitem__, chosen)):
-                if status in ("failed", "not converged"):
-                    (summary.failed if status == "failed" else summary.not_converged)[id_] = reason
-            remove(self.folder.running)
+            with self.folder.renewing():
+                table = derived(self.sweep, self.identity, sorted({*self.folder.log_files(), *logs}))
+                write_table(self.folder.table, self.sweep.title, self.sweep.coordinate_names, table, facts)
+            bad = [place for place in chosen if table["status"][place] in (b"failed", b"not converged")]
+            for status, reason, id_ in zip(*(texts(table[name][bad]) for name in ("status", "reason", "id")), strict=True):
+                (summary.failed if status == "failed" else summary.not_converged)[id_] = reason
+            summary.results = self.folder.table
             summary.timings["collect"] = time.perf_counter() - since
             summary.seconds = time.perf_counter() - began
             summary.cpu = [time.process_time() - began_cpu, *cpu[1:]]

@@ -169,11 +169,8 @@ def alive(process: int) -> bool:
 
 
 def finished(folder) -> int:
-    """Number of rows on the disk of a run that has not ended yet, cheaply."""
-    try:
-        return sum((folder / "journal" / name).read_bytes().count(b"\n") for name in os.listdir(folder / "journal"))
-    except FileNotFoundError:
-        return 0
+    """Number of records on the disk of a run that has not ended yet, cheaply."""
+    return sum(path.read_bytes().count(b' {"digest": ') for path in (folder / "log").glob("*.log"))
 
 
 def until(condition, job) -> None:
@@ -188,8 +185,8 @@ def until(condition, job) -> None:
 OFTEN = """
 import sys
 from petcontact.commands import main as cli
-from petcontact.sweep.store import recorder
-recorder.LONGEST_WAIT = 0.05                 # many more moments at which something is half written
+from petcontact.sweep.store import log
+log.LONGEST_WAIT = 0.05                 # many more moments at which something is half written
 sys.exit(cli.main(sys.argv[2:]))
 """
 
@@ -246,7 +243,7 @@ def finish(config: Path, folder: Path, seen, whole, contact) -> None:
     for place in range(0, TOTAL, 17):
         mine, theirs = table.contact(place), contact.contact(place)
         assert all(np.array_equal(mine[name], theirs[name]) for name in theirs)
-    assert not list(folder.rglob("*.tmp")) and not list((folder / "journal").iterdir())
+    assert not list(folder.rglob("*.tmp")) and not list(folder.glob(".run-*"))
 
 
 def test_sigterm_ends_the_job_and_keeps_what_is_finished(tmp_path):
@@ -300,9 +297,8 @@ def test_cases_that_fail_are_recorded_and_the_rest_goes_on(tmp_path, team):
 RAISING = """
 import sys
 from petcontact.commands import main as cli
-from petcontact.sweep.store import journal, recorder
+from petcontact.sweep.store import log
 from petcontact.pipeline import run as pipeline
-from petcontact.errors import OutputError
 where, *arguments = sys.argv[1:]
 from petcontact.runtime.petsc import petsc
 rank, calls = petsc().COMM_WORLD.getRank(), []
@@ -316,8 +312,8 @@ def on_the_last_rank(function, error):
     return replaced
 
 if where == "write":
-    recorder.LONGEST_WAIT = 0.02
-    journal.Journal.append = on_the_last_rank(journal.Journal.append, OutputError("journal: cannot be written (disk full)"))
+    log.LONGEST_WAIT = 0.02
+    log.Log._append = on_the_last_rank(log.Log._append, OSError(28, "disk full"))
 else:
     pipeline.run = on_the_last_rank(pipeline.run, ZeroDivisionError("a defect"))
 sys.exit(cli.main(["sweep", *arguments]))
@@ -331,7 +327,7 @@ def raising(where, *words):
 def test_a_rank_that_cannot_write_ends_the_job(tmp_path):
     done = raising("write", TABLES, "-o", tmp_path)
     assert done.returncode != 0
-    assert "rank 1: journal: cannot be written (disk full)" in done.stderr
+    assert "cannot be written (disk full)" in done.stderr
     kept = rows(tmp_path)
     assert 0 < len(kept) < 128 and all(load_case(tmp_path, id_).converged for id_ in kept)
 

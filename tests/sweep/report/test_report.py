@@ -19,6 +19,7 @@ from sweep_files import CONFIGS, quietly, sweep_file
 from petcontact.commands.main import main
 from petcontact.errors import InputError, ResultError, SolverError
 from petcontact.pipeline import run as pipeline
+from petcontact.results.hdf5 import write_solution
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.report.page import DRAWN, html, representatives
 from petcontact.sweep.report.pivot import Facts, make_tables, text
@@ -142,7 +143,7 @@ def test_lists_are_coordinates_too():
 def test_what_is_no_sweep_is_refused(tmp_path, name, swept):
     (tmp_path / "empty").mkdir()
     (tmp_path / "results.h5").write_text("x")
-    shutil.copy(next((swept / "fields").iterdir()), tmp_path / "case.h5")
+    write_solution(tmp_path / "case.h5", read_case_table(swept).solution(0))
     with pytest.raises(ResultError) as caught:
         read_case_table(tmp_path / name)
     assert "\n" not in str(caught.value)
