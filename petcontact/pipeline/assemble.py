@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -100,6 +100,12 @@ def discretise(assembly: Assembly, make_mesh: MeshMaker | None = None) -> Discre
     loadings = [_loading(assembly, b, meshes[b]) for b in range(len(meshes))]
     law = _law(sides, interfaces, meshes)
     return Discrete(assembly, boundaries, meshes, sides, interfaces, law, loadings, distance, notes)
+
+
+def with_laws_of(discrete: Discrete, assembly: Assembly) -> Discrete:
+    """The same meshes and data with the steps, obstacles and friction laws of an assembly of the same bodies and pairs."""
+    law = _law(interfaces_of(assembly), discrete.interfaces, discrete.meshes)
+    return replace(discrete, assembly=assembly, law=law, warnings=list(discrete.warnings))
 
 
 def _interface(side: Side, meshes: list[BoundaryMesh]) -> tuple[Interface, float, list[str]]:

@@ -8,8 +8,10 @@ import time
 from types import TracebackType
 
 from ..runtime.terminal import StatusLine, on_terminal
-from .schedule.counters import Counters
+from .schedule.deal import Counters
 
+DONE, FAILED = "done", "failed"
+"""Names of the counters of cases on the disk, and of failed ones among them."""
 ON_TERMINAL, PLAIN = 0.5, 30.0
 """Seconds between two looks at the counters."""
 
@@ -53,7 +55,7 @@ class Progress:
 
     def line(self, elapsed: float) -> str:
         """Cases on the disk, failed ones among them, and the time left at the pace so far."""
-        _, done, failed = self._counters.look()
+        done, failed = self._counters.look(DONE), self._counters.look(FAILED)
         left = f", {_duration(elapsed * (self._cases / done - 1.0))} left" if done > 0 else ""
         return f"{done} of {self._cases} cases done, {failed} failed{left}"
 

@@ -1,4 +1,4 @@
-"""Independent cases over MPI ranks: claimed in shrinking chunks, journalled as they finish, one table in the end."""
+"""Independent cases over MPI ranks: dealt out by group, logged as they finish, one table in the end."""
 
 from __future__ import annotations
 
@@ -17,11 +17,10 @@ from ..runtime.signals import Interrupted
 from .design.identity import Identity, identify
 from .design.sweep import Sweep
 from .problems import AnySolution, Shared, prepare_group, release, run_case
-from .progress import Progress
+from .progress import DONE, FAILED, Progress
 from .quantities import Quantity, failed_row, row_of, users
-from .schedule.chunks import Chunks, claimed, make_chunks
 from .schedule.cost import Cost
-from .schedule.counters import Counters, shared_counters
+from .schedule.deal import Counters, Part, dealt, make_parts
 from .schedule.groups import Groups, describe, estimated, make_groups
 from .schedule.rank_team import Team, TeamError, describe_error
 from .store.case_table import derived, write_table
@@ -93,14 +92,14 @@ def run_sweep(
     to_do = [k for k in chosen if force or k not in found]
     log = Log(place.logs / f"{name}-{world.Get_rank():05d}.log")
     run = _Run(sweep, groups, place, world, team, log, identity, more)
-    chunks, costs = run.plan(to_do)
+    parts, costs = run.plan(to_do)
     if world.Get_rank() == 0:
         place.write_index(sweep, identity)
         here = np.unique(groups.of_case[to_do]) if to_do else []
         counts = (len(chosen), len(chosen) - len(to_do), len(to_do), len(here))
         for line in [*describe(sweep, [costs[g] for g in here], counts, team.count, ranks_per_case), *remarks]:
             say(line)
-    run.work(chunks, running)
+    run.work(parts, running)
     summary = run.conclude(Summary(len(to_do), len(chosen) - len(to_do), ranks=world.Get_size()), chosen, began, began_cpu)
     if world.Get_rank() == 0:
         place.close(running)
@@ -141,40 +140,36 @@ class _Run:
         self._group, self._reason = -1, ""
         self._prepared: Shared | None = None
 
-    def plan(self, to_do: Sequence[int]) -> tuple[Chunks, list[Cost]]:
-        """The chunks, the same on every rank, and the cost of each group; every rank meshes its share."""
+    def plan(self, to_do: Sequence[int]) -> tuple[list[Part], list[Cost]]:
+        """The parts to deal out, the same on every rank, and the cost of each group; every rank meshes its share."""
+        if not to_do:
+            return [], []
         rank, ranks = self.world.Get_rank(), self.world.Get_size()
-        asked = self.groups.representatives() if len(to_do) else np.zeros(0, np.int64)
-        mine = [(k, estimated(self.sweep, self.groups, int(asked[k]), self.team.size))
-                for k in range(rank, len(asked), ranks)]  # fmt: skip
-        known = dict(pair for some in self.world.allgather(mine) for pair in some)
-        if not known:
-            return make_chunks(np.zeros(0, np.int64), np.zeros(0, np.int64), np.zeros(0), np.zeros(0), 1), []
-        self.costs = costs = self.groups.spread([known[k] for k in range(len(asked))])
+        asked = self.groups.representatives()
+        mine = {k: estimated(self.sweep, self.groups, int(asked[k]), self.team.size) for k in range(rank, len(asked), ranks)}
+        known = {k: cost for some in self.world.allgather(mine) for k, cost in some.items()}
+        self.costs = self.groups.spread([known[k] for k in range(len(asked))])
         places: Index = np.array(to_do, np.int64)
-        case, prepare = (np.array([getattr(cost, name) for cost in costs]) for name in ("case", "prepare"))
-        return make_chunks(places, self.groups.of_case[places], case, prepare, self.team.count), costs
+        case, prepare = (np.array([getattr(cost, name) for cost in self.costs]) for name in ("case", "prepare"))
+        return make_parts(places, self.groups.of_case[places], case, prepare, self.team.count), self.costs
 
-    def work(self, chunks: Chunks, running: Path) -> None:
-        """Claim chunks until none is left, and wait for the others."""
-        counters = shared_counters(self.world, running)
-        self.log.written = counters.add
+    def work(self, parts: list[Part], running: Path) -> None:
+        """Compute what this team is dealt until nothing is left, and wait for the others."""
+        counters = Counters(running)
+        self.log.written = lambda rows, failed: counters.count({DONE: rows, FAILED: failed})
         all_meet(self.world)
-        with Progress(counters, len(chunks.order), enabled=self.world.Get_rank() == 0):
+        with Progress(counters, sum(len(part.places) for part in parts), enabled=self.world.Get_rank() == 0):
             try:
-                self._claim(chunks, counters)
+                batches = dealt(parts, counters)
+                while (batch := self.team.decide(lambda: next(batches, None))) is not None:
+                    for place in batch.tolist():
+                        self._solve(place)
+                self._prepare(-1)
             except (Interrupted, TeamError):
                 self.log.flush()
                 raise
             self._timed("write", self.log.flush)
             all_meet(self.world)
-        counters.close()
-
-    def _claim(self, chunks: Chunks, counters: Counters) -> None:
-        for number in claimed(len(chunks), self.team.number, self.team.count, lambda: self.team.decide(counters.next)):
-            for place in chunks[number]:
-                self._solve(place)
-        self._prepare(-1)
 
     def _prepare(self, group: int) -> None:
         """Make sure that this team holds the prepared problem of a group, and no other one; -1 is no group."""

@@ -46,15 +46,16 @@ def table_of(folder) -> dict:
 
 def test_the_plan_knows_the_size_and_memory_of_what_is_assembled(small, comm):
     case = next(c.case for c in small if c.case.mesh.element_size == 0.4)
-    cost = estimate(case, 1, 1)
+    cost = estimate(case, 1)
     prepared = prepare(case, comm)
     mesh, data = prepared.operators.mesh, prepared.operators.data
     assert (cost.nodes, cost.contact_unknowns) == (mesh.n_nodes, len(data.contact_nodes))
     n, m = 2 * mesh.n_nodes, len(data.contact_nodes)
     assert 8 * n * n <= cost.memory <= 8 * (n + 2 * m) ** 2
     prepared.close()
-    lines = describe(small, [cost], (3, 2, 1, 1), 2, 4)
-    assert "3 cases, 2 finished already, 1 to compute in 1 group" in lines[0]
+    lines = describe(small, [cost], (9, 2, 7, 1), 2, 4)
+    assert lines[0].endswith("9 cases, 2 finished already, 7 to compute in 1 group that share assembly and elimination")
+    assert describe(small, [cost], (7, 0, 7, 7), 2, 4)[0].endswith("7 to compute")
     assert f"{n} unknowns, {m} contact unknowns" in lines[2]
 
 
@@ -63,7 +64,7 @@ def test_a_body_that_cannot_be_meshed_costs_nothing(small, monkeypatch):
         raise InputError("no mesh")
 
     monkeypatch.setattr(costs, "mesh_of", refuse)
-    cost = estimate(small[0].case, 1, 1)
+    cost = estimate(small[0].case, 1)
     assert (cost.nodes, cost.memory) == (0, 0.0)
 
 

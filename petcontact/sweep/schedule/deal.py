@@ -1,0 +1,138 @@
+"""Who computes what: a team begins the dearest part that nobody has; when none is left it helps where most is left.
+
+A part is a group of cases that share their preparation, or several groups so cheap that a claim for each would cost more
+than they do. All that the ranks share are lengths of files opened to append: no lock, no server, no one-sided MPI, which
+some transports lack. (On NFS two clients may be given one number: then cases are computed twice, to the same bits, and never
+left out.)
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from ...arrays import Array, Index
+
+BATCH = 0.1
+"""Seconds that a claim is worth at least, where there is so much."""
+SHARES = 32
+"""Batches a team, where they may be longer."""
+
+
+class Counters:
+    """Numbers that all ranks of a run share, by name; the folder is the run's own."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def add(self, name: str, number: int = 1) -> int:
+        """Add to a number; what it was before."""
+        descriptor = os.open(self.folder / name, os.O_CREAT | os.O_WRONLY | os.O_APPEND, 0o666)
+        try:
+            os.write(descriptor, b"." * number)
+            return os.lseek(descriptor, 0, os.SEEK_CUR) - number
+        finally:
+            os.close(descriptor)             # network file systems show to others what was closed
+
+    def count(self, numbers: Mapping[str, int]) -> None:
+        """Add to several numbers."""
+        for name, number in numbers.items():
+            if number:
+                self.add(name, number)
+
+    def look(self, name: str) -> int:
+        """What a number is."""
+        try:
+            return (self.folder / name).stat().st_size
+        except FileNotFoundError:
+            return 0
+
+
+@dataclass(frozen=True)
+class Part:
+    """What one team begins.
+
+    Attributes
+    ----------
+    places : (n,) array
+        Cases, group after group.
+    prepare, case : float
+        Estimated seconds of the preparation that a team which helps would repeat, and of each case.
+    size : int
+        Cases that are claimed at once.
+    """
+
+    places: Index
+    prepare: float
+    case: float
+    size: int
+
+    @property
+    def batches(self) -> int:
+        """Claims until nothing is left."""
+        return -(-len(self.places) // self.size)
+
+
+def make_parts(places: Index, group: Index, case_cost: Array, prepare_cost: Array, teams: int) -> list[Part]:
+    """The parts of some cases, the dearest first; the same on every rank.
+
+    Parameters
+    ----------
+    places : (n,) array
+        Cases to compute.
+    group : (n,) array
+        The group of each of them.
+    case_cost, prepare_cost : (G,) arrays
+        By group [s].
+    teams : int
+    """
+    order = np.argsort(group, kind="stable")
+    found = np.split(places[order], np.flatnonzero(np.diff(group[order])) + 1) if len(places) else []
+    number = [int(g) for g in np.unique(group)]
+    cost = [float(prepare_cost[g] + len(some) * case_cost[g]) for g, some in zip(number, found, strict=True)]
+    parts, cheap, worth = list[tuple[float, Part]](), list[Index](), 0.0
+    least = max(BATCH, sum(cost) / (SHARES * teams))
+    for k in sorted(range(len(found)), key=lambda k: -cost[k]):
+        if cost[k] >= BATCH or len(found) == 1:
+            case = float(case_cost[number[k]])
+            size = max(1, int(BATCH / case), len(found[k]) // (SHARES * teams))
+            parts.append((cost[k], Part(found[k], float(prepare_cost[number[k]]), case, size)))
+            continue
+        cheap, worth = [*cheap, found[k]], worth + cost[k]
+        if worth >= least:
+            parts, cheap, worth = [*parts, (worth, _bundle(cheap))], [], 0.0
+    if cheap:
+        parts.append((worth, _bundle(cheap)))
+    return [part for _, part in sorted(parts, key=lambda pair: -pair[0])]
+
+
+def _bundle(groups: list[Index]) -> Part:
+    places = np.concatenate(groups)
+    return Part(places, 0.0, 0.0, len(places))
+
+
+def dealt(parts: list[Part], counters: Counters) -> Iterator[Index]:
+    """Batches of one team, one after the other, until nothing is left."""
+
+    def batches(number: int) -> Iterator[Index]:
+        part = parts[number]
+        if part.batches == 1:
+            yield part.places
+            return
+        while (batch := counters.add(f"part-{number}")) < part.batches:
+            yield part.places[batch * part.size : (batch + 1) * part.size]
+
+    while (number := counters.add("parts")) < len(parts):
+        yield from batches(number)
+    shared = {number for number, part in enumerate(parts) if part.batches > 1}
+    while shared:
+        left = {number: (parts[number].batches - counters.look(f"part-{number}")) * parts[number].size * parts[number].case
+                for number in shared}  # fmt: skip
+        most = max(shared, key=left.__getitem__)
+        shared = {number for number in shared - {most} if left[number] > parts[number].prepare}
+        if left[most] > parts[most].prepare:
+            yield from batches(most)
