@@ -83,7 +83,7 @@ def run_sweep(
         # whole groups go to one part, where there are enough of them
         shares = np.asarray(groups.of_case if len(groups.first) >= 4 * part[1] else np.arange(len(sweep)))
         chosen = [place for place in chosen if shares[place] % part[1] == part[0] - 1]
-    more = users(sweep.file.quantities, Path(sweep.source).parent)
+    more = users(sweep.file.quantities, Path(sweep.source).parent, sweep.coordinate_names)
     place = SweepFolder(folder)
     name = f"{shared(world, time.time_ns):x}"
     identity = shared(world, lambda: identify(sweep, petsc().Options().getAll(), more))

@@ -331,6 +331,23 @@ def test_a_quantity_that_raises_fails_its_case_and_no_other(tmp_path):
         quietly(read_sweep(sweep_file(tmp_path, text.replace("raising_quantity", "no_such_module"))), tmp_path / "other")
 
 
+@pytest.mark.parametrize("name", ["status", "id", "digest", "force_x", "von_mises_1", "max_u_t", "rho", "sum"])
+def test_a_quantity_named_like_a_column_is_refused_at_the_start(tmp_path, name):
+    (tmp_path / "clashing_quantity.py").write_text(f"def {name}(solution):\n    return 1.0\n")
+    text = f'problems = ["example1.toml"]\nquantities = ["clashing_quantity:{name}"]\n[cross]\nrho = [1.0]\n'
+    sys.modules.pop("clashing_quantity", None)
+    with pytest.raises(InputError, match=f"there is a column {name} already"):
+        quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+@pytest.mark.parametrize("names", ['rho = "status"', 'rho = "tau"'])
+def test_a_coordinate_named_like_a_column_is_refused_at_the_start(tmp_path, names):
+    text = f'problems = ["example1.toml"]\n[cross]\nrho = [1.0]\ntau = [2.0]\n[names]\n{names}\n'
+    with pytest.raises(InputError, match="a column of every table is called that"):
+        quietly(read_sweep(sweep_file(tmp_path, text)), tmp_path / "out")
+
+
 def test_a_case_that_does_not_converge_ends_with_status_3_and_is_kept(tmp_path):
     sweep = read_sweep(sweep_file(tmp_path, limit=30))
     summary = quietly(sweep, tmp_path / "out")

@@ -10,16 +10,19 @@ import hashlib
 import inspect
 import json
 import re
-import stat
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from ...errors import InputError
 from .sweep import Sweep
+from .sweep_file import check_file
 
 HARMLESS = ("monitor", "view", "log_", "info", "help", "options_", "malloc", "citations", "nox", "objects_dump",
             "no_signal_handler", "version", "skip_petscrc")  # fmt: skip
 """Parts of the names of PETSc options that change what is shown and never a digit."""
+LARGEST_NAMED = 4_000_000_000
+"""Bytes of a mesh or result that a case names, beyond which its content is not looked at."""
 
 
 class Identity:
@@ -104,9 +107,10 @@ def _file_digest(path: str, size: int, changed: int) -> str:
 def file_digest(path: Path) -> str:
     """Of a regular file's content; empty where it is none or cannot be read, which the case will meet in its turn."""
     try:
+        check_file(path, LARGEST_NAMED)
         facts = path.stat()
-        return _file_digest(str(path), facts.st_size, facts.st_mtime_ns) if stat.S_ISREG(facts.st_mode) else ""
-    except (OSError, ValueError):
+        return _file_digest(str(path), facts.st_size, facts.st_mtime_ns)
+    except (OSError, InputError):
         return ""
 
 

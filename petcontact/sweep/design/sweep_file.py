@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,9 +12,11 @@ import pydantic
 
 from ...errors import InputError
 from ...model.base import Coordinate, Finite, Model, parse
-from ...model.case import read_toml
+from ...model.case import LARGEST_FILE, read_toml
 
 LARGEST_SWEEP = 1_000_000
+LARGEST_POINTS = 500_000_000
+"""Bytes of a CSV file of points."""
 Count = Annotated[int, pydantic.Field(ge=1, le=LARGEST_SWEEP)]
 Keep = Literal["scalars", "contact", "all"]
 
@@ -71,6 +74,8 @@ class SweepFile(Model):
         Named sets of keys that change together: each has a `name` and keys over those of `set`; crossed with the rest.
     set : dict
         Keys with one value for all cases, over those of the problem files.
+    names : dict of str to str
+        What keys that vary are called in tables and ids, where their own names do not please.
     keep : {"scalars", "contact", "all"}, optional
         Which fields are kept beside the table; contact up to 1000 cases by default, scalars beyond.
     quantities : list of str
@@ -87,6 +92,7 @@ class SweepFile(Model):
     points: str | Mapping[str, list[Any]] | None = None
     variant: tuple[dict[str, Any], ...] = ()
     set: Mapping[str, Any] = pydantic.Field(default={})
+    names: Mapping[str, Annotated[str, pydantic.Field(pattern=r"^[^\W\d][\w.]*$")]] = pydantic.Field(default={})
     keep: Keep | None = None
     quantities: tuple[str, ...] = ()
     von_mises: tuple[tuple[Coordinate, ...], ...] = ()
@@ -122,11 +128,29 @@ def read_files(path: str | Path) -> tuple[str, dict[str, Any], dict[str, dict[st
     file: SweepFile = parse(SweepFile, data, str(path))
     folder = Path(path).parent
     paths = [str(folder / name) for name in file.problems]
+    for name in paths:
+        check_file(Path(name), LARGEST_FILE)
     if len(set(paths)) < len(paths):
         raise InputError(f"{path}: problems: a file is named twice, got {list(file.problems)}")
     if isinstance(file.points, str):
         data["points"] = read_points(folder / file.points)
     return str(path), data, {name: read_toml(name) for name in paths}
+
+
+def check_file(path: Path, largest: int) -> None:
+    """Refuse what is no regular file of at most so many bytes: others may never end.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or is none.
+    """
+    try:
+        facts = path.stat()
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', error)})") from None
+    if not stat.S_ISREG(facts.st_mode) or facts.st_size > largest:
+        raise InputError(f"{path}: must be a regular file of at most {largest} bytes")
 
 
 def read_points(path: Path) -> dict[str, list[Any]]:
@@ -137,6 +161,7 @@ def read_points(path: Path) -> dict[str, list[Any]]:
     InputError
         One line: file, line, what is wrong.
     """
+    check_file(path, LARGEST_POINTS)
     try:
         with open(path, encoding="utf-8-sig", newline="") as file:
             head, *lines = [line for line in csv.reader(file) if line]

@@ -17,10 +17,8 @@ import numpy as np
 
 from ...arrays import Array, Index
 
-BATCH = 0.1
-"""Seconds that a claim is worth at least, where there is so much."""
 SHARES = 32
-"""Batches a team, where they may be longer."""
+"""Claims a team, about: what one is worth is this part of the work of a team, or a single case."""
 
 
 class Counters:
@@ -95,15 +93,16 @@ def make_parts(places: Index, group: Index, case_cost: Array, prepare_cost: Arra
     number = [int(g) for g in np.unique(group)]
     cost = [float(prepare_cost[g] + len(some) * case_cost[g]) for g, some in zip(number, found, strict=True)]
     parts, cheap, worth = list[tuple[float, Part]](), list[Index](), 0.0
-    least = max(BATCH, sum(cost) / (SHARES * teams))
+    share = sum(cost) / (SHARES * teams)
     for k in sorted(range(len(found)), key=lambda k: -cost[k]):
-        if cost[k] >= BATCH or len(found) == 1:
+        if cost[k] >= share:
             case = float(case_cost[number[k]])
-            size = max(1, int(BATCH / case), len(found[k]) // (SHARES * teams))
+            size = min(len(found[k]), max(1, int(share / case)))
             parts.append((cost[k], Part(found[k], float(prepare_cost[number[k]]), case, size)))
             continue
-        cheap, worth = [*cheap, found[k]], worth + cost[k]
-        if worth >= least:
+        cheap.append(found[k])
+        worth += cost[k]
+        if worth >= share:
             parts, cheap, worth = [*parts, (worth, _bundle(cheap))], [], 0.0
     if cheap:
         parts.append((worth, _bundle(cheap)))

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact.sweep.progress import DONE, FAILED, Progress
-from petcontact.sweep.schedule.deal import BATCH, Counters, dealt, make_parts
+from petcontact.sweep.schedule.deal import Counters, dealt, make_parts
 
 PROCESS = """
 import sys
@@ -85,8 +85,15 @@ def test_teams_end_near_together_though_costs_are_wrong_by_half(tmp_path):
 def test_a_hundred_thousand_groups_of_one_case_are_few_claims():
     parts, _ = parts_of([1] * 100_000, [2e-3] * 100_000, [1e-3] * 100_000, 2)
     assert sum(part.batches for part in parts) < 32 * 2 + 2
-    # and none is worth less than a batch
-    assert min(len(part.places) for part in parts[:-1]) * 3e-3 >= BATCH
+    assert sum(len(part.places) for part in parts) == 100_000
+
+
+def test_a_few_cases_go_to_all_teams_however_cheap_they_seem(tmp_path):
+    """What a case costs may be a thousand times what its mesh tells: load steps are not counted."""
+    case, prepare = [1e-3] * 8, [1e-3] * 8
+    parts, group = parts_of([1] * 8, case, prepare, 4)
+    batches, _ = dealt_out(tmp_path, parts, group, case, prepare, 4)
+    assert [sum(map(len, some)) for some in batches] == [2] * 4
 
 
 def test_numbers_are_given_once_to_threads_and_processes(tmp_path):
