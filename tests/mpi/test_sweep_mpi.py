@@ -80,11 +80,12 @@ import sys, time
 from pathlib import Path
 import numpy as np
 from mpi4py import MPI
+from petcontact.sweep.schedule.cost import Cost
 from petcontact.sweep.schedule.deal import Counters, dealt, make_parts
 world = MPI.COMM_WORLD
 group = np.repeat(np.arange(8), 400)
 seconds = np.linspace(5e-4, 2e-3, 8)
-parts = make_parts(np.arange(len(group)), group, seconds, np.zeros(8), world.Get_size())
+parts = make_parts(np.arange(len(group)), group, [Cost(0, 0, 0.0, s, 0.0) for s in seconds], world.Get_size())
 world.Barrier()
 began, mine = time.perf_counter(), []
 for batch in dealt(parts, Counters(Path(sys.argv[1]))):

@@ -9,13 +9,14 @@ left out.)
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Index
+from .cost import Cost
 
 SHARES = 32
 """Claims a team, about: what one is worth is this part of the work of a team, or a single case."""
@@ -75,33 +76,32 @@ class Part:
         return -(-len(self.places) // self.size)
 
 
-def make_parts(places: Index, group: Index, case_cost: Array, prepare_cost: Array, teams: int) -> list[Part]:
+def make_parts(places: Index, of_case: Index, costs: Sequence[Cost], teams: int) -> list[Part]:
     """The parts of some cases, the dearest first; the same on every rank.
 
     Parameters
     ----------
     places : (n,) array
         Cases to compute.
-    group : (n,) array
-        The group of each of them.
-    case_cost, prepare_cost : (G,) arrays
-        By group [s].
+    of_case : array
+        By place, the group of a case.
+    costs : sequence of Cost
+        By group.
     teams : int
     """
-    order = np.argsort(group, kind="stable")
-    found = np.split(places[order], np.flatnonzero(np.diff(group[order])) + 1) if len(places) else []
-    number = [int(g) for g in np.unique(group)]
-    cost = [float(prepare_cost[g] + len(some) * case_cost[g]) for g, some in zip(number, found, strict=True)]
+    numbers, counts = np.unique(of_case[places], return_counts=True)
+    found = np.split(places[np.argsort(of_case[places], kind="stable")], np.cumsum(counts)[:-1])
+    here = [costs[g] for g in numbers]
+    worths = [cost.prepare + len(some) * cost.case for cost, some in zip(here, found, strict=False)]
     parts, cheap, worth = list[tuple[float, Part]](), list[Index](), 0.0
-    share = sum(cost) / (SHARES * teams)
-    for k in sorted(range(len(found)), key=lambda k: -cost[k]):
-        if cost[k] >= share:
-            case = float(case_cost[number[k]])
-            size = min(len(found[k]), max(1, int(share / case)))
-            parts.append((cost[k], Part(found[k], float(prepare_cost[number[k]]), case, size)))
+    share = sum(worths) / (SHARES * teams)
+    for k in sorted(range(len(here)), key=lambda k: -worths[k]):
+        if worths[k] >= share:
+            size = min(len(found[k]), max(1, int(share / here[k].case)))
+            parts.append((worths[k], Part(found[k], here[k].prepare, here[k].case, size)))
             continue
         cheap.append(found[k])
-        worth += cost[k]
+        worth += worths[k]
         if worth >= share:
             parts, cheap, worth = [*parts, (worth, _bundle(cheap))], [], 0.0
     if cheap:

@@ -10,8 +10,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from petcontact.sweep.progress import DONE, FAILED, Progress
+from petcontact.sweep.schedule.cost import Cost
 from petcontact.sweep.schedule.deal import Counters, dealt, make_parts
+from petcontact.sweep.tell import DONE, FAILED, Progress
 
 PROCESS = """
 import sys
@@ -22,9 +23,13 @@ print(*[counters.add("n") for _ in range(500)])
 """
 
 
+def costs_of(case, prepare):
+    return [Cost(0, 0, first, each, 0.0) for first, each in zip(prepare, case, strict=True)]
+
+
 def parts_of(sizes, case, prepare, teams):
     group = np.repeat(np.arange(len(sizes)), sizes)
-    return make_parts(np.arange(len(group)), group, np.array(case, float), np.array(prepare, float), teams), group
+    return make_parts(np.arange(len(group)), group, costs_of(case, prepare), teams), group
 
 
 def dealt_out(folder, parts, group, case, prepare, teams):
@@ -59,7 +64,7 @@ def test_the_dearest_group_is_begun_first_and_one_team_takes_group_after_group(t
     parts, group = parts_of([3, 5, 2], case, prepare, 1)
     ((*batches,),), _ = dealt_out(tmp_path, parts, group, case, prepare, 1)
     assert group[np.concatenate(batches)].tolist() == 5 * [1] + 3 * [0] + 2 * [2]
-    assert make_parts(np.zeros(0, int), np.zeros(0, int), np.zeros(0), np.zeros(0), 4) == []
+    assert make_parts(np.zeros(0, int), np.zeros(3, int), costs_of(case, prepare), 4) == []
 
 
 def test_a_group_is_not_prepared_again_for_less_than_its_preparation(tmp_path):
