@@ -118,7 +118,7 @@ def test_without_pandas_a_sweep_is_a_dict_of_arrays(small, tmp_path, monkeypatch
     quietly(small, tmp_path / "out", only=["*-rho1-*"])
     monkeypatch.setitem(sys.modules, "pandas", None)
     columns = load_sweep(tmp_path / "out" / "results.h5")
-    assert columns["max_u_t"].shape == (4,) and set(columns["status"]) == {"converged"}
+    assert np.isfinite(columns["max_u_t"]).sum() == 4 and set(columns["status"]) == {"converged", "missing"}
 
 
 @pytest.mark.parametrize("keep", ["scalars", "contact", "all"])
@@ -153,7 +153,8 @@ def test_only_leaves_the_rest_and_the_table_grows(small, tmp_path):
 def test_parts_share_a_folder_and_its_table(small, tmp_path):
     parts = [quietly(small, tmp_path / "out", part=(k, 3)) for k in (1, 2, 3)]
     assert sum(part.computed for part in parts) == 8
-    assert read_case_table(tmp_path / "out" / "results.h5").status == 8 * ["converged"]
+    with h5py.File(tmp_path / "out" / "results.h5") as file:
+        assert file["cases/status"][()].tolist() == 8 * [b"converged"]
     last = quietly(small, tmp_path / "out")
     assert (last.computed, last.reused) == (0, 8)
     quietly(small, tmp_path / "whole")
@@ -197,26 +198,20 @@ def test_damaged_records_are_computed_again(small, tmp_path, damage):
     assert all(load_case(tmp_path / "out", id_).converged for id_ in small.ids)
 
 
-@pytest.mark.parametrize("damage", ["truncated", "inverted", "no HDF5", "gone"])
+@pytest.mark.parametrize("damage", ["no HDF5", "gone"])
 def test_a_damaged_table_costs_nothing(small, tmp_path, damage):
     quietly(small, tmp_path / "out")
-    before = table_of(tmp_path / "out")
-    path = tmp_path / "out" / "results.h5"
-    content = bytearray(path.read_bytes())
-    if damage == "gone":
-        path.unlink()
-    elif damage == "inverted":
-        with h5py.File(path) as file:
-            at = file["cases/max_u_t"].id.get_chunk_info(0).byte_offset
-        content[at : at + 20] = bytes(255 - byte for byte in content[at : at + 20])
-        path.write_bytes(content)
-    else:
-        path.write_bytes(content[:3000] if damage == "truncated" else b"something else")
-    with pytest.raises(ResultError) as caught:
-        read_case_table(path)
-    assert "\n" not in str(caught.value)
+    before, path = table_of(tmp_path / "out"), tmp_path / "out" / "results.h5"
+    with h5py.File(path) as file:
+        iterations = file["cases/iterations"][()]
+    path.unlink()
+    if damage == "no HDF5":
+        path.write_bytes(b"something else")
+    # results.h5 is for others: what petcontact reads are the logs
+    assert table_of(path) == before
     assert quietly(small, tmp_path / "out").computed == 0
-    assert table_of(tmp_path / "out") == table_of(path) == before
+    with h5py.File(path) as file:
+        assert np.array_equal(file["cases/iterations"][()], iterations)
 
 
 def test_two_runs_at_once_end_with_one_right_table(small, tmp_path):
@@ -233,7 +228,9 @@ def test_two_runs_at_once_end_with_one_right_table(small, tmp_path):
     assert any("another run is at work here" in line for line in said)
     assert len(list((tmp_path / "out" / "log").iterdir())) == 2
     quietly(small, tmp_path / "whole")
-    assert table_of(tmp_path / "out") == table_of(tmp_path / "out" / "results.h5") == table_of(tmp_path / "whole")
+    assert table_of(tmp_path / "out") == table_of(tmp_path / "whole")
+    with h5py.File(tmp_path / "out" / "results.h5") as file:
+        assert file["cases/id"][()].tolist() == [id_.encode() for id_ in small.ids]
     last = quietly(small, tmp_path / "out", say=lambda line: said.append("alone: " + line))
     assert last.reused == 8 and not any("alone" in line and "another run" in line for line in said)
     assert not list((tmp_path / "out").glob(".run-*"))

@@ -1,4 +1,4 @@
-"""What a case is, as a digest: config, content of the files that it names, PETSc options, quantities that were asked for.
+"""What a case is, as a digest: config, content of the files that it names, PETSc options, quantities asked for, version.
 
 A result is used again only for a case of the same digest.
 """
@@ -14,6 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from ... import __version__
 from ...errors import InputError
 from .sweep import Sweep
 from .sweep_file import check_file
@@ -67,17 +68,12 @@ def identify(sweep: Sweep, options: Mapping[str, str] = {}, functions: Mapping[s
         The user's own quantities.
     """
     digits = {name: text for name, text in options.items() if not any(part in name for part in HARMLESS)}
-    common = [sorted(digits.items()), sweep.file.von_mises, {name: _source(f) for name, f in functions.items()}]
-    keys = [key for axis in sweep.axes for key in axis.keys]
-    block = len(sweep) // len(sweep.bases)
+    functions_text = {name: _source(function) for name, function in functions.items()}
+    common = [__version__, sorted(digits.items()), sweep.file.von_mises, functions_text]
     bases = []
-    for number, base in enumerate(sweep.bases):
-        # the resolved config without what varies: it tells of defaults, too
-        config = sweep[number * block].case.model_dump(mode="json", exclude_none=True)
-        for key in keys:
-            _remove(config, key.split("."))
+    for base in sweep.bases:
         contents = [file_digest(path) for _, path in named_files({**base.data, "set": base.fixed}, base.folder)]
-        bases.append(_digest(_text([common, base.problem, base.variant, config, contents])))
+        bases.append(_digest(_text([common, base.problem, base.variant, base.data, sorted(base.fixed.items()), contents])))
     varied = [dict(zip(axis.keys, some, strict=True)) for axis in sweep.axes for some in axis.values]
     files = {name: file_digest(path) for name, path in named_files(varied, sweep.bases[0].folder)}
     return Identity(sweep, {"bases": bases, "files": files})
@@ -119,19 +115,6 @@ def _source(function: Any) -> str:
         return inspect.getsource(function)
     except (OSError, TypeError):
         return repr(getattr(function, "__qualname__", function))
-
-
-def _remove(data: Any, steps: list[str]) -> None:
-    """Take a dotted key out of plain data, if it is there."""
-    for step in steps[:-1]:
-        if isinstance(data, list) and step.isdecimal():
-            data = data[int(step)]
-        else:
-            data = data.get(step) if isinstance(data, dict) else None
-    if isinstance(data, dict):
-        data.pop(steps[-1], None)
-    elif isinstance(data, list) and steps[-1].isdecimal():
-        data[int(steps[-1])] = None
 
 
 def _digest(text: str) -> str:

@@ -17,12 +17,12 @@ import h5py
 import numpy as np
 
 from ...errors import InputError, OutputError, ResultError
-from ...results.hdf5 import opened, read_result, write_atomically
+from ...results.hdf5 import read_result, write_atomically
 from ..design.identity import Identity
 from ..design.sweep import Sweep
 from ..problems import AnySolution
 from .columns import Column, Columns, columns_of, size_of, stacked, taken, texts
-from .fields import contact_arrays, unpacked
+from .fields import unpacked
 from .folder import FORMAT, FORMAT_VERSION, SweepFolder
 from .log import records
 
@@ -116,11 +116,6 @@ class CaseTable:
         found = self.kept(case)
         return None if isinstance(found, dict) else found
 
-    def contact(self, case: int) -> dict[str, Any] | None:
-        """The fields on Γ_C of a case by its place in the table; None where they are not kept."""
-        found = self.kept(case)
-        return found if found is None or isinstance(found, dict) else contact_arrays(found)
-
 
 def plain(values: Column) -> list[Any]:
     """A column as Python's values; whole numbers are int where all are (NaN is None)."""
@@ -152,6 +147,7 @@ def write_table(path: Path, title: str, coordinates: list[str], columns: Columns
         If it cannot be written.
     """
     columns = taken(columns, columns["status"] != b"missing")
+    columns = {name: values for name, values in columns.items() if name not in OWN}
 
     def fill(file: h5py.File) -> None:
         file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, "title": title,
@@ -169,7 +165,7 @@ def write_table(path: Path, title: str, coordinates: list[str], columns: Columns
 
 
 def read_case_table(path: str | Path) -> CaseTable:
-    """The cases of a sweep's folder, of a run under way, too, or of a results.h5 alone.
+    """The cases of a sweep's folder, of a run under way, too, or of the folder of a results.h5.
 
     Raises
     ------
@@ -177,19 +173,9 @@ def read_case_table(path: str | Path) -> CaseTable:
         If it is neither.
     """
     path = Path(path)
-    if path.is_dir():
-        folder = SweepFolder(path)
-        sweep, identity = folder.read_index()
-        return CaseTable(sweep.title, sweep.coordinate_names, derived(sweep, identity, folder.log_files()), path)
-    with opened(path) as file:
-        if (file.attrs.get("format"), file.attrs.get("format_version")) != (FORMAT, FORMAT_VERSION):
-            raise ResultError(f"{path}: not the folder or results.h5 of a sweep")
-        try:
-            columns = {name: stored[()] for name, stored in file[TABLE].items()}
-            columns = {name: v.astype(f"S{v.dtype.itemsize}") if v.dtype.kind == "S" else v for name, v in columns.items()}
-            return CaseTable(str(file.attrs["title"]), json.loads(file.attrs["coordinates"]), columns, path.parent)
-        except Exception as error:  # whatever damaged bytes make of h5py and numpy
-            raise ResultError(f"{path}: damaged ({type(error).__name__}: {' '.join(str(error).split())})") from error
+    folder = SweepFolder(path.parent if path.name == "results.h5" else path)
+    sweep, identity = folder.read_index()
+    return CaseTable(sweep.title, sweep.coordinate_names, derived(sweep, identity, folder.log_files()), folder.path)
 
 
 def load_sweep(path: str | Path) -> Any:
