@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from ..errors import PetcontactError
+from ..pipeline.increment import PreparedProblem
+from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
 from ..runtime.petsc import petsc
 from ..runtime.signals import Interrupted
 from .design.identity import Identity, identify
 from .design.sweep import Sweep
-from .problems import AnySolution, Shared, prepare_group, release, run_case
+from .problems import prepare_group, release, run_case
 from .quantities import Quantity, failed_row, row_of, users
 from .schedule.cost import Cost
 from .schedule.deal import Counters, Part, dealt, make_parts
@@ -160,7 +162,7 @@ class _Worker:
         self.identity, self.more = identity, more
         self.timings: dict[str, float] = {}
         self._group, self._reason = -1, ""
-        self._prepared: Shared | None = None
+        self._prepared: PreparedProblem | None = None
 
     def work(self, parts: list[Part], counters: Counters, world: Any) -> None:
         """Compute what the team is dealt until nothing is left, and wait for the others."""
@@ -201,7 +203,7 @@ class _Worker:
         self.log.begin(self.costs[group].case + (self.costs[group].prepare if group != self._group else 0.0))
         self._prepare(group)
         prepared, reason, case = self._prepared, self._reason, None
-        solution: AnySolution | None = None
+        solution: Solution | None = None
         try:
             case = self.sweep[place].case
         except PetcontactError as error:  # of a sweep too large to be validated before

@@ -288,7 +288,7 @@ RAISING = """
 import sys
 from petcontact.commands import main as cli
 from petcontact.sweep.store import log
-from petcontact.pipeline import run as pipeline
+from petcontact.sweep import problems
 where, *arguments = sys.argv[1:]
 from petcontact.runtime.petsc import petsc
 rank, calls = petsc().COMM_WORLD.getRank(), []
@@ -305,7 +305,7 @@ if where == "write":
     log.LONGEST_WAIT = 0.02
     log.Log._append = on_the_last_rank(log.Log._append, OSError(28, "disk full"))
 else:
-    pipeline.run = on_the_last_rank(pipeline.run, ZeroDivisionError("a defect"))
+    problems.run = on_the_last_rank(problems.run, ZeroDivisionError("a defect"))
 sys.exit(cli.main(["sweep", *arguments]))
 """
 

@@ -14,10 +14,9 @@ from sweep_files import CONFIGS, quietly, sweep_file
 
 from petcontact import load_case, load_sweep
 from petcontact.errors import InputError, ResultError, SolverError
-from petcontact.pipeline import prepare as preparation
-from petcontact.pipeline import run as pipeline
-from petcontact.pipeline.prepare import prepare
-from petcontact.pipeline.run import solve
+from petcontact.pipeline.run import prepare, run
+from petcontact.pipeline.solve import solve
+from petcontact.sweep import problems
 from petcontact.sweep.design.sweep import build_sweep, read_sweep
 from petcontact.sweep.design.sweep_file import read_files
 from petcontact.sweep.schedule import cost as costs
@@ -73,7 +72,7 @@ def test_a_body_that_cannot_be_meshed_costs_nothing(small, monkeypatch):
 
 def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(small, tmp_path, monkeypatch, comm):
     calls = []
-    monkeypatch.setattr(preparation, "prepare", lambda case, comm, cases: calls.append(cases) or prepare(case, comm, cases))
+    monkeypatch.setattr(problems, "prepare", lambda *words, cases: calls.append(cases) or prepare(*words, cases=cases))
     folder = tmp_path / "new" / "out"
     summary = quietly(small, folder)
     assert (summary.computed, summary.reused, summary.failed, summary.exit_status) == (8, 0, {}, 0)
@@ -284,15 +283,15 @@ def test_a_gmsh_mesh_that_changed_is_another_body(tmp_path):
 
 
 def test_a_failing_case_is_recorded_and_redone(small, tmp_path, monkeypatch):
-    run = pipeline.run
     errors = {"modified": SolverError("iterate", "made to fail", "nothing"), "self-adaptive": ZeroDivisionError("oh")}
 
-    def failing(prepared, case):
+    def failing(prepared):
+        case = prepared.discrete.problem
         if case.method.rho == 1e3 and case.mesh.element_size == 0.4:
             raise errors[case.method.rule]
-        return run(prepared, case)
+        return run(prepared)
 
-    monkeypatch.setattr(pipeline, "run", failing)
+    monkeypatch.setattr(problems, "run", failing)
     summary = quietly(small, tmp_path / "out")
     assert summary.exit_status == 1
     assert summary.failed == {
@@ -302,7 +301,7 @@ def test_a_failing_case_is_recorded_and_redone(small, tmp_path, monkeypatch):
     row = table_of(tmp_path / "out")["example1-modified-rho1e3-h0.4"]
     assert (row["status"], row["reason"]) == ("failed", "iterate: made to fail; nothing")
     assert any("failed: example1-modified-rho1e3-h0.4: iterate: made to fail" in line for line in summary.lines())
-    monkeypatch.setattr(pipeline, "run", run)
+    monkeypatch.setattr(problems, "run", run)
     again = quietly(small, tmp_path / "out")
     assert (again.computed, again.reused, again.exit_status) == (2, 6, 0)
 
@@ -311,9 +310,9 @@ def test_a_group_that_cannot_be_prepared_fails_case_by_case(small, tmp_path, mon
     def failing(case, comm, cases):
         if case.mesh.element_size == 0.8:
             raise SolverError("factor", "zero pivot", "fix the body")
-        return prepare(case, comm, cases)
+        return prepare(case, comm, cases=cases)
 
-    monkeypatch.setattr(preparation, "prepare", failing)
+    monkeypatch.setattr(problems, "prepare", failing)
     summary = quietly(small, tmp_path)
     assert len(summary.failed) == 4
     assert all(id_.endswith("h0.8") and "zero pivot" in reason for id_, reason in summary.failed.items())

@@ -16,8 +16,8 @@ from typing import Any
 
 from ... import __version__
 from ...errors import InputError
+from ...model.base import regular_file
 from .sweep import Sweep
-from .sweep_file import check_file
 
 HARMLESS = ("monitor", "view", "log_", "info", "help", "options_", "malloc", "citations", "nox", "objects_dump",
             "no_signal_handler", "version", "skip_petscrc")  # fmt: skip
@@ -103,8 +103,7 @@ def _file_digest(path: str, size: int, changed: int) -> str:
 def file_digest(path: Path) -> str:
     """Of a regular file's content; empty where it is none or cannot be read, which the case will meet in its turn."""
     try:
-        check_file(path, LARGEST_NAMED)
-        facts = path.stat()
+        facts = regular_file(path, LARGEST_NAMED).stat()
         return _file_digest(str(path), facts.st_size, facts.st_mtime_ns)
     except (OSError, InputError):
         return ""

@@ -17,7 +17,7 @@ import numpy as np
 from ...errors import InputError
 from ...model.base import parse
 from ...model.case import parse_any
-from ..problems import AnyCase
+from ...model.problem import Problem
 from .axes import full_key, make_axes, value_word
 from .sweep_file import LARGEST_SWEEP, SweepFile, read_files
 
@@ -35,13 +35,13 @@ class SweepCase:
     ----------
     id : str
         Readable and the same in every run, for example ``example1-modified-rho1e3-h0.05``; a valid file name.
-    case : Case or Assembly
+    case : Problem
     coordinates : dict
         What distinguishes the case: problem, variant, and the value of each key that varies.
     """
 
     id: str
-    case: AnyCase
+    case: Problem
     coordinates: dict[str, Any]
 
 

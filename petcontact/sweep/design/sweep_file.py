@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import stat
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
@@ -11,12 +10,12 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from ...errors import InputError
-from ...model.base import Coordinate, Finite, Model, parse
+from ...model.base import Coordinate, Finite, Model, parse, regular_file
 from ...model.case import LARGEST_FILE, read_toml
 
 LARGEST_SWEEP = 1_000_000
-LARGEST_POINTS = 500_000_000
-"""Bytes of a CSV file of points."""
+LARGEST_POINTS = 200_000_000
+"""Bytes of a file of points."""
 Count = Annotated[int, pydantic.Field(ge=1, le=LARGEST_SWEEP)]
 Keep = Literal["scalars", "contact", "all"]
 
@@ -39,7 +38,7 @@ class Sample(Model):
     method: Literal["latin-hypercube", "sobol"]
     points: Count
     seed: Annotated[int, pydantic.Field(ge=0)] = 0
-    range: Annotated[Mapping[str, tuple[Finite, Finite]], pydantic.Field(min_length=1)]
+    range: Mapping[str, tuple[Finite, Finite]] = pydantic.Field(min_length=1, kw_only=True)
     log: tuple[str, ...] = ()
 
     @pydantic.model_validator(mode="after")
@@ -85,7 +84,7 @@ class SweepFile(Model):
     """
 
     title: str = ""
-    problems: Annotated[tuple[str, ...], pydantic.Field(min_length=1)]
+    problems: tuple[str, ...] = pydantic.Field(min_length=1, kw_only=True)
     cross: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(default={})
     zip: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(default={})
     sample: Sample | None = None
@@ -128,29 +127,11 @@ def read_files(path: str | Path) -> tuple[str, dict[str, Any], dict[str, dict[st
     file: SweepFile = parse(SweepFile, data, str(path))
     folder = Path(path).parent
     paths = [str(folder / name) for name in file.problems]
-    for name in paths:
-        check_file(Path(name), LARGEST_FILE)
     if len(set(paths)) < len(paths):
         raise InputError(f"{path}: problems: a file is named twice, got {list(file.problems)}")
     if isinstance(file.points, str):
         data["points"] = read_points(folder / file.points)
-    return str(path), data, {name: read_toml(name) for name in paths}
-
-
-def check_file(path: Path, largest: int) -> None:
-    """Refuse what is no regular file of at most so many bytes: others may never end.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or is none.
-    """
-    try:
-        facts = path.stat()
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path}: cannot be read ({getattr(error, 'strerror', error)})") from None
-    if not stat.S_ISREG(facts.st_mode) or facts.st_size > largest:
-        raise InputError(f"{path}: must be a regular file of at most {largest} bytes")
+    return str(path), data, {name: read_toml(regular_file(name, LARGEST_FILE)) for name in paths}
 
 
 def read_points(path: Path) -> dict[str, list[Any]]:
@@ -161,10 +142,11 @@ def read_points(path: Path) -> dict[str, list[Any]]:
     InputError
         One line: file, line, what is wrong.
     """
-    check_file(path, LARGEST_POINTS)
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
+        with open(regular_file(path, LARGEST_POINTS), encoding="utf-8-sig", newline="") as file:
             head, *lines = [line for line in csv.reader(file) if line]
+    except InputError:
+        raise
     except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:
         raise InputError(f"{path}: no CSV file with a line of keys ({error})") from None
     keys = [key.strip() for key in head]

@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import PetcontactError
+from ...model.problem import Problem
 from ...pipeline.choice import is_compressed, resolved_bem
 from ...refinement.meshes import mesh_of
-from ..problems import AnyCase, bodies_of
 
 # Seconds on one core of 2020, fitted to Examples 1 and 2 at h = 0.4 ... 0.0125: only their ratios matter, they decide the
 # order of the groups and who helps whom.
@@ -46,10 +46,10 @@ class Cost:
     memory: float
 
 
-def estimate(case: AnyCase, ranks: int) -> Cost:
+def estimate(case: Problem, ranks: int) -> Cost:
     """Size, time and memory from the meshes; `ranks` solve each case together."""
     try:
-        costs = [_of_body(case, body, parts) for body, parts in bodies_of(case)]
+        costs = [_of_body(case, body) for body in case.body]
     except PetcontactError:
         # the sweep meets the same error in its turn and records it case by case
         return Cost(0, 0, FIXED, FIXED, 0.0)
@@ -57,7 +57,9 @@ def estimate(case: AnyCase, ranks: int) -> Cost:
     return Cost(n, m, FIXED + prepare / ranks, CASE + solve / ranks, memory)
 
 
-def _of_body(case: AnyCase, body: Any, contact: set[str]) -> Cost:
+def _of_body(case: Problem, body: Any) -> Cost:
+    contact = {condition.part for condition in body.boundary if condition.condition == "contact"}
+    contact |= {side.split(".")[-1] for pair in case.contact for side in (pair.secondary, pair.primary)}
     mesh = mesh_of(body)
     n, unknowns = mesh.n_nodes, mesh.dim * mesh.n_nodes
     m = (mesh.dim - 1) * int(np.isin(np.array(mesh.part_names)[mesh.node_part], list(contact)).sum())

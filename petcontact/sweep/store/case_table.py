@@ -17,10 +17,10 @@ import h5py
 import numpy as np
 
 from ...errors import InputError, OutputError, ResultError
-from ...results.hdf5 import read_result, write_atomically
+from ...results.format.container import write_atomically
+from ...results.solution import Solution, read_solution
 from ..design.identity import Identity
 from ..design.sweep import Sweep
-from ..problems import AnySolution
 from .columns import Column, Columns, columns_of, size_of, stacked, taken, texts
 from .fields import unpacked
 from .folder import FORMAT, FORMAT_VERSION, SweepFolder
@@ -92,7 +92,7 @@ class CaseTable:
             raise InputError(f"{name}: holds texts, not numbers")
         return self.columns[name].astype(float)
 
-    def kept(self, case: int) -> AnySolution | dict[str, Any] | None:
+    def kept(self, case: int) -> Solution | dict[str, Any] | None:
         """What is kept of a case by its place in the table: the whole result, fields on the contact, or None.
 
         Raises
@@ -111,7 +111,7 @@ class CaseTable:
             raise ResultError(f"{record.path}: the fields of {record.row['id']} are damaged; the sweep computes them again")
         return unpacked(content, record.row["keep"])
 
-    def solution(self, case: int) -> AnySolution | None:
+    def solution(self, case: int) -> Solution | None:
         """The whole result of a case by its place in the table; None where it is not kept."""
         found = self.kept(case)
         return None if isinstance(found, dict) else found
@@ -206,7 +206,7 @@ def load_sweep(path: str | Path) -> Any:
     return pandas.DataFrame(columns)
 
 
-def load_case(path: str | Path, id_: str) -> AnySolution | dict[str, Any]:
+def load_case(path: str | Path, id_: str) -> Solution | dict[str, Any]:
     """What a sweep keeps of one case besides its scalars.
 
     Parameters
@@ -218,7 +218,7 @@ def load_case(path: str | Path, id_: str) -> AnySolution | dict[str, Any]:
 
     Returns
     -------
-    Solution, AssemblySolution, or dict of str to array
+    Solution, or dict of str to array
         The fields on Γ_C where only these are kept.
 
     Raises
@@ -236,7 +236,7 @@ def load_case(path: str | Path, id_: str) -> AnySolution | dict[str, Any]:
     return found
 
 
-def read_case(path: str | Path, id_: str = "/") -> AnySolution:
+def read_case(path: str | Path, id_: str = "/") -> Solution:
     """A result file, or with an id that case of a sweep.
 
     Raises
@@ -245,7 +245,7 @@ def read_case(path: str | Path, id_: str = "/") -> AnySolution:
         If there is no such file, sweep or case, or not all of its fields are kept.
     """
     if id_ == "/":
-        return read_result(path)
+        return read_solution(path)
     found = load_case(path, id_)
     if isinstance(found, dict):
         raise ResultError(f'{path}: {id_} has its fields on the contact part only; keep = "all" in the sweep file keeps all')

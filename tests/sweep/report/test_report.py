@@ -18,8 +18,9 @@ from sweep_files import CONFIGS, quietly, sweep_file
 
 from petcontact.commands.main import main
 from petcontact.errors import InputError, ResultError, SolverError
-from petcontact.pipeline import run as pipeline
+from petcontact.pipeline.run import run
 from petcontact.results.hdf5 import write_solution
+from petcontact.sweep import problems
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.report.page import DRAWN, html, representatives
 from petcontact.sweep.report.pivot import Facts, make_tables, text
@@ -45,15 +46,14 @@ def swept(tmp_path_factory):
     """A folder with a sweep of 16 cases of the paper, one of them failed and one missing."""
     folder = tmp_path_factory.mktemp("swept")
     sweep = read_sweep(sweep_file(folder, SWEEP))
-    run = pipeline.run
 
-    def failing(prepared, case):
-        if case == sweep[sweep.ids.index(FAILED)].case:
+    def failing(prepared):
+        if prepared.discrete.problem == sweep[sweep.ids.index(FAILED)].case:
             raise SolverError("iterate", "made to fail", "nothing")
-        return run(prepared, case)
+        return run(prepared)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pipeline, "run", failing)
+        patch.setattr(problems, "run", failing)
         quietly(sweep, folder / "out", only=[id_ for id_ in sweep.ids if id_ != MISSING])
     return folder / "out"
 
