@@ -137,3 +137,15 @@ keep = "all"
         assert kept.info["warnings"] == alone.info["warnings"]
     force = read_case_table(tmp_path / "out").numbers("force_x")
     assert len(set(force.round(9))) == 6
+
+
+def test_friction_bounds_of_the_papers_body_share_one_elimination(tmp_path, comm, monkeypatch):
+    text = 'problems = ["example1.toml"]\nkeep = "all"\n[set]\nelement_size = 0.4\n[cross]\n'
+    sweep = read_sweep(sweep_file(tmp_path, text + '"boundary.0.friction_bound" = [100.0, 150.0, 300.0]\n'))
+    calls = []
+    monkeypatch.setattr(running, "prepare_group", lambda *words: calls.append(words) or problems.prepare_group(*words))
+    assert quietly(sweep, tmp_path / "out").exit_status == 0 and len(calls) == 1
+    for place in range(3):
+        alone, kept = solve(sweep[place].case, comm=comm), load_case(tmp_path / "out", sweep.ids[place])
+        assert np.all(kept.contact.friction_bound == (100.0, 150.0, 300.0)[place])
+        np.testing.assert_allclose(kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9)

@@ -47,9 +47,9 @@ def test_the_plan_knows_the_size_and_memory_of_what_is_assembled(small, comm):
     case = next(c.case for c in small if c.case.mesh.element_size == 0.4)
     cost = estimate(case, 1)
     prepared = prepare(case, comm)
-    mesh, data = prepared.operators.mesh, prepared.operators.data
-    assert (cost.nodes, cost.contact_unknowns) == (mesh.n_nodes, len(data.contact_nodes))
-    n, m = 2 * mesh.n_nodes, len(data.contact_nodes)
+    (mesh,), (contact,) = prepared.discrete.meshes, prepared.discrete.interfaces
+    assert (cost.nodes, cost.contact_unknowns) == (mesh.n_nodes, len(contact.nodes))
+    n, m = 2 * mesh.n_nodes, len(contact.nodes)
     assert 8 * n * n <= cost.memory <= 8 * (n + 2 * m) ** 2
     prepared.close()
     lines = describe(small, [cost], (9, 2, 7, 1), 2, 4)

@@ -129,7 +129,7 @@ def test_files_that_never_end_are_refused(tmp_path, monkeypatch, name):
     os.mkfifo(tmp_path / "pipe")
     for text in ('problems = ["example1.toml"]\npoints = "{}"', 'problems = ["{}"]\n[cross]\nrho = [1.0]'):
         if name != "large.csv" or "points" in text:
-            with pytest.raises(InputError, match="not a regular file|larger than the"):
+            with pytest.raises(InputError, match=r"not a regular file|larger than the"):
                 read_sweep(sweep_file(tmp_path, text.format(name)))
 
 
