@@ -14,7 +14,7 @@ from half_space import half_plane, half_plane_on, pressed
 
 import petcontact.contact
 from petcontact import InputError, Method
-from petcontact.compliance.reduced import ReducedSystem
+from petcontact.compliance.composed import ReducedSystem
 from petcontact.contact.active_set.pivots import next_tau
 from petcontact.contact.criterion import Criterion, natural_residuals
 from petcontact.contact.iteration import Iteration

@@ -12,7 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from petcontact import InputError, Method
-from petcontact.compliance.reduced import ReducedSystem
+from petcontact.compliance.composed import ReducedSystem
 from petcontact.contact.criterion import Criterion, equilibrium_defect
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import OPEN, SLIP, STICK, SignoriniCoulomb
