@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import shapely
 from conftest import example
+from prepared import operators
 from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 
 import petcontact.fields.interior
@@ -23,7 +24,6 @@ from petcontact import (
 from petcontact.fields.interior import Field, field_at, field_on_grid, principal_stresses, von_mises
 from petcontact.fields.interior_grid import triangulate
 from petcontact.fields.smoothing import smoothed
-from petcontact.pipeline.prepare import discretise
 from petcontact.results.figures.stress import deformed_figure
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.inside import write_vtu
@@ -242,7 +242,7 @@ def test_field_of_a_stored_result(solved, tmp_path):
 @pytest.mark.parametrize("body", [BODY, None], ids=["arcs", "straight"])
 def test_groups_seen_from_afar_are_the_sum_of_their_elements(monkeypatch, body):
     """The series of the potentials against the integrals, at points from well inside to almost on the boundary."""
-    mesh = meshed(body, element_size=0.02) if body else discretise(example(2, mesh=MeshOptions(element_size=0.02))).mesh
+    mesh = meshed(body, element_size=0.02) if body else operators(example(2, mesh=MeshOptions(element_size=0.02))).mesh
     x = mesh.x
     u = np.stack([np.sin(x[:, 0]) * x[:, 1], np.cos(2 * x[:, 1])], axis=1)
     traction = 1e4 * np.stack([mesh.normal[:, 0] * x[:, 1], np.cos(x[:, 0])], axis=1)

@@ -6,14 +6,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from prepared import operators
 
 from petcontact import native
-from petcontact.bem import operators
+from petcontact.bem import operators as bem_operators
 from petcontact.bem.kelvin3d import integrals as module
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.mesh.panels import make_panels
 from petcontact.model.case import load
-from petcontact.pipeline.prepare import discretise
 
 pytestmark = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -71,8 +71,8 @@ def test_digits_do_not_depend_on_the_company(order: int) -> None:
 def test_columns_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, name: str, keys: dict[str, object]) -> None:
     """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression asks for them."""
     case = load(CONFIGS / f"{name}.toml", keys)
-    quick, slow = (discretise(case) for _ in range(2))
-    monkeypatch.setattr(operators, "column_filler", lambda *_: None)
+    quick, slow = (operators(case) for _ in range(2))
+    monkeypatch.setattr(bem_operators, "column_filler", lambda *_: None)
     assert slow._filler is None
     monkeypatch.undo()
     assert quick._filler is not None

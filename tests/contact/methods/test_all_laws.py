@@ -286,7 +286,7 @@ class ByProducts(ReducedSystem):
         raise AssertionError("nobody may ask for S itself")
 
     def surrogate(self):
-        return Stand(self._matrix, self.u_0.shape[1])
+        return Stand(self._operator.matrix(), self.u_0.shape[1])
 
 
 @pytest.mark.parametrize("k", [2, 3])
