@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
+from petcontact.pipeline.prepare import discretise, prepare
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
 from petcontact.bem.operators import BoundaryOperators
@@ -26,7 +27,6 @@ from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.registry import method_of
 from petcontact.model.problem import Problem
-from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.runtime.petsc import petsc
 
 Array = np.ndarray

@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--adapt", action="store_true",
                         help="refine the mesh until the estimated error of u_t (p, q) is as wanted")  # fmt: skip
     parser.add_argument("--accuracy", metavar="ERROR", type=float,
-                        help="with --adapt, or without a [mesh] table: wanted relative L2 error of u_t (1e-4)")  # fmt: skip
+                        help="with --adapt, or without a [mesh] table: error of u_t (1e-4), of p and q (1e-2)")  # fmt: skip
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -48,7 +48,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     check_target(output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest)
-    accuracy = wanted_accuracy(arguments, case)
+    adaptive = wants_adaptive(arguments, case)
     from ..results.hdf5 import write_solution
 
     status, tolerance = StatusLine(first and sys.stderr.isatty()), case.method.tolerance
@@ -62,7 +62,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
         try:
             with in_file(arguments.config):
-                solution = solved(case, accuracy, comm, monitor, announcer(status) if first else None)
+                announce = announcer(status) if first else None
+                solution = solved(case, adaptive, arguments.accuracy, comm, monitor, announce)
         finally:
             status.clear()
         number = stop()
@@ -79,7 +80,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             for path in plot_all(solution, folder, output.stem):
                 say(f"  figure: {path}")
     if first:
-        report_ignored(case, accuracy)
+        report_ignored(case, adaptive)
     report_unused(first)
     if number:
         what = "the last iterate" if solution.status == "failed" else "the solution"
@@ -87,20 +88,21 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     return STATUS[solution.status]
 
 
-def wanted_accuracy(arguments: argparse.Namespace, case: Any) -> float | None:
-    """The accuracy of an adaptive solve, None for what the config says of its mesh."""
-    adapt = arguments.adapt or (arguments.accuracy is not None and all(body.mesh.automatic for body in case.body))
-    if arguments.accuracy is not None and not adapt:
+def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:
+    """Whether the command line asks for an adaptive solve; the config may, too."""
+    accuracy = arguments.accuracy
+    if accuracy is not None and not (arguments.adapt or all(body.mesh.automatic for body in problem.body)):
         raise InputError("--accuracy: only an adaptive solve has one; add --adapt")
-    accuracy = 1e-4 if arguments.accuracy is None else arguments.accuracy
-    if not 0.0 < accuracy < 1.0:
+    if accuracy is not None and not 0.0 < accuracy < 1.0:
         raise InputError(f"--accuracy: must lie between 0 and 1, got {accuracy:g}")
-    return accuracy if adapt else None
+    return bool(arguments.adapt) or accuracy is not None
 
 
-def solved(problem: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None], announce: Any) -> Any:
-    """The solution on the mesh of the config, or on adaptive ones where an accuracy is wanted or the mesh is left open."""
-    if accuracy is not None:
+def solved(
+    problem: Any, adaptive: bool, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None], announce: Any
+) -> Any:
+    """The solution on the mesh of the config, or on adaptive ones where that is wanted or the mesh is left open."""
+    if adaptive:
         from ..pipeline.adaptive import adapt
 
         return adapt(problem, accuracy, comm=comm, monitor=monitor)
@@ -162,11 +164,11 @@ def report_unused(first: bool) -> None:
         print(f"petcontact: PETSc option {name} was not used by any object (-help lists those that are)", file=sys.stderr)
 
 
-def report_ignored(case: Any, accuracy: float | None) -> None:
+def report_ignored(case: Any, adaptive: bool) -> None:
     """Name the keys of the config that the method that ran does not read."""
-    method, keys = case.method, case.ignored(adaptive=accuracy is not None)
+    method, keys = case.method, case.ignored(adaptive=adaptive)
     if keys:
-        who = "an adaptive solve" if accuracy is not None else method.resolved_name
+        who = "an adaptive solve" if adaptive else method.resolved_name
         rule = f" with rule {method.rule}" if method.rule and who == "projection" else ""
         print(f"petcontact: {who}{rule} does not use {', '.join(keys)}", file=sys.stderr)
 

@@ -136,9 +136,10 @@ class MeshOptions(Model):
     graded_points : list of points
         Further points of the boundary to grade towards [length]. On contact parts of adaptive solves they are a first
         guess of transition points.
-    accuracy : float
+    accuracy : float, optional
         In the plane, where neither sizes nor order nor grading are given, the solve is adaptive: it refines until the
-        estimated relative error of u_t is below this [-].
+        estimated relative error is below this [-]; of u_t of one body in bilateral contact (1e-4 by default), else of
+        pressure and shear (1e-2).
     exponent : float, optional
         In space: panels on the faces of a box shrink towards the edges with this power of their number, by default 1.4; 1
         for equal ones.
@@ -152,7 +153,7 @@ class MeshOptions(Model):
     grading: Ratio | None = None
     levels: Annotated[int, pydantic.Field(ge=1, le=60, strict=True)] = 12
     graded_points: tuple[Point, ...] = ()
-    accuracy: Annotated[float, pydantic.Field(gt=0.0, lt=1.0)] = 1e-4
+    accuracy: Annotated[float, pydantic.Field(gt=0.0, lt=1.0)] | None = None
     exponent: Annotated[float, pydantic.Field(strict=True, ge=1.0, le=4.0)] | None = None
 
     @property

@@ -41,6 +41,8 @@ class Quantity(Protocol):
     differences: list[float]
 
     @property
+    def accuracy(self) -> float: ...
+    @property
     def levels(self) -> tuple[Rung, ...]: ...
     @property
     def attempts(self) -> int: ...
@@ -141,8 +143,8 @@ class AdaptiveSolve:
 
 
 def adapt(
-    problem: Problem, accuracy: float, *, method: Any = None, rule: Any = None, law: Any = None, comm: Any = None,
-    monitor: Monitor | None = None,
+    problem: Problem, accuracy: float | None = None, *, method: Any = None, rule: Any = None, law: Any = None,
+    comm: Any = None, monitor: Monitor | None = None,
 ) -> Solution:  # fmt: skip
     """The solution with an estimated error below a wanted one, on meshes that follow it; of plane bodies.
 
@@ -151,9 +153,9 @@ def adapt(
     problem : Problem
         Of its `[mesh]` tables only `graded_points` count. The meshes are found with semismooth Newton; the problem's own
         method, where it is another one, then solves on the last of them.
-    accuracy : float
-        Wanted error, relative, L2 on the contact [-]: of u_t of one body in bilateral contact, else of p and q at the ends
-        of all steps.
+    accuracy : float, optional
+        Wanted error, relative, L2 on the contact [-]: of u_t of one body in bilateral contact (by default the smallest
+        `mesh.accuracy`, or 1e-4), else of p and q at the ends of all steps (1e-2).
     method, rule, law
         As in `solve`.
     comm : PETSc.Comm, optional
@@ -174,9 +176,12 @@ def adapt(
     InputError, SolverError
         As `solve`.
     """
-    check_accuracy(accuracy)
     comm, began = comm if comm is not None else petsc().COMM_WORLD, time.perf_counter()
     work = AdaptiveSolve(problem, comm, monitor, law)
+    if accuracy is None:
+        given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
+        accuracy = min(given, default=work.quantity.accuracy)
+    check_accuracy(accuracy)
     trouble = work.climb(accuracy)
     solution = work.solutions[-1]
     own = rule is not None or method is not None or problem.method.resolved_name != "semismooth-newton"

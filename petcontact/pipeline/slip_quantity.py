@@ -32,12 +32,15 @@ class Slip:
     ----------
     levels : tuple of Rung
         Meshes to climb, each with an error about ten times smaller than that of the one before.
+    attempts : int
+        How often one level is tried.
+    accuracy : float
+        That is wanted by default [-].
     differences : list of float
         Relative differences of u_t between neighbouring meshes.
     """
 
-    levels = LADDER
-    attempts = 1
+    levels, attempts, accuracy = LADDER, 1, 1e-4
 
     def __init__(self) -> None:
         self.differences: list[float] = []

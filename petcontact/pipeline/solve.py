@@ -77,8 +77,7 @@ def solve(
     """
     problem, method = posed(problem, method, petsc_options)
     if all(body.mesh.automatic for body in problem.body) and can_adapt(problem):
-        accuracy = min(body.mesh.accuracy for body in problem.body)
-        return adapt(problem, accuracy, method=method, rule=rule, law=law, comm=comm, monitor=monitor)
+        return adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor)
     prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
     try:
         return with_estimate(run(prepared, monitor=monitor), prepared.comm)

@@ -40,12 +40,13 @@ class Tractions:
         Meshes to climb.
     attempts : int
         How often one level is tried while a contact is seen by few nodes only.
+    accuracy : float
+        That is wanted by default [-].
     differences : list of float
         Relative differences of p and q between neighbouring meshes.
     """
 
-    levels = CONTACT_LADDER
-    attempts = 3
+    levels, attempts, accuracy = CONTACT_LADDER, 3, 1e-2
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []

@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import scipy
 from conftest import example
+from petcontact.compliance.body.compressed import CompressedBody
 
 from petcontact import Assembly, InputError, Solution, Traction, load_assembly, solve
 from petcontact.compliance.body import compressed
 from petcontact.compliance.body.base import BodyOperators, free_motions
-from petcontact.compliance.body.compressed import CompressedBody
 from petcontact.compliance.body.dense import DenseBody
 from petcontact.linalg.bordered import BorderedKrylov, Elimination
 from petcontact.model.base import parse

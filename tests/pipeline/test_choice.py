@@ -56,6 +56,7 @@ def test_a_compression_that_misses_is_replaced_by_itself(case, monkeypatch, comm
 
 def test_a_compression_that_raises_is_replaced_too(case, monkeypatch, comm):
     from petcontact.compliance.compressed import CompressedSystem
+
     from petcontact.errors import SolverError
 
     def refuse(self, *words):

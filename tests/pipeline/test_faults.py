@@ -22,8 +22,7 @@ from petcontact.commands.main import main
 from petcontact.compliance import condensed, full
 from petcontact.pipeline import load_steps
 from petcontact.pipeline import run as pipeline
-from petcontact.pipeline.prepare import prepare
-from petcontact.pipeline.run import run
+from petcontact.pipeline.run import prepare, run
 from petcontact.runtime.signals import Interrupted, deferred, install, stopping
 
 ROOT = Path(__file__).parents[2]

@@ -11,17 +11,16 @@ import numpy as np
 import pytest
 import scipy
 
-from petcontact import solve_assembly
+from petcontact import solve
 from petcontact.contact.equilibrium import unheld
-from petcontact.contact.laws import Frictional
+from petcontact.contact.laws import SignoriniCoulomb
 from petcontact.contact.system import Modes
 from petcontact.errors import InputError
 from petcontact.geometry.rotation import rigid_motions
 from petcontact.geometry.surface import BOX_PARTS, BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.case import load, parse_problem
-from petcontact.pipeline.prepare import prepare
-from petcontact.pipeline.run import run
+from petcontact.pipeline.run import prepare, run
 from petcontact.results.figures.plots import plot_all
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.solution import read_result
@@ -121,7 +120,7 @@ SQUARE = {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1
 
 def solved(text, **changes):
     dotted = {key.replace("__", "."): value for key, value in changes.items()}
-    return solve_assembly(parse_problem(tomllib.loads(text), "test", dotted, Path()))
+    return solve(parse_problem(tomllib.loads(text), "test", dotted, Path()))
 
 
 def vectors(pair, components):
@@ -147,7 +146,7 @@ def test_a_bound_alone_is_the_bilateral_solve_of_the_paper():
     system = prepare(case)
     paper = run(system, case)
     system.close()
-    pair = solve_assembly(case).last.pairs["bottom"]
+    pair = solve(case).last.pairs["bottom"]
     assert np.allclose(pair.slip, paper.contact.u_t, atol=1e-8 * np.abs(paper.contact.u_t).max())
     assert np.allclose(pair.sigma_t, paper.contact.sigma_t, atol=1e-7 * 150.0)
     assert np.allclose(-pair.pressure, paper.contact.sigma_n, atol=1e-7 * 150.0)
@@ -187,7 +186,7 @@ def test_polygons_get_the_sides_that_are_asked_for(angle):
     x = np.array([(a, b, 0.0) for a in np.linspace(-1, 1, 7) for b in np.linspace(-1, 1, 7)])
     frame = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
     motion = np.einsum("kc,mcr->mkr", frame, rigid_motions(x))
-    law = Frictional(np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3)
+    law = SignoriniCoulomb(np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3)
     for share, slides in ((0.999, False), (1.001, True)):
         push = 0.3 * share * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
         modes = Modes(motion, np.moveaxis(motion, 2, 0) / len(x), np.array([*push, -1.0, 0.0, 0.0, 0.0]))

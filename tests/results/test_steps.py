@@ -11,7 +11,7 @@ import meshio
 import numpy as np
 import pytest
 
-from petcontact import Problem, ResultError, Solution, read_result, solve_assembly
+from petcontact import Solution, read_result, solve
 from petcontact.bem.kelvin2d import point_force
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.model.assembly import assembly_of
@@ -63,7 +63,7 @@ def test_stress_of_a_point_force_is_hookes_law_of_its_displacement():
 
 
 def test_a_disc_on_the_floor_under_its_weight(tmp_path):
-    solution = solve_assembly(parse(Assembly, tomllib.loads(DISC), "test"))
+    solution = solve(parse(Problem, tomllib.loads(DISC), "test"))
     assert solution.converged, solution.reason
     assert [round(step.pairs["foot"].force[1], 12) for step in solution.steps] == [0.01, 0.015, 0.02]
     # a cut half-way between the force and the floor carries the force
@@ -123,7 +123,7 @@ def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
     """One body in unilateral contact: uniform pressure on a whole floor; open nodes carry 0.0, not -0.0, and are no zone."""
     whole, broken = BLOCK.replace("PLANE", plane).replace("where(x < 1.5, 0, 1)", "0"), BLOCK.replace("PLANE", plane)
     for text, name in ((whole, "whole.h5"), (broken, "broken.h5")):
-        solution = solve_assembly(assembly_of(parse(Case, tomllib.loads(text), "test")))
+        solution = solve(parse(Problem, tomllib.loads(text), "test"))
         write_solution(tmp_path / name, solution)
     with h5py.File(tmp_path / "whole.h5") as file:
         contact, boundary, x = file["contact"], file["boundary"], file["boundary/x"][()]
@@ -144,7 +144,7 @@ def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
 def test_the_verdict_of_an_increment_that_failed():
     """A load that pulls the block off the floor: where it failed is not called reached, and nothing that is 0 has a sign."""
     text = BLOCK.replace("PLANE", "strain").replace("pressure = 1.0", "pressure = -1.0")
-    solution = solve_assembly(assembly_of(parse(Case, tomllib.loads(text), "test")))
+    solution = solve(parse(Problem, tomllib.loads(text), "test"))
     verdict = " ".join(solution.verdict().split())
     assert solution.status == "not converged" and "along +y beyond what contact and friction allow" in verdict
     assert "failed at" in verdict and "reached" not in verdict and "-0" not in verdict.replace("e-0", "")
@@ -158,7 +158,7 @@ def test_what_failed_is_kept_apart(tmp_path):
     """/steps has the increments that were solved alone, /failed the one that was not; /history a row an iteration."""
     data = tomllib.loads(BLOCK.replace("PLANE", "strain"))
     data["step"] = [{"name": "press"}, {"name": "lift", "boundary": [{"part": "top", "pressure": -1.0}]}]
-    solution = solve_assembly(assembly_of(parse(Case, data, "test")))
+    solution = solve(parse(Problem, data, "test"))
     assert solution.status == "not converged" and all(step.status == "converged" for step in solution.steps)
     assert solution.failed is not None and solution.failed.step == 2 and solution.last is solution.steps[-1]
     write_solution(tmp_path / "r.h5", solution)
@@ -184,5 +184,5 @@ def test_tractions_beyond_the_law_are_not_converged(monkeypatch):
         return state
 
     monkeypatch.setattr("petcontact.pipeline.load_steps.method_of", lambda method: beyond)
-    solution = solve_assembly(assembly_of(parse(Case, tomllib.loads(BLOCK.replace("PLANE", "strain")), "test")))
+    solution = solve(parse(Problem, tomllib.loads(BLOCK.replace("PLANE", "strain")), "test"))
     assert solution.status == "not converged" and "exceed what contact allows" in solution.reason

@@ -11,8 +11,7 @@ import pytest
 
 from petcontact.commands.main import main
 from petcontact.model.case import load
-from petcontact.pipeline.prepare import prepare
-from petcontact.pipeline.run import run
+from petcontact.pipeline.run import prepare, run
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.records import BodyResult
 from petcontact.results.solution import read_solution

@@ -9,7 +9,7 @@ from sweep_files import quietly, sweep_file
 
 from petcontact import load_case
 from petcontact.fields.interior import field_at
-from petcontact.pipeline.run import solve
+from petcontact.pipeline.solve import solve
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.quantities import QUANTITIES, contact_of, resultants, row_of, von_mises_at
 from petcontact.sweep.store.case_table import read_case_table

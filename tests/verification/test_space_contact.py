@@ -18,7 +18,7 @@ from petcontact.mesh.basis import gauss
 from petcontact.model.base import parse
 from petcontact.model.case import parse_problem
 from petcontact.pipeline import assemble
-from petcontact.pipeline.load_steps import prepare_assembly, run_steps, solve_assembly
+from petcontact.pipeline.load_steps import prepare_assembly, run_steps, solve
 
 MU, STICK, HALF = 0.4, 0.6, 1.5
 HELD = {"lower": ("left", "right", "front", "back", "bottom"), "upper": ("left", "right", "front", "back", "top")}
@@ -183,7 +183,7 @@ def test_plane_strain_between_rollers_is_that_of_the_plane():
         grading="exponent = 1.0", zero=[0.0, 0.0, 0.0], rollers=roller.format("front") + roller.format("back"),
         down=[0.0, 0.0, -0.15], right=[0.06, 0.0, -0.15],
     )  # fmt: skip
-    plane, space = (solve_assembly(parse_problem(tomllib.loads(text), "test", {}, ".")) for text in (flat, deep))
+    plane, space = (solve(parse_problem(tomllib.loads(text), "test", {}, ".")) for text in (flat, deep))
     assert plane.converged and space.converged
     for one, other in zip(plane.steps, space.steps, strict=True):
         pushed, wanted = other.pairs["top"].force / 0.5, one.pairs["top"].force

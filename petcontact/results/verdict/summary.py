@@ -37,6 +37,11 @@ def _size(mesh: BoundaryMesh) -> str:
     return f"{mesh.n_elements} elements of order {low if low == high else f'{low}-{high}'}, {mesh.x.size} unknowns"
 
 
+def _free(solution: SolutionData, body: str) -> str:
+    free = solution.info.get("motions", {}).get(body, 0)
+    return f", {free} motion{'s' if free > 1 else ''} held by contact only" if free else ""
+
+
 def _warnings(solution: SolutionData) -> list[str]:
     return [line for text in solution.info.get("warnings", []) for line in wrapped("  warning: ", [text], separator=" ")]
 
@@ -45,9 +50,7 @@ def _steps(solution: SolutionData) -> list[str]:
     """Bodies, and each step by its last increment."""
     lines = []
     for name, mesh in solution.meshes.items():
-        free = solution.info.get("motions", {}).get(name, 0)
-        held = f", {free} motion{'s' if free > 1 else ''} held by contact only" if free else ""
-        lines.append(f"  {'' if name == ONE_BODY else f'body {printable(name)}: '}{_size(mesh)}{held}")
+        lines.append(f"  {'' if name == ONE_BODY else f'body {printable(name)}: '}{_size(mesh)}{_free(solution, name)}")
     tried = solution.tried
     ends = [k for k, step in enumerate(tried) if step.load_factor == 1.0 or k == len(tried) - 1]
     shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
@@ -65,7 +68,8 @@ def _steps(solution: SolutionData) -> list[str]:
 def _zones_and_forces(solution: SolutionData) -> list[str]:
     """Method, zones, forces and error of one body in bilateral contact."""
     contact, info = solution.contact, solution.info
-    lines = [f"  {_size(solution.mesh)}, {len(contact.nodes)} contact nodes", f"  {_method(solution)}"]
+    size = f"{_size(solution.mesh)}, {len(contact.nodes)} contact nodes"
+    lines = [f"  {size}{_free(solution, next(iter(solution.meshes)))}", f"  {_method(solution)}"]
     lines.append("  " + ": ".join(filter(None, (info.get("solver", ""), info.get("ksp_reason", "")))))
     for part in dict.fromkeys(zone.part for zone in solution.zones):
         lines += wrapped(f"  {printable(part)}: ", _zones(solution, part))
