@@ -8,7 +8,6 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from petcontact.pipeline.prepare import discretise
 
 from petcontact import (
     Contact,

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 import scipy
 from half_space import half_plane, half_plane_on, pressed
-from petcontact.compliance.reduced import ReducedSystem
 
 import petcontact.contact
 from petcontact import InputError, Method

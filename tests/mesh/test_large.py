@@ -7,7 +7,6 @@ import re
 
 import numpy as np
 import pytest
-from petcontact.pipeline.prepare import discretise, prepare
 
 from petcontact import Bem, InputError, MeshOptions, Polygon, Problem, load
 from petcontact.commands.solve import announcer

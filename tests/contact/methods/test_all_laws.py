@@ -10,7 +10,6 @@ import pytest
 from half_space import half_plane, half_space, pressed
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from petcontact.compliance.reduced import ReducedSystem
 
 from petcontact import InputError, Method
 from petcontact.compliance.composed import ReducedSystem
