@@ -23,7 +23,7 @@ def random_case(seed: int, number: int) -> Problem:
             outline = case.geometry.outline()
             ends = [np.linspace(0.0, 1.0, 9) for _ in outline.sides]
             mesh = build_mesh(outline, ends, [np.zeros(8, dtype=np.int64) for _ in ends])
-            _, motions = operators_of(discretise(case, lambda *_: mesh), 0)
+            _, motions = operators_of(discretise(case, lambda *_, mesh=mesh: mesh), 0)
         except InputError:
             continue
         if motions.shape[2]:

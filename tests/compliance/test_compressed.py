@@ -136,7 +136,7 @@ def test_ksp_view_names_the_compression(tmp_path):
         capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert "I + rho S, S by hodlr, tolerance 1e-09, leaf 128" in done.stdout
+    assert "I + rho S, S by condensed, hodlr 1e-09" in done.stdout
 
 
 def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
