@@ -45,7 +45,7 @@ def boundary_data(
         forces.append(np.array([f.force for f in problem.point_forces(number, s, 1.0)]).reshape(forces[0].shape))
     contact = contact_nodes(interfaces, number)
     directions = np.broadcast_to(np.arange(d), (len(contact), d))
-    if interfaces[0].held and len(contact):
+    if len(contact) and interfaces[0].held:
         frame[contact], places = contact_frames(mesh, contact)
         directions, normal = places[:, :-1], places[:, -1]
         known[contact, normal] = False
