@@ -14,11 +14,11 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, Method
-from petcontact.contact.friction_law import contact_norm
-from petcontact.contact.rho_rules import make_rule
 from petcontact.contact.criterion import Criterion
+from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.methods.registry import method_of
+from petcontact.contact.rho_rules import make_rule
 from petcontact.pipeline.load_steps import first_increment
 from petcontact.pipeline.run import prepare
 
