@@ -15,7 +15,7 @@ from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
 from ..compiled_filler import CompiledFiller, data_members
 from ..kernel import ColumnData
-from .arcs import Arcs, counts, series
+from .arcs import MIDDLE, Arcs, counts, series
 from .moments import RULES
 
 NODES, POINTS, TIERS, SERIES = 6, 24, 8, 48
@@ -49,17 +49,25 @@ def _rule(order: int) -> Array:
     counts, squares, weight = np.zeros(TIERS), np.zeros(TIERS), np.zeros(NODES)
     counts[: len(tiers)], squares[: len(tiers)] = np.array(tiers).T
     weight[: order + 1] = gauss(order)[1]
-    to_basis, tables = np.zeros((NODES, NODES)), np.zeros((POINTS + 1, 1 + NODES, POINTS))
+    to_basis = np.zeros((NODES, NODES))
     to_basis[: order + 1, : order + 1] = lagrange_coefficients(order)
-    for count in range(1, POINTS + 1):
-        tables[count, 0, :count], tables[count, 1 : order + 2, :count] = product_weights(order, count)
-    return np.concatenate([[rule.close_sum, len(tiers)], counts, squares**2, weight, to_basis.ravel(), tables.ravel()])
+    room = np.zeros((POINTS + 1) * (1 + NODES) * POINTS)
+    result = np.concatenate([[rule.close_sum, len(tiers)], counts, squares**2, weight, to_basis.ravel(), room])
+    for count, _ in tiers:
+        _add_points(result, order, count)
+    return result
 
 
-@functools.cache
-def _rules() -> Array:
-    """Addresses of the rules of all orders."""
-    return np.array([native.pointer(_rule(order)) for order in RULES])
+def _add_points(rule: Array, order: int, count: int) -> None:
+    """Gauss points into their place in a rule, where they are not yet."""
+    table = rule[-(POINTS + 1) * (1 + NODES) * POINTS :].reshape(POINTS + 1, 1 + NODES, POINTS)[count]
+    if not table.any():
+        table[0, :count], table[1 : order + 2, :count] = product_weights(order, count)
+
+
+def _rules(orders: Index) -> Array:
+    """Addresses of rules by order, of those that are asked for."""
+    return np.array([native.pointer(_rule(order)) if np.any(orders == order) else 0 for order in RULES])
 
 
 @functools.cache
@@ -86,6 +94,8 @@ def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
         rows[:, 9] = some.reach(RULES[p].far_radius) ** 2
         bound = np.minimum(np.ceil(STEPS * np.abs(some.angle)) / STEPS, 0.5 * np.pi)
         rows[:, 10:13] = [counts(p, angle) for angle in bound.tolist()]
+        for count in {MIDDLE, *rows[:, 10:12].astype(np.int64).ravel().tolist()}:
+            _add_points(_rule(p), p, count)
         s, product = product_weights(p, POINTS)
         wave = np.exp(-1j * np.multiply.outer(some.angle, s)) @ product.T
         rows[:, 13 : 14 + p], rows[:, 13 + NODES : 14 + NODES + p] = wave.real, wave.imag
@@ -97,7 +107,7 @@ def _elements(of: CurveMesh | Elements, index: Index, poisson_ratio: float, leng
     """Members of a struct Elements."""
     order = np.broadcast_to(of.order, len(index))
     whole = [native.contiguous(array, np.int64) for array in (order, of.line, index)]
-    shape = [native.contiguous(of.start), native.contiguous(of.end), *whole, _rules(), _arcs(of, order), _series()]
+    shape = [native.contiguous(of.start), native.contiguous(of.end), *whole, _rules(order), _arcs(of, order), _series()]
     return [*shape, poisson_ratio, length, unit]
 
 
