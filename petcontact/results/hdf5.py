@@ -128,7 +128,7 @@ def _write_step(group: Any, place: Any, step: StepResult) -> None:
             here[key] = group[f"pairs/{name}/{key}"]
         for key in MOVING:
             here[key] = getattr(pair, key)
-        known = {key: getattr(pair, key) for key in (*RESULTANTS, "area")}
+        known = {key: getattr(pair, key) for key in (*RESULTANTS, "area", "imbalance")}
         here.attrs.update({key: value for key, value in known.items() if value is not None})
     for name, body in step.bodies.items():
         here = _ordered(place, f"body/{name}")
