@@ -49,7 +49,7 @@ def stick_ratio_of_a_circle(friction: float, beta: float) -> float:
 
     def difference(log: float) -> float:
         ratio = np.exp(log)
-        return friction / beta * float(ellipkm1(ratio**2)) - np.arctanh(ratio) / ratio
+        return float(friction / beta * ellipkm1(ratio**2) - np.arctanh(ratio) / ratio)
 
     return _root(lambda log: -difference(log))
 

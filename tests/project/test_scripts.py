@@ -10,6 +10,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import tomllib
 from collections.abc import Iterator
@@ -19,7 +20,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 SCRIPTS = ROOT / "scripts"
-SHELL_SCRIPTS = ["setup", "run", "test", "slurm.sh"]
+SHELL_SCRIPTS = ["setup", "run", "test", "slurm.sh", "gallery", "manual"]
 # What scripts/setup needs of a machine beside its package manager.
 TOOLS = (
     *("bash", "cat", "cut", "dirname", "env", "flock", "grep", "id", "mktemp", "readlink"),
@@ -95,6 +96,46 @@ def test_petsc4py_is_no_hard_dependency():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     assert not [word for word in project["dependencies"] if word.startswith("petsc")]
     assert [word for word in project["optional-dependencies"]["petsc"] if word.startswith("petsc4py")]
+
+
+SMALLEST = {
+    "attack": "--quick", "benchmark": "--quick", "benchmark_methods.py": "--sizes 20",
+    "benchmark_space": "growth --sizes 2.0 --ours", "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
+    "verify_contact": "--pairs 1 --floors 0", "mutate": "--list",
+}  # fmt: skip
+"""Scripts in Python, and the words for their smallest size."""
+LONG = {"verify": "--h 1.6"}
+NEED_MORE = {"benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
+"""What needs other solvers, or takes long at any size: their modules and words are looked at."""
+
+
+def measured(script: str, words: str) -> str:
+    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    done = call(sys.executable, SCRIPTS / script, *words.split(), timeout=300, env=environment)
+    assert done.returncode == 0, done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    return done.stdout
+
+
+def test_every_script_has_a_test():
+    names = {path.name for path in SCRIPTS.iterdir() if path.is_file()}
+    assert names == {*SHELL_SCRIPTS, *SMALLEST, *LONG, *NEED_MORE}
+
+
+@pytest.mark.parametrize("script", SMALLEST)
+def test_the_smallest_size_runs_to_its_end(script):
+    assert measured(script, SMALLEST[script])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("script", LONG)
+def test_the_smallest_size_of_long_ones(script):
+    assert measured(script, LONG[script])
+
+
+@pytest.mark.parametrize("script", sorted(NEED_MORE))
+def test_help_of_what_needs_more(script):
+    assert "usage: " in measured(script, "--help")
 
 
 # --- scripts/setup
