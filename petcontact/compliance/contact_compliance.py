@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..contact.active_set.rigid_modes import RigidModeConstraint
-from ..contact.linearisation import Linearisation
-from ..contact.system import Modes, Surrogate
+from ..contact.system import Linearisation, Modes, RigidModeConstraint, Surrogate
 from ..linalg.bordered import BorderedKrylov
 from ..linalg.ksp import LinearSolver
 from ..linalg.row_layout import even_ranges

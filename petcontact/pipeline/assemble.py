@@ -103,6 +103,12 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
     return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, notes)
 
 
+def with_laws_of(discrete: Discrete, problem: Problem) -> Discrete:
+    """The same meshes and data with the friction, steps and obstacles of a problem of the same bodies and pairs."""
+    nodes = _contact_nodes(interfaces_of(problem), discrete.interfaces, discrete.meshes)
+    return replace(discrete, problem=problem, law=law_of(None, nodes), warnings=list(discrete.warnings))
+
+
 def _interface(side: Side, meshes: list[BoundaryMesh], held: bool) -> tuple[Interface, float, list[str]]:
     mesh = meshes[side.body]
     nodes = mesh.nodes_of(side.part)
