@@ -201,8 +201,10 @@ class BodiesSystem:
 
     def at(self, u_0: Array, modes: Modes, shares: Array, shift: Array) -> ContactSystem:
         """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,), and a known `shift`."""
-        if len(self.bodies) == 1 and (own := self.bodies[0].monolithic(self._place, shares, shift)) is not None:
-            return own
+        if len(self.bodies) == 1:
+            own = self.bodies[0].monolithic(self._place, shares, shift, self.surrogate)
+            if own is not None:
+                return own
         return ComposedSystem(u_0, self.weight, modes, self.operator)
 
     @property

@@ -9,14 +9,13 @@ import sys
 import numpy as np
 import pytest
 from conftest import example
+from prepared import operators
 
 from petcontact import Displacement, MeshOptions, native
-from petcontact.bem import operators
+from petcontact.bem import operators as bem_operators
 from petcontact.bem.kelvin2d import integrals as module
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
 from petcontact.mesh.basis import gauss
-from petcontact.pipeline.assemble import discretise
-from petcontact.pipeline.eliminate import operators_of
 
 compiled = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
 
@@ -130,8 +129,8 @@ def test_columns_agree_with_numpy(monkeypatch, number, lift, order):
     """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression asks for them."""
     case = example(number, mesh=MeshOptions(element_size=0.25 * (order + 1), order=order))
     top = tuple(Displacement(part="top", value=lift) if b.part == "top" else b for b in case.boundary)
-    quick, slow = (operators_of(discretise(case.model_copy(update={"boundary": top})), 0)[0] for _ in range(2))
-    monkeypatch.setattr(operators, "column_filler", lambda *_: None)
+    quick, slow = (operators(case.model_copy(update={"boundary": top})) for _ in range(2))
+    monkeypatch.setattr(bem_operators, "column_filler", lambda *_: None)
     assert slow._filler is None
     monkeypatch.undo()
     assert quick._filler is not None

@@ -69,7 +69,7 @@ class ElasticBody(abc.ABC):
         """S of this body alone, of contact nodes in another order, where it is not composed from `compliance` or `apply`."""
         return None
 
-    def monolithic(self, place: Index, shares: Array, shift: Array) -> ContactSystem | None:
+    def monolithic(self, place: Index, shares: Array, shift: Array, surrogate: MakeSurrogate) -> ContactSystem | None:
         """A system that solves the boundary equations together with those of contact, where the body has one.
 
         Parameters
