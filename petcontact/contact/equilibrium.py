@@ -91,5 +91,3 @@ def _sides(nodes: Index, way: Array, slope: Array, law: ContactLaw) -> scipy.spa
     rows = np.repeat(np.arange(len(nodes)), k)
     columns = (k * nodes[:, None] + np.arange(k)).ravel()
     return scipy.sparse.csr_array((entries.ravel(), (rows, columns)), shape=(len(nodes), k * len(slope)))
-
-

@@ -9,22 +9,7 @@ import numpy as np
 
 from ..arrays import Array, Mask, States
 from .friction_law import ball_derivative, lengths, project_ball
-from .law_protocol import OPEN as OPEN
-from .law_protocol import SLIP as SLIP
-from .law_protocol import STICK as STICK
-from .law_protocol import Admissible
-from .law_protocol import ContactLaw as ContactLaw
-from .law_protocol import law_residual as law_residual
-
-EXCESS = 100.0
-"""Tolerances by which tractions may exceed what the law allows: an iteration ends near it, not at it."""
-
-
-def law_excess(law: ContactLaw, sigma: Array, scale: float) -> float:
-    """How far σ lies outside of what the law allows whatever the displacement, over a stress `scale` or max|σ|."""
-    outside = float(np.abs(sigma + law.project(-sigma)).max(initial=0.0))
-    size = max(scale, float(np.abs(sigma).max(initial=0.0)))
-    return outside / size if outside > 0.0 else 0.0
+from .law_protocol import OPEN, SLIP, STICK, Admissible
 
 
 @dataclass(frozen=True)
@@ -182,5 +167,3 @@ class SignoriniCoulomb:
 
 def _slips(tau: Array, radius: Array) -> Mask:
     return np.asarray((lengths(tau) > radius) | (radius == 0.0))
-
-

@@ -81,10 +81,10 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
     boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
     check_parts(problem, boundaries, sides)
     problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
-    own = [mesh_of(problem) if make_mesh is None else make_mesh(b, problem, boundaries[b])
+    own = [mesh_of(problem, boundaries[b]) if make_mesh is None else make_mesh(b, problem, boundaries[b])
            for b, problem in enumerate(problems)]  # fmt: skip
     pairs = [PairParts((s.body, s.part), s.primary, s.direction) for s in sides if s.primary is not None]
-    meshes = matched(boundaries, own, pairs)
+    meshes = matched(boundaries, own, pairs) if pairs else own
     notes: list[str] = []
     interfaces, distance = [], []
     for side in sides:
@@ -101,6 +101,12 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
             if not boundary.exterior:
                 check_held(data[b], mesh, np.concatenate([*mine, np.zeros(0)]))
     return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, notes)
+
+
+def with_laws_of(discrete: Discrete, problem: Problem) -> Discrete:
+    """The same meshes and data with the friction, steps and obstacles of a problem of the same bodies and pairs."""
+    nodes = _contact_nodes(interfaces_of(problem), discrete.interfaces, discrete.meshes)
+    return replace(discrete, problem=problem, law=law_of(None, nodes), warnings=list(discrete.warnings))
 
 
 def _interface(side: Side, meshes: list[BoundaryMesh], held: bool) -> tuple[Interface, float, list[str]]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -11,15 +10,13 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..bem.kernels import kernel_for
-from ..contact.laws import OPEN, SLIP
+from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
 from ..errors import InputError
 from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, von_mises
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.assembly import Assembly
 from ..model.base import nearest
-from ..model.case import Case
-from ..model.problem import Contact
+from ..model.problem import Contact, Problem
 from ..refinement.zones import Zone, zones_of
 from .records import BodyResult, ContactFields, PairResult, StepResult
 
@@ -30,7 +27,7 @@ class SolutionData:
 
     Attributes
     ----------
-    problem : Assembly
+    problem : Problem
         What was solved; a one-body file is one body named "body".
     meshes : dict of BoundaryMesh by body
     nodes : dict of (m,) arrays by interface
@@ -49,7 +46,7 @@ class SolutionData:
         The increment at which the solve ended, if it found no solution of it: its last iterate.
     """
 
-    problem: Assembly
+    problem: Problem
     meshes: dict[str, BoundaryMesh]
     nodes: dict[str, Index]
     sides: dict[str, tuple[str, str]]
@@ -60,20 +57,7 @@ class SolutionData:
     info: dict[str, Any] = field(default_factory=dict)
     failed: StepResult | None = None
 
-    @property
-    def assembly(self) -> Assembly:
-        """`problem`."""
-        return self.problem
-
-    @functools.cached_property
-    def case(self) -> Case | Assembly:
-        """The problem as a one-body file spells it, where it is of one body that faces fixed ground; else `problem`."""
-        problem = self.problem
-        if len(problem.body) > 1 or problem.obstacle or problem.contact or problem.body[0].point_force:
-            return problem
-        own = {name: getattr(problem.body[0], name) for name in ("material", "geometry", "mesh", "boundary")}
-        shared = {name: getattr(problem, name) for name in ("title", "units", "step", "method", "bem", "petsc")}
-        return Case.model_construct(**own, **shared)
+    assembly = case = property(lambda self: self.problem, doc="`problem`.")
 
     @property
     def converged(self) -> bool:
@@ -134,8 +118,9 @@ class SolutionData:
     def bilateral(self) -> bool:
         """Whether it is the paper's problem: one body in one load step, all its contact bilateral under a given bound."""
         contacts = [c for c in self.problem.body[0].boundary if isinstance(c, Contact)]
-        several = len(self.meshes) > 1 or self.problem.contact or self.problem.step
-        return not several and not self.last.alpha.size and all(
+        given = self.problem
+        one = len(given.body) == 1 and not (given.obstacle or given.contact or given.point_force)
+        return one and not self.problem.step and not self.last.alpha.size and all(
             c.normal == "bilateral" and c.gap == 0.0 and c.friction_coefficient is None for c in contacts
         )  # fmt: skip
 
@@ -217,13 +202,6 @@ class SolutionData:
         contact = self.contact
         return float(contact.weight[contact.sigma_n > 0.0].sum() / contact.weight.sum())
 
-    def resultants(self) -> Iterator[tuple[str, str, Array]]:
-        """Body, part, and the resultant of the tractions on it after the last increment (d,) [stress · length, area]."""
-        for name, mesh in self.meshes.items():
-            forces = mesh.weight[:, None] * self.bodies[name].traction
-            for k, part in enumerate(mesh.part_names):
-                yield name, part, forces[mesh.node_part == k].sum(axis=0)
-
     def reactions(self) -> dict[str, Any]:
         """Resultant of the tractions on each part, (d,) each [stress · length, in space · area].
 
@@ -232,9 +210,10 @@ class SolutionData:
         dict
             Arrays by part; of several bodies such a dict by body. Their sum is of the mesh's error.
         """
-        found: dict[str, dict[str, Array]] = {name: {} for name in self.meshes}
-        for body, part, force in self.resultants():
-            found[body][part] = force
+        found: dict[str, dict[str, Array]] = {}
+        for name, mesh in self.meshes.items():
+            forces = mesh.weight[:, None] * self.bodies[name].traction
+            found[name] = {part: forces[mesh.node_part == k].sum(axis=0) for k, part in enumerate(mesh.part_names)}
         return dict(found) if len(found) > 1 else dict(next(iter(found.values())))
 
     def fields_at(

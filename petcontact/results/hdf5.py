@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import json
-import os
 import tomllib
-from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,22 +11,20 @@ import h5py
 import numpy as np
 
 from ..contact.state import COLUMNS, History
-from ..errors import PetcontactError, ResultError
+from ..errors import ResultError
 from ..mesh.storage import demand, read_mesh, write_mesh
-from ..model.assembly import Assembly
 from ..model.base import parse
+from ..model.problem import Problem
 from ..model.units import Units
-from ..runtime.atomic_write import temporary_name
 from .data import SolutionData
 from .format.checks import check_fields, check_group, check_history, check_link, check_pair, read_table
+from .format.container import opened, write_atomically
 from .format.descriptions import FIELDS
 from .format.format1 import read_format1
 from .records import BodyResult, ObstacleResult, PairResult, StepResult
 
 FORMAT = "petcontact result"
 FORMAT_VERSION = 3
-SEAL = b"\npetcontact sha256\n"
-"""What stands after the HDF5 file, which does not mind, before the hash of its bytes: HDF5 may crash on damaged ones."""
 PROVENANCE = ("argv", "petsc_options", "versions")
 """Entries of `info` that are attributes of their own as well."""
 RESIDUALS = ("normal", "tangential", "balance", "elastic")
@@ -61,17 +55,6 @@ def write_solution(path: str | Path, solution: SolutionData, *, replace: bool = 
         kept under another name.
     """
     write_atomically(path, lambda file: write_group(file, solution), replace=replace)
-
-
-def write_atomically(path: str | Path, fill: Callable[[h5py.File], None], *, replace: bool = True) -> None:
-    """Let `fill` write an HDF5 file that appears under its name only when it is whole and on the disk."""
-    with temporary_name(path, replace=replace) as temporary:
-        # built in memory: HDF5 crashes the process when the disk fills up under a file of its own
-        with h5py.File("result", "w", driver="core", backing_store=False, track_order=True) as file:
-            fill(file)
-            file.flush()
-            image = file.id.get_file_image()
-        temporary.write_bytes(image + SEAL + hashlib.sha256(image).digest())
 
 
 def write_group(group: Any, solution: SolutionData) -> None:
@@ -221,41 +204,6 @@ def read_data(path: str | Path, group: str = "/") -> SolutionData:
         return _read_group(file[group], f"{path}")
 
 
-@contextlib.contextmanager
-def opened(path: str | Path) -> Iterator[h5py.File]:
-    """An HDF5 file of ours, opened for reading; whatever is wrong with it is a `ResultError` of one line."""
-    try:
-        if not Path(path).is_file():
-            raise ResultError(f"{path}: no such file")
-        _check_seal(Path(path))
-        with h5py.File(path, "r") as file:
-            yield file
-    except PetcontactError:
-        raise
-    except (OSError, RuntimeError, KeyError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise ResultError(f"{path}: not a whole HDF5 file ({reason})") from None
-
-
-def _check_seal(path: Path) -> None:
-    """Refuse a file whose bytes are not those that were written; one without a hash (older, or changed by h5py) passes."""
-    length = len(SEAL) + hashlib.sha256().digest_size
-    with open(path, "rb") as file:
-        size = file.seek(0, os.SEEK_END) - length
-        file.seek(max(size, 0))
-        tail = file.read()
-        cut = SEAL in tail[1:] or any(tail.endswith(SEAL[:k]) for k in range(4, len(SEAL)))
-        if not (cut or tail.startswith(SEAL)):
-            return
-        file.seek(0)
-        found, left = hashlib.sha256(), size
-        while not cut and left > 0 and (block := file.read(min(left, 1 << 20))):
-            found.update(block)
-            left -= len(block)
-    if cut or found.digest() != tail[len(SEAL) :]:
-        raise ResultError(f"{path}: damaged (its bytes are not those that were written)")
-
-
 def _read_group(group: Any, source: str) -> SolutionData:
     attributes = dict(group.attrs)
     version = attributes.get("format_version")
@@ -274,7 +222,7 @@ def _read_group(group: Any, source: str) -> SolutionData:
 
 def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
     """A group of format 3, or of format 2, which lacks ρ and its residual and lists by the alphabet."""
-    problem: Assembly = parse(Assembly, tomllib.loads(attributes["config"]), source)
+    problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
     meshes = {body.name: read_mesh(group[f"bodies/{body.name}/mesh"], source) for body in problem.body}
     nodes = {name: place["nodes"][()] for name, place in group.get("pairs", {}).items()}
     sides = {name: (str(p.attrs["body"]), str(p.attrs["part"])) for name, p in group.get("pairs", {}).items()}

@@ -251,14 +251,14 @@ def test_the_file_holds_every_step_and_is_read_back(tmp_path):
     solution = solve(assembly(PUNCH, body__0__mesh={"element_size": 0.25}))
     write_solution(tmp_path / "result.h5", solution)
     with h5py.File(tmp_path / "result.h5") as file:
-        assert file.attrs["format_version"] == 2 and list(file["steps"]) == ["1", "2"]
+        assert file.attrs["format_version"] == 3 and list(file["steps"]) == ["1", "2"]
         pair, m = file["steps/2/contact/interface"], len(solution.nodes["interface"])
         shapes = {"x": (m, 2), "weight": (m,), "pressure": (m,), "sigma_t": (m, 1), "tangent": (m, 1, 2), "gap": (m,),
                   "slip": (m, 1), "slip_increment": (m, 1), "state": (m,)}  # fmt: skip
         assert {key: pair[key].shape for key in shapes} == shapes
         assert set(pair.attrs) == {"force", "moment", "area", "dissipated"}
         assert np.isclose(pair["weight"] @ pair["pressure"][()], -pair.attrs["force"][1])
-        assert set(file["steps/1/body/block"]) == {"x", "normal", "weight", "u", "traction"}
+        assert set(file["steps/1/body/block"]) == {"x", "normal", "weight", "part", "u", "traction"}
         assert set(file["steps/1/obstacle/punch"].attrs) == {"displacement", "rotation", "force", "moment"}
         assert {"name", "load_factor", "status", "iterations"} <= set(file["steps/1"].attrs)
         assert np.array_equal(file["contact/pressure"], pair["pressure"]) and set(file["contact/state"]) <= {0, 1, 2}
@@ -271,7 +271,8 @@ def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
     assert main(["solve", str(tmp_path / "case.toml"), "-o", str(tmp_path / "r.h5")]) == 0
     text = capsys.readouterr().out
     assert "converged: residuals" in text and "interface: force (0, -0.09" in text
-    assert len(list(tmp_path.glob("r-*.png"))) == 4
+    kinds = ("deformed", "displacement", "traction", "normal", "gap", "history", "hysteresis")
+    assert {path.stem for path in tmp_path.glob("r-*.png")} == {f"r-{kind}" for kind in kinds}
     assert main(["plot", str(tmp_path / "r.h5")]) == 0
     for key, value, wanted in (
         ("contact.0.secondary", '"block.tip"', "no part 'tip', did you mean 'top'?"),

@@ -18,7 +18,8 @@ from conftest import example
 from petcontact import MeshOptions, Polygon, solve
 from petcontact.errors import OutputError, ResultError
 from petcontact.model.assembly import assembly_of
-from petcontact.results.hdf5 import FORMAT, write_atomically, write_solution
+from petcontact.results.format.container import write_atomically
+from petcontact.results.hdf5 import FORMAT, write_solution
 from petcontact.results.solution import read_solution
 from petcontact.runtime.atomic_write import temporary_name
 

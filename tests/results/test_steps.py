@@ -11,10 +11,9 @@ import meshio
 import numpy as np
 import pytest
 
-from petcontact import Solution, read_result, solve
+from petcontact import Problem, Solution, read_result, solve
 from petcontact.bem.kelvin2d import point_force
 from petcontact.contact.methods.newton import SemismoothNewton
-from petcontact.model.assembly import assembly_of
 from petcontact.model.base import parse
 from petcontact.model.problem import Material
 from petcontact.results.hdf5 import write_solution

@@ -14,8 +14,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...bem.operators import BoundaryOperators
-from ...contact.linearisation import Linearisation
-from ...contact.system import Modes, Surrogate
+from ...contact.system import Linearisation, Modes, Surrogate
 from ...model.solver_options import Bem
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread
@@ -200,20 +199,20 @@ class MonolithicSystem:
         self.ksp_iterations, self.ksp_reason = self._operator.ksp_iterations, self._operator.ksp_reason
         return dv, dsigma
 
-    def linear_solve(self, pieces: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
-        """σ and v on given pieces of a law: one solve, from the last solution.
+    def linear_solve(self, linearised: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
+        """σ and v of a linearised law: one solve, from the last solution.
 
-        With y = σ - ρv on the components that Π' sees, σ = Π' y + constant and v = (σ - y)/ρ, held components having v = 0;
+        With y = σ - ρv on the active components, σ = Π' y + constant and v = (σ - y)/ρ, sticking ones having v = 0;
         on the others σ is the constant, and v unknown.
         """
         self.elastic_solves += 1
         k = rho.shape[1]
-        n_sigma = pieces.derivative * pieces.active[:, None, :]
+        n_sigma = linearised.derivative * linearised.active[:, None, :]
         slack = (n_sigma - np.eye(k)) / rho[:, :, None]
-        slack[pieces.stick | ~pieces.active] = 0.0
-        n_u = slack + np.eye(k) * ~pieces.active[:, None, :]
-        u_0 = np.where(pieces.active & ~pieces.stick, pieces.constant / rho, 0.0) - self._shift
-        return self._related(n_u, n_sigma, u_0, pieces.constant, INNER * tolerance, FORCING)
+        slack[linearised.stick | ~linearised.active] = 0.0
+        n_u = slack + np.eye(k) * ~linearised.active[:, None, :]
+        u_0 = np.where(linearised.active & ~linearised.stick, linearised.constant / rho, 0.0) - self._shift
+        return self._related(n_u, n_sigma, u_0, linearised.constant, INNER * tolerance, FORCING)
 
     def surrogate(self) -> Surrogate | None:
         """None: a step costs no more than T does to set up."""

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from ...contact.laws import OPEN
+from ...contact.law_protocol import OPEN
 from ...runtime.figure_style import label, legend_below, plain, title
 from ..data import SolutionData
 from ..records import PairResult

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
-from ...contact.laws import OPEN
+from ...contact.law_protocol import OPEN
 from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...runtime.figure_style import (

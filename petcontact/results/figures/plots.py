@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contact.laws import OPEN
+from ...contact.law_protocol import OPEN
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.figure_style import save_all

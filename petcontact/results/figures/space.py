@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
-from ...contact.laws import OPEN
+from ...contact.law_protocol import OPEN
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface, corner_values
 from ...runtime.figure_style import STATES, plain, round_number

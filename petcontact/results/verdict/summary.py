@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.assembly import ONE_BODY
+from ...model.problem import ONE_BODY
 from ...refinement.zones import Zone
 from ...runtime.terminal import printable
 from ..data import SolutionData
@@ -24,7 +24,6 @@ def verdict(solution: SolutionData) -> str:
     """
     title = printable(solution.problem.title)
     lines = [title] if title else []
-    lines += wrapped(f"  {solution.status}: ", [solution.reason], separator=" ")
     lines += _zones_and_forces(solution) if solution.bilateral else _steps(solution)
     lines += wrapped("  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()])
     if "peak_memory" in solution.info:
@@ -47,8 +46,8 @@ def _warnings(solution: SolutionData) -> list[str]:
 
 
 def _steps(solution: SolutionData) -> list[str]:
-    """Bodies, and each step by its last increment."""
-    lines = []
+    """Status, bodies, and each step by its last increment."""
+    lines = wrapped(f"  {solution.status}: ", [solution.reason], separator=" ")
     for name, mesh in solution.meshes.items():
         lines.append(f"  {'' if name == ONE_BODY else f'body {printable(name)}: '}{_size(mesh)}{_free(solution, name)}")
     tried = solution.tried
@@ -66,10 +65,11 @@ def _steps(solution: SolutionData) -> list[str]:
 
 
 def _zones_and_forces(solution: SolutionData) -> list[str]:
-    """Method, zones, forces and error of one body in bilateral contact."""
+    """Status, method, zones, forces and error of one body in bilateral contact."""
     contact, info = solution.contact, solution.info
+    lines = [f"  {solution.status}: {solution.reason}"]
     size = f"{_size(solution.mesh)}, {len(contact.nodes)} contact nodes"
-    lines = [f"  {size}{_free(solution, next(iter(solution.meshes)))}", f"  {_method(solution)}"]
+    lines += [f"  {size}{_free(solution, next(iter(solution.meshes)))}", f"  {_method(solution)}"]
     lines.append("  " + ": ".join(filter(None, (info.get("solver", ""), info.get("ksp_reason", "")))))
     for part in dict.fromkeys(zone.part for zone in solution.zones):
         lines += wrapped(f"  {printable(part)}: ", _zones(solution, part))
