@@ -44,7 +44,7 @@ def finished_before(problem: PreparedProblem) -> list[StepResult]:
     meshes = zip(old.meshes.values(), problem.discrete.meshes, strict=False)
     same = laws == other and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
         mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x) for mesh, new in meshes)  # fmt: skip
-    if not same or old.last.alpha.size != problem.system.modes.shape[1]:
+    if not same or old.tried[0].alpha.size != problem.system.modes.shape[1]:
         raise InputError(f"method.start: {file} holds other bodies, pairs or meshes than this problem")
     steps = [step for step in old.steps if step.status == "converged"]
     if count and not 0 < int(count) <= len(steps):
