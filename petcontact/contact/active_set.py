@@ -125,7 +125,8 @@ def next_tau(
 ) -> tuple[Array, Array]:
     """τ = ρv - σ after a step, and ρ (m, k): small where nodes slip, any elsewhere; `least` is a |σ| that is round-off.
 
-    Where v is round-off it has no sign: held components have v = 0, the others keep, up to noise, the piece they are on.
+    Where v is round-off it has no sign: held components have v = 0, the others keep, up to noise, the piece they are on;
+    noise is that of the new τ, however large the old one was.
     """
     v = np.where(pieces.held, 0.0, v)
     ratio = (max(float(np.abs(sigma).max(initial=0.0)), least) or 1.0) / (float(np.abs(v).max(initial=0.0)) or 1.0)
@@ -136,7 +137,8 @@ def next_tau(
     limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0))
     rho[:, tangential] = np.clip(limit, 1e-9 * ratio, 1e9 * ratio)[:, None]
     tau = rho * v - sigma
-    return tau + noise * (pieces.tau - tau), rho
+    level = noise * (rho * float(np.abs(v).max(initial=0.0)) + float(np.abs(sigma).max(initial=0.0)))
+    return tau + np.clip(noise * (pieces.tau - tau), -level, level), rho
 
 
 def pivots(

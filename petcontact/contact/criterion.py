@@ -20,6 +20,10 @@ small only because ρ is far off is no convergence."""
 FLOOR = 1e-3
 """Of the size of u_0: displacements below it are compared with it and not with themselves, as where all nodes stick."""
 
+UNLOADED = 1e-9
+"""Of ρ‖v‖, gaps included: what is left of the law where nothing carries anything is compared with it, not with gaps that may
+be much larger than what bodies overlap."""
+
 
 @dataclass(frozen=True)
 class Criterion:
@@ -83,15 +87,16 @@ def relative_residual(
     `scale` is the largest ‖σ‖ seen so far: where friction vanishes σ itself does, and cannot be its own measure.
     """
     rho = balanced(law, system, v, sigma, fallback)
-    size = max(contact_norm(sigma, system.weight), scale) or contact_norm(rho * v, system.weight)
+    size = max(contact_norm(sigma, system.weight), scale) or UNLOADED * contact_norm(rho * v, system.weight)
     residual = contact_norm(law_residual(law, v, sigma, rho), system.weight)
     return residual / size if size > 0.0 else 0.0
 
 
 def natural_residuals(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array) -> tuple[float, ...]:
     """‖R_ρ‖/‖σ‖ of each group of components, with the balanced ρ."""
-    size = contact_norm(sigma, system.weight) or 1.0
-    residual = law_residual(law, v, sigma, balanced(law, system, v, sigma))
+    rho = balanced(law, system, v, sigma)
+    size = contact_norm(sigma, system.weight) or UNLOADED * contact_norm(rho * v, system.weight) or 1.0
+    residual = law_residual(law, v, sigma, rho)
     return tuple(contact_norm(residual[:, group], system.weight) / size for group in law.groups)
 
 

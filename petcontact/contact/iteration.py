@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SolverError
-from .criterion import Criterion, balanced, without_motions
+from .criterion import UNLOADED, Criterion, balanced, without_motions
 from .friction_law import contact_norm
 from .laws import ContactLaw, law_residual
 from .rho_rules import usable_balance
@@ -119,7 +119,7 @@ class Recorder:
     def relative(self, v: Array, sigma: Array) -> float:
         """`relative_residual` of an iterate."""
         rho, residual = self.residual(v, sigma)
-        size = contact_norm(sigma, self.system.weight) or contact_norm(rho * v, self.system.weight)
+        size = contact_norm(sigma, self.system.weight) or UNLOADED * contact_norm(rho * v, self.system.weight)
         return contact_norm(residual, self.system.weight) / size if size > 0.0 else 0.0
 
     def tell(self, v: Array, sigma: Array, rho: float | Array, reason: str = "", *, converged: bool = False) -> ContactState:

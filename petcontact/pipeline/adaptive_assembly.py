@@ -82,7 +82,9 @@ def adapt_assembly(
             estimate = believed(differences)
         if estimate <= accuracy:
             break
-    info = {**solution.info, "accuracy": accuracy, "estimated_error": estimate, "levels": counts, "differences": differences,
+    # where nothing carries anything there is no p whose error could be known
+    known = {"estimated_error": estimate} if any(p.pressure.any() for s in solution.tried for p in s.pairs.values()) else {}
+    info = {**solution.info, "accuracy": accuracy, **known, "levels": counts, "differences": differences,
             "edges": {name: [edge.s for edge in items] for name, items in climb.edges.items()}}  # fmt: skip
     status, reason = solution.status, solution.reason
     if status == "converged" and climb.missed > 0.0:

@@ -29,8 +29,9 @@ from ..model.solver_options import Bem
 from ..refinement.meshes import mesh_of
 from ..results.steps.solution import BodyResult
 from .choice import LARGEST, check_memory, is_compressed, resolved_bem
-from .probe import ELASTIC_LIMIT, SAFE
 from .sides import Side, as_problem, check_parts, interfaces_of
+from .trust.elastic import ELASTIC_LIMIT, SAFE
+from .trust.meshes import check_meshes, check_stiffness
 
 OUTWARD = 1e-9
 """Cosine between a direction and some outward normal from which on it points outward."""
@@ -249,6 +250,9 @@ def build(discrete: Discrete, comm: Any, timings: dict[str, float]) -> BodiesSys
         If a body cannot be eliminated.
     """
     began = time.perf_counter()
+    every = discrete.assembly.body
+    check_stiffness([body.name for body in every], [body.material.young_modulus for body in every])
+    discrete.warnings += check_meshes([body.name for body in every], discrete.meshes)
     bem = resolved_bem(discrete.assembly.bem)
     bodies = [_compressed(discrete, b, bem, comm) for b in range(len(discrete.meshes))]
     dense = [b for b, body in enumerate(bodies) if body is None]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from ..compliance.bodies import BodiesSystem
 from ..compliance.reduced import ComposedSystem
 from ..contact.criterion import equilibrium_defect, natural_residuals
 from ..contact.equilibrium import unheld
-from ..contact.laws import EXCESS, OPEN, law_excess
+from ..contact.laws import EXCESS, law_excess
 from ..contact.state import ContactState, Start
 from ..contact.system import Modes
 from ..geometry.rotation import axial, moment
@@ -20,7 +21,9 @@ from ..model.assembly import Obstacle
 from ..model.load_steps import Step
 from ..results.steps.solution import BodyResult, ObstacleResult, PairResult, StepResult
 from .assemble import Discrete
-from .probe import ELASTIC_LIMIT
+from .trust.elastic import ELASTIC_LIMIT
+from .trust.increments import imbalance, objection
+from .trust.overlaps import Between, between, overlaps
 
 MOTIONS = {
     2: ("along x", "along y", "to turn"),
@@ -76,6 +79,17 @@ class SteppedProblem:
     system: BodiesSystem
     comm: Any
     timings: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def digits_lost(self) -> float:
+        """The largest error of an elimination, see `BodyCompliance.digits_lost`."""
+        return max((body.digits_lost for body in self.system.bodies if np.isfinite(body.digits_lost)), default=np.nan)
+
+    @cached_property
+    def between(self) -> list[Between | None]:
+        """Places between the nodes of each contact."""
+        discrete = self.discrete
+        return [between(s, i, discrete.meshes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
 
     @property
     def steps(self) -> tuple[Step, ...]:
@@ -148,17 +162,21 @@ def step_result(
     shares = np.zeros(len(system.base))
     shares[number - 1] += 1.0 - target
     shares[number] += target
-    bodies, elastic = {}, 0.0
+    bodies, elastic, unbalanced = {}, 0.0, 0.0
     for b, body in enumerate(system.bodies):
         alpha = system.motion(b, after.alpha)
         u, traction = body.boundary(shares, system.tractions(b, outcome.sigma), alpha)
         bodies[assembly.body[b].name] = BodyResult(u, traction)
         if checked:
             elastic = max(elastic, body.residual(shares, u, traction, alpha))
+            if not discrete.boundaries[b].exterior:
+                unbalanced = max(unbalanced, imbalance(body, shares, u, traction, alpha))
     reduced = reduced_problem(system, freedoms, before, number, target)
     tangential, normal = natural_residuals(discrete.law, reduced, outcome.v, outcome.sigma)
+    overlap, hidden, place = overlaps(system, discrete.law.unilateral, problem.between, reduced, outcome)
     residuals = {"normal": normal, "tangential": tangential, "balance": equilibrium_defect(reduced, outcome.sigma),
-                 "elastic": elastic if checked else np.nan}  # fmt: skip
+                 "elastic": elastic if checked else np.nan, "equilibrium": unbalanced if checked else np.nan,
+                 "elimination": problem.digits_lost, "overlap": overlap}  # fmt: skip
     status, reason = ("converged" if outcome.converged else "not converged"), outcome.reason
     if outcome.converged and not elastic <= ELASTIC_LIMIT:
         status, reason = "not converged", f"elastic residual {elastic:.1e} > {ELASTIC_LIMIT:g}"
@@ -166,6 +184,8 @@ def step_result(
     excess = law_excess(discrete.law, outcome.sigma, largest)
     if status == "converged" and not excess <= EXCESS * assembly.method.tolerance:
         status, reason = "not converged", f"tractions exceed what contact allows by {excess:.1e} of the largest traction"
+    if status == "converged" and (doubt := objection(residuals, hidden, place)):
+        status, reason = "not converged", doubt
     if not outcome.converged:
         reason = _why(problem, freedoms, before, number, target, outcome)
     pairs, states, radius = {}, outcome.states, discrete.law.radius(-outcome.sigma[:, -1])
@@ -180,7 +200,7 @@ def step_result(
         pairs[face.name] = PairResult(
             x, face.normal, face.tangent, weight, mesh.variables(face.nodes).get("s", np.zeros(len(x))),
             0.0 - sigma[:, -1], sigma[:, :-1], radius[where],
-            np.where(absent[where], np.inf, np.where(states[where] == OPEN, -v[:, -1], 0.0)), slip, moved, states[where],
+            np.where(absent[where], np.inf, 0.0 - v[:, -1]), slip, moved, states[where],
             weight @ traction, moment(x, weight[:, None] * traction),
             float(-weight @ np.sum(sigma[:, :-1] * moved, axis=1)),
         )  # fmt: skip

@@ -28,16 +28,9 @@ from ..runtime.petsc import options, petsc
 from ..runtime.terminal import printable
 from .assemble import Discrete, build, discretise, loadings_from
 from .increment import (
-    Freedoms,
-    Progress,
-    SteppedProblem,
-    changed,
-    freedoms_of,
-    progress_after,
-    reduced_problem,
-    step_result,
-    undetermined,
-)
+    Freedoms, Progress, SteppedProblem, changed, freedoms_of, progress_after, reduced_problem, step_result, undetermined,
+)  # fmt: skip
+from .trust.motions import warnings_of
 
 HALVINGS = 8
 """How often an increment that fails is halved."""
@@ -107,8 +100,7 @@ def run_steps(problem: SteppedProblem, *, warm: Start | None = None, monitor: Mo
     began = time.perf_counter()
     results = finished_before(problem)
     status, reason = "converged", ""
-    unknowns = problem.system.dim * len(problem.system.weight)
-    with options(problem.discrete.assembly.petsc), threads.suited_to(unknowns):
+    with options(problem.discrete.assembly.petsc), threads.suited_to(problem.system.dim * len(problem.system.weight)):
         for result in _increments(problem, warm, list(results)):
             results.append(result)
             stop = monitor(result) if monitor is not None else None
@@ -255,7 +247,7 @@ def _finished(
         status, reason = "not converged", failed.reason
     if status == "converged":
         reason = _reached(discrete, results)
-    warnings = [*discrete.warnings, *_ignored(problem), *_jammed(problem, results)]
+    warnings = [*discrete.warnings, *_ignored(problem), *_jammed(problem, results), *warnings_of(discrete, results)]
     names = [body.name for body in discrete.assembly.body]
     info = {
         "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.assembly.petsc),
@@ -306,7 +298,7 @@ def _jammed(problem: SteppedProblem, results: list[StepResult]) -> list[str]:
 def _reached(discrete: Discrete, results: list[StepResult]) -> str:
     """How a converged solve ended, and what to look at."""
     worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
-             for key in ("normal", "tangential", "balance", "elastic")}  # fmt: skip
+             for key in ("normal", "tangential", "balance", "elastic", "equilibrium")}  # fmt: skip
     # a balance of 0 is none: nothing is held by contact only
     text = "residuals " + ", ".join(f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value)
     if all(np.all(pair.state == 2) for pair in results[-1].pairs.values()):

@@ -25,7 +25,7 @@ from ..refinement.meshes import mesh_of
 from ..runtime import threads
 from ..runtime.petsc import options, petsc, timed
 from .choice import LARGEST, check_memory, is_compressed, predicted_seconds, resolved_bem
-from .probe import ELASTIC_LIMIT, SAFE, elastic_residual
+from .trust.elastic import ELASTIC_LIMIT, SAFE, elastic_residual
 
 
 @dataclass

@@ -35,7 +35,7 @@ from ..runtime.petsc import options, petsc, reason_name, stage, timed
 from ..runtime.terminal import printable
 from .initial_state import initial_functions
 from .prepare import Announce, Prepared, is_stepped, prepare
-from .probe import ELASTIC_LIMIT, elastic_residual
+from .trust.elastic import ELASTIC_LIMIT, elastic_residual
 
 
 def iterate(

@@ -115,10 +115,13 @@ class BodyCompliance(abc.ABC):
         R: rigid motions that no known displacement holds [-].
     resultant : (K, r) array
         RᵀWt̂ + Rᵀ(point forces): F.
+    digits_lost : float
+        Relative error of the elimination for a solution that is known; nan where that is not measured [-].
     """
 
     u_0: Array
     compliance: Array | None
+    digits_lost: float = np.nan
 
     def __init__(self, operators: BodyOperators, modes: Array) -> None:
         self.operators, self.modes = operators, modes

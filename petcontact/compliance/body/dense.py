@@ -11,6 +11,7 @@ from ...bem.operators import BLOCK
 from ...linalg.ksp import LinearSolver
 from ...runtime.petsc import petsc
 from .base import BodyCompliance, BodyOperators, gauge
+from .conditioning import forward_error, known_solution
 
 
 class DenseBody(BodyCompliance):
@@ -23,6 +24,7 @@ class DenseBody(BodyCompliance):
     """
 
     compliance: Array
+    digits_lost: float
 
     def __init__(self, operators: BodyOperators, modes: Array) -> None:
         super().__init__(operators, modes)
@@ -31,7 +33,9 @@ class DenseBody(BodyCompliance):
         matrix[n:, :n] = modes.reshape(n, r).T
         matrix[:n, n:] = gauge(self.mesh, self.loading.traction_known, modes).T
         # `matrix` holds columns of the system as rows: what PETSc calls a matrix by columns
-        solution = _solved(matrix, rhs)
+        known = known_solution(matrix)
+        solution = _solved(matrix, np.vstack([rhs, known @ matrix]))
+        solution, self.digits_lost = solution[:-1], forward_error(solution[-1], known)
         self._influence, self._rest = solution[:count].T / operators.traction_scale, solution[count:].T
         places = operators.data.contact_unknowns
         self.compliance = self._influence[places]

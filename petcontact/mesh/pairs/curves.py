@@ -10,6 +10,9 @@ from ...arrays import Array, Index
 from ...geometry.arcs import half_angles, on_arcs
 from .hits import SLACK, Faces, Hits
 
+SAMPLES = 17
+"""Points at which a curve is looked at between its nodes."""
+
 
 @dataclass(frozen=True)
 class Curves(Faces):
@@ -31,6 +34,10 @@ class Curves(Faces):
         """Points (k, 2) and outward normals (k, 2) at fractions of the arc length of some curves."""
         start, end, bend = self.start[number], self.end[number], self.curvature[number]
         return on_arcs(start, end, half_angles(np.hypot(*(end - start).T), bend), 2.0 * fraction - 1.0)
+
+    def samples(self) -> tuple[Index, Array]:
+        """`SAMPLES` fractions of every curve."""
+        return np.repeat(np.arange(len(self)), SAMPLES), np.tile(np.linspace(0.0, 1.0, SAMPLES), len(self))
 
     @property
     def centre(self) -> Array:

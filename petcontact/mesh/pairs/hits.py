@@ -55,6 +55,10 @@ class Faces(ABC):
         """Points (k, d) and outward normals (k, d) at places of some faces."""
 
     @abstractmethod
+    def samples(self) -> tuple[Index, Array]:
+        """Numbers and places of points spread evenly over every face, its ends or corners among them."""
+
+    @abstractmethod
     def stretch(self, number: Index, distance: Array) -> Array:
         """Length or area at a distance along the normals over that of the faces themselves, (k,)."""
 

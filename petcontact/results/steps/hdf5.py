@@ -22,7 +22,7 @@ from ..hdf5 import FORMAT, PROVENANCE, describe, describe_all, zone_attributes
 from .solution import AssemblySolution, BodyResult, ObstacleResult, PairResult, StepResult
 
 FORMAT_VERSION = 2
-RESIDUALS = ("normal", "tangential", "balance", "elastic")
+RESIDUALS = ("normal", "tangential", "balance", "elastic", "equilibrium", "elimination", "overlap")
 FIELDS = {
     "x": ("length", "nodes"),
     "normal": ("1", "outward unit normals; of a pair from the secondary to the primary"),
@@ -92,7 +92,7 @@ def _fill_tables(group: Any, steps: list[StepResult]) -> None:
     table = group.create_group("increments")
     for key in ("step", "load_factor", "iterations"):
         table[key] = np.array([getattr(step, key) for step in steps])
-    for key in RESIDUALS[:-1]:
+    for key in RESIDUALS[:3]:
         table[key] = np.array([step.residuals[key] for step in steps])
     rows = group.create_group("history")
     rows["increment"] = np.repeat(np.arange(1, len(steps) + 1), [len(step.history) for step in steps])

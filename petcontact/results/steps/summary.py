@@ -42,6 +42,8 @@ def verdict(solution: AssemblySolution) -> str:
         lines += wrapped("  warning: ", [warning], separator=" ")
     if "estimated_error" in solution.info:
         lines.append("  error of p and q: {estimated_error:.1e} estimated, {accuracy:.1e} wanted".format(**solution.info))
+    elif "accuracy" in solution.info:
+        lines.append("  error of p and q: not known, nothing is closed")
     return "\n".join([*lines, *cost(solution.timings, solution.info)])
 
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
-from ..bem.operators import BoundaryOperators
+from ...arrays import Array
+from ...bem.operators import BoundaryOperators
 
 PROBED_NODES = 24
 ELASTIC_LIMIT = 1e-7
