@@ -187,6 +187,31 @@ class Frictional:
         return np.isfinite(self.coefficient)
 
 
+def dissipation(law: Frictional, before: Array, after: Array, slid: Array) -> tuple[Array, Array]:
+    """Energy that friction takes at each node while it slips, and a bound of its error, (m,) each [stress · length].
+
+    The trapezoidal rule: |q| on slip is the radius of friction, which goes from that of the tractions before to that of the
+    ones after. It is exact where slip grows in proportion to the radius, and where the radius stays as it is. The bound is
+    what either of its ends would give.
+
+    Parameters
+    ----------
+    law : Frictional
+    before, after : (m, k) arrays
+        σ at the start and at the end of an increment [stress].
+    slid : (m, k-1) array
+        Slip in between [length].
+    """
+    way = lengths(slid)
+    ends = [np.where(way > 0.0, law.radius(-sigma[:, -1]), 0.0) for sigma in (before, after)]
+    old, new = (np.where(np.isfinite(radius), radius, 0.0) for radius in ends)
+    work = -np.sum(after[:, :-1] * slid, axis=1)
+    # what sticks has slipped by round-off, and is not on the radius
+    slipped = work >= 0.5 * new * way
+    change = np.where(slipped, 0.5 * (old - new) * way, 0.0)
+    return work + change, np.abs(change)
+
+
 @dataclass(frozen=True)
 class Stacked:
     """Laws of several contact parts or pairs as one law over all their nodes, in order.

@@ -13,7 +13,7 @@ from ..compliance.bodies import BodiesSystem
 from ..compliance.reduced import ComposedSystem
 from ..contact.criterion import equilibrium_defect, natural_residuals
 from ..contact.equilibrium import unheld
-from ..contact.laws import EXCESS, law_excess
+from ..contact.laws import EXCESS, dissipation, law_excess
 from ..contact.state import ContactState, Start
 from ..contact.system import Modes
 from ..geometry.rotation import axial, moment
@@ -62,6 +62,8 @@ class Progress:
         Motions of the bodies.
     positions, loads : (o, q) arrays
         Of the obstacles; loads from outside.
+    sigma : (M, d) array
+        σ [stress].
     """
 
     slip: Array
@@ -69,6 +71,7 @@ class Progress:
     alpha: Array
     positions: Array
     loads: Array
+    sigma: Array
 
 
 @dataclass
@@ -103,7 +106,8 @@ def progress_after(problem: SteppedProblem, done: list[StepResult], warm: Start 
     obstacles = problem.discrete.assembly.obstacle
     if not done:
         still = np.zeros((len(obstacles), d * (d + 1) // 2))
-        return Progress(np.zeros((m, d - 1)), warm, np.zeros(system.modes.shape[1]), still, still.copy())
+        return Progress(np.zeros((m, d - 1)), warm, np.zeros(system.modes.shape[1]), still, still.copy(),
+                        np.zeros((m, d)))  # fmt: skip
     pairs = [done[-1].pairs[face.name] for face in system.interfaces]
     slip, moved = (np.concatenate([getattr(pair, key) for pair in pairs]) for key in ("slip", "slip_increment"))
     gap = np.concatenate([pair.gap for pair in pairs])
@@ -112,7 +116,7 @@ def progress_after(problem: SteppedProblem, done: list[StepResult], warm: Start 
     places = [done[-1].obstacles[o.name] for o in obstacles]
     positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(len(places), d * (d + 1) // 2)
     loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(len(places), d * (d + 1) // 2)
-    return Progress(slip, (v, sigma), done[-1].alpha, positions, loads)
+    return Progress(slip, (v, sigma), done[-1].alpha, positions, loads, sigma)
 
 
 def changed(obstacle: Obstacle, step: Step) -> Obstacle:
@@ -189,7 +193,7 @@ def step_result(
     if not outcome.converged:
         reason = _why(problem, freedoms, before, number, target, outcome)
     pairs, states, radius = {}, outcome.states, discrete.law.radius(-outcome.sigma[:, -1])
-    absent = ~np.isfinite(system.gap)
+    absent, spent = ~np.isfinite(system.gap), dissipation(discrete.law, before.sigma, outcome.sigma, outcome.v[:, :-1])
     for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
         mesh = discrete.meshes[side.body]
         sigma, v = outcome.sigma[where], outcome.v[where]
@@ -202,7 +206,7 @@ def step_result(
             0.0 - sigma[:, -1], sigma[:, :-1], radius[where],
             np.where(absent[where], np.inf, 0.0 - v[:, -1]), slip, moved, states[where],
             weight @ traction, moment(x, weight[:, None] * traction),
-            float(-weight @ np.sum(sigma[:, :-1] * moved, axis=1)),
+            *(float(weight @ energy[where]) for energy in spent),
         )  # fmt: skip
     obstacles = {
         o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],

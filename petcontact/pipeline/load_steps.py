@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import sys
 import time
 from collections.abc import Callable, Iterator
@@ -16,6 +15,7 @@ from ..contact.criterion import Criterion
 from ..contact.equilibrium import unheld
 from ..contact.friction_law import contact_norm
 from ..contact.iteration import Iteration
+from ..contact.laws import dissipation
 from ..contact.methods.registry import method_of
 from ..contact.state import ContactState, Start
 from ..errors import InputError
@@ -28,18 +28,26 @@ from ..runtime.petsc import options, petsc
 from ..runtime.terminal import printable
 from .assemble import Discrete, build, discretise, loadings_from
 from .increment import (
-    Freedoms, Progress, SteppedProblem, changed, freedoms_of, progress_after, reduced_problem, step_result, undetermined,
+    Freedoms,
+    Progress,
+    SteppedProblem,
+    changed,
+    freedoms_of,
+    progress_after,
+    reduced_problem,
+    step_result,
+    undetermined,
 )  # fmt: skip
-from .trust.motions import warnings_of
+from .trust.warnings import warnings_of
 
 HALVINGS = 8
 """How often an increment that fails is halved."""
 PATH_ERROR = 1e-3
 """With increments = "auto": change of σ and of w over their sizes that halving an increment may make."""
+ENERGY_ERROR = 1e-2
+"""The same of the energy dissipated, over itself or the work of all tractions on the slip."""
 LEAST_SLIP = 1e-3
 """Slip, over what the tractions move, below which its path error is relative to that."""
-JAM = 1e-3
-"""Pressure, over the largest that there was, that stays where nothing jams."""
 FAR = 0.05
 """Initial gap or overlap, over the size of the body, that is told."""
 Monitor = Callable[[StepResult], str | None]
@@ -210,6 +218,10 @@ def _attempt(
     apart = contact_norm(second.sigma - whole.sigma, weight) > PATH_ERROR * contact_norm(second.sigma, weight)
     if apart or contact_norm(end.slip - after.slip, weight) > PATH_ERROR * size:
         return None
+    once, one, two = (float(weight @ dissipation(problem.discrete.law, start.sigma, state.sigma, state.v[:, :-1])[0])
+                      for start, state in ((progress, whole), (progress, first), (middle, second)))  # fmt: skip
+    if abs(one + two - once) > ENERGY_ERROR * max(one + two, size * contact_norm(second.sigma, weight)):
+        return None
     return [(first, middle), (second, end)]
 
 
@@ -233,7 +245,7 @@ def _increment(
         feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
         positions[k], loads[k] = position, np.where(freedom.free, load, -feels)
     slip = progress.slip + outcome.v[:, :-1]
-    return outcome, Progress(slip, (outcome.v, outcome.sigma), alpha[:r], positions, loads)
+    return outcome, Progress(slip, (outcome.v, outcome.sigma), alpha[:r], positions, loads, outcome.sigma)
 
 
 def _finished(
@@ -247,7 +259,7 @@ def _finished(
         status, reason = "not converged", failed.reason
     if status == "converged":
         reason = _reached(discrete, results)
-    warnings = [*discrete.warnings, *_ignored(problem), *_jammed(problem, results), *warnings_of(discrete, results)]
+    warnings = [*discrete.warnings, *warnings_of(problem, results)]
     names = [body.name for body in discrete.assembly.body]
     info = {
         "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.assembly.petsc),
@@ -260,39 +272,6 @@ def _finished(
         {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
         results, status, reason, timings, info, failed,
     )  # fmt: skip
-
-
-def _ignored(problem: SteppedProblem) -> list[str]:
-    """What is said of obstacles that touch nothing, and of their loads on components whose motion is given."""
-    discrete, d, told = problem.discrete, problem.system.dim, []
-    for k, obstacle in enumerate(discrete.assembly.obstacle):
-        if all(side.obstacle != k for side in discrete.sides):
-            told.append(f"obstacle {obstacle.name!r} is in no contact")
-        states = itertools.accumulate(problem.steps, changed, initial=obstacle)
-        if any(load and motion != "free" for o in states for motion, load in zip(o.motions(d), o.loads(d), strict=True)):
-            told.append(f"obstacle {obstacle.name!r}: a force or moment on a component whose motion is given does nothing")
-    return told
-
-
-def _jammed(problem: SteppedProblem, results: list[StepResult]) -> list[str]:
-    """What is said of pairs that stay pressed at the end of a step that took all loads away, though no gap is negative."""
-    discrete, d, told = problem.discrete, problem.system.dim, []
-    obstacles = list(discrete.assembly.obstacle)
-    for number, step in enumerate(problem.steps, 1):
-        obstacles = [changed(o, step) for o in obstacles]
-        loaded = any(loading.value[number].any() or loading.force[number].any() for loading in discrete.loadings)
-        given = (motion if motion != "free" else load for o in obstacles
-                 for motion, load in zip(o.motions(d), o.loads(d), strict=True))  # fmt: skip
-        ends = [r for r in results if r.step == number and r.load_factor == 1.0]
-        if loaded or any(given) or not ends:
-            continue
-        for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
-            pressed = max(float(r.pairs[side.name].pressure.max(initial=0.0)) for r in results)
-            left = float(ends[0].pairs[side.name].pressure.max(initial=0.0))
-            if interface.gap.min(initial=np.inf) >= 0.0 and left > JAM * pressed:
-                told.append(f"pair {side.name!r} stays pressed after step {step.name!r} took all loads away: it jams, and "
-                            "what stays depends on the path; unload in several increments")  # fmt: skip
-    return told
 
 
 def _reached(discrete: Discrete, results: list[StepResult]) -> str:

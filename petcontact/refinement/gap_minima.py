@@ -23,7 +23,8 @@ def gap_minima(field: Field) -> Array:
     """
     at, gap = field.samples, field.sampled[:, 0]
     # the ends of flat stretches are minima, too
-    here = np.flatnonzero((gap[1:-1] <= gap[:-2]) & (gap[1:-1] <= gap[2:]) & ((gap[1:-1] < gap[:-2]) | (gap[1:-1] < gap[2:])))
+    before, after = np.sign(gap[1:-1] - gap[:-2]), np.sign(gap[1:-1] - gap[2:])
+    here = np.flatnonzero((before <= 0.0) & (after <= 0.0) & (before + after < 0.0))
     here = 1 + here[np.argsort(gap[1 + here], kind="stable")][:MOST]
     low, high = at[here - 1], at[here + 1]
     for _ in range(SECTIONS if len(here) else 0):

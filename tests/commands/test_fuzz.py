@@ -20,8 +20,8 @@ from petcontact.commands.main import main
 from petcontact.model.case import load, parse_case
 from petcontact.model.expressions import evaluate
 from petcontact.pipeline.prepare import discretise
-from petcontact.pipeline.probe import ELASTIC_LIMIT
 from petcontact.pipeline.run import solve
+from petcontact.pipeline.trust.elastic import ELASTIC_LIMIT
 
 EXAMPLE = tomllib.loads((Path(__file__).parents[2] / "configs" / "example1.toml").read_text())
 EXAMPLE["mesh"]["element_size"] = 1.0

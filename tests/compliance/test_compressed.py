@@ -16,8 +16,8 @@ from petcontact.compliance.condensed import CondensedSystem
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline.choice import resolved_bem
 from petcontact.pipeline.prepare import discretise, prepare
-from petcontact.pipeline.probe import elastic_residual
 from petcontact.pipeline.run import run
+from petcontact.pipeline.trust.elastic import elastic_residual
 from petcontact.runtime.petsc import options
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.schedule.groups import make_groups

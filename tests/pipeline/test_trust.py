@@ -144,3 +144,49 @@ def test_adaptive_solve_without_contact_tells_no_error(loaded):
     apart = adapt_assembly(loaded(CYLINDER, modulus=1.0, left=-1.0, right=1.0, height=1.0, push=0.0, mesh="",
                                   gap="1e-3 + x**2"), 1e-3)  # fmt: skip
     assert apart.converged and "error of p and q: not known, nothing is closed" in apart.verdict()
+
+
+PRESSED = """
+[material]
+young_modulus = 100.0
+poisson_ratio = 0.3
+[geometry]
+shape = "rectangle"
+lower_left = [0.0, 0.0]
+upper_right = [2.0, 1.0]
+[mesh]
+element_size = 0.25
+order = 1
+[[boundary]]
+part = "bottom"
+condition = "contact"
+normal = "unilateral"
+friction_coefficient = 0.3
+[[boundary]]
+part = "top"
+condition = "traction"
+value = [0.0, -1.0]
+[[boundary]]
+part = "left"
+condition = "traction"
+value = [0.0, 0.0]
+[[boundary]]
+part = "right"
+condition = "traction"
+value = [0.0, 0.0]
+[[step]]
+increments = {increments}
+"""
+
+
+def test_energy_dissipated_does_not_depend_on_increments(loaded):
+    """Where all loads grow together p and slip do, and half of the work of the final tractions on the slip is dissipated."""
+    spent = []
+    for increments in (1, 3, '"auto"'):
+        solution = solve(loaded(PRESSED, increments=increments))
+        pairs = [step.pairs["bottom"] for step in solution.steps]
+        spent.append(sum(pair.dissipated for pair in pairs))
+        assert solution.converged and sum(pair.dissipated_error for pair in pairs) == pytest.approx(spent[0] / len(pairs))
+    last = pairs[-1]
+    work = -float(last.weight @ np.sum(last.sigma_t * last.slip, axis=1))
+    assert spent == pytest.approx([0.5 * work] * 3, rel=1e-6)

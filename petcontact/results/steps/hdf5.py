@@ -112,7 +112,8 @@ def _fill_step(place: Any, solution: AssemblySolution, step: StepResult) -> None
         here = place.create_group(f"contact/{name}")
         for key in PAIR_ARRAYS:
             here[key] = getattr(pair, key)
-        here.attrs.update({"force": pair.force, "moment": pair.moment, "area": pair.area, "dissipated": pair.dissipated})
+        here.attrs.update({"force": pair.force, "moment": pair.moment, "area": pair.area, "dissipated": pair.dissipated,
+                           "dissipated_error": pair.dissipated_error})  # fmt: skip
     for name, body in step.bodies.items():
         here, mesh = place.create_group(f"body/{name}"), solution.meshes[name]
         for key, value in (("x", mesh.x), ("normal", mesh.normal), ("weight", mesh.weight), ("u", body.u),
@@ -222,4 +223,5 @@ def _read_step(place: Any, history: History) -> StepResult:
 def _read_pair(here: Any) -> PairResult:
     fields = {key: here[key][()] for key in PAIR_ARRAYS}
     return PairResult(**fields, force=here.attrs["force"], moment=here.attrs["moment"],
-                      dissipated=float(here.attrs["dissipated"]))  # fmt: skip
+                      dissipated=float(here.attrs["dissipated"]),
+                      dissipated_error=float(here.attrs.get("dissipated_error", np.nan)))  # fmt: skip

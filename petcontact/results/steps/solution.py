@@ -50,7 +50,9 @@ class PairResult:
     moment : float, in space (3,) array
         Of it about the origin [force, in space force · length].
     dissipated : float
-        Energy that friction took in this increment [force, in space force · length].
+        Energy that friction took in this increment, by the trapezoidal rule [force, in space force · length].
+    dissipated_error : float
+        A bound of its error: what pressures that grow, and slip, on ways of their own could change; nan in older files.
     """
 
     x: Array
@@ -68,6 +70,7 @@ class PairResult:
     force: Array
     moment: Axial
     dissipated: float
+    dissipated_error: float = np.nan
 
     @property
     def area(self) -> float:
