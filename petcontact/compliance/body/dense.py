@@ -34,9 +34,11 @@ class DenseBody(BodyCompliance):
         matrix[:n, n:] = gauge(self.mesh, self.loading.traction_known, modes).T
         # `matrix` holds columns of the system as rows: what PETSc calls a matrix by columns
         known = known_solution(matrix)
-        solution = _solved(matrix, np.vstack([rhs, known @ matrix]))
-        solution, self.digits_lost = solution[:-1], forward_error(solution[-1], known)
-        self._influence, self._rest = solution[:count].T / operators.traction_scale, solution[count:].T
+        rhs[-1] = known @ matrix
+        solution = _solved(matrix, rhs)
+        self.digits_lost = forward_error(solution[-1], known)
+        solution[:count] /= operators.traction_scale
+        self._influence, self._rest = solution[:count].T, solution[count:-1].T
         places = operators.data.contact_unknowns
         self.compliance = self._influence[places]
         self.u_0 = self._rest[places].T.reshape(-1, *operators.data.contact_directions.shape)
@@ -55,10 +57,11 @@ class DenseBody(BodyCompliance):
 
 
 def _assembled(operators: BodyOperators, r: int) -> tuple[Array, Array]:
-    """The system by columns (d n + r, d n + r), zero beyond d n, and contact columns and loads (d m + K, d n + r)."""
+    """The system by columns (d n + r, d n + r), zero beyond d n, and contact columns, loads, and a row to come,
+    (d m + K + 1, d n + r)."""
     n, d = operators.mesh.n_nodes, operators.kernel.dim
     size, of_contact, amplitudes = d * n + r, operators.of_contact, operators.amplitudes
-    matrix, rhs = np.zeros((size, size)), np.zeros((int(of_contact.sum()) + amplitudes.shape[1], size))
+    matrix, rhs = np.zeros((size, size)), np.zeros((int(of_contact.sum()) + amplitudes.shape[1] + 1, size))
     system = matrix[: d * n, : d * n].reshape(n, d, n, d)
     blocks = operators.blocks(operators.right_hand_sides)
     for first in range(0, n, BLOCK[0]):
@@ -68,13 +71,13 @@ def _assembled(operators: BodyOperators, r: int) -> tuple[Array, Array]:
             operators.fill(rows, block, system=system[:, :, rows[0] : rows[-1] + 1], right_hand_sides=beside)
         columns = beside.reshape(len(of_contact), -1)
         loads = amplitudes[~of_contact].T @ columns[~of_contact]
-        rhs[:, d * rows[0] : d * (rows[-1] + 1)] = np.concatenate([columns[of_contact], loads])
-    rhs[-amplitudes.shape[1] :, : d * n] += operators.point_loads.T
+        rhs[:-1, d * rows[0] : d * (rows[-1] + 1)] = np.concatenate([columns[of_contact], loads])
+    rhs[-1 - amplitudes.shape[1] : -1, : d * n] += operators.point_loads.T
     return matrix, rhs
 
 
 def _solved(columns: Array, rhs: Array) -> Array:
-    """Rows x_k with system · x_k = rhs_k; the system's columns are the rows of `columns`, which is overwritten."""
+    """Rows x_k with system · x_k = rhs_k, in place; the system's columns are the rows of `columns`, overwritten, too."""
     module = petsc()
     comm = module.COMM_SELF
     size, count = len(columns), len(rhs)
@@ -85,8 +88,9 @@ def _solved(columns: Array, rhs: Array) -> Array:
     solver = LinearSolver(comm, "elastic_", "factor", in_place=True)
     solver.set_operator(system)
     solution: Any = solver.solve_many(right)
-    result = np.array(solution.getDenseArray().T)
     solver.close()
-    for matrix in (solution, right, system):
+    for matrix in (right, system):
         matrix.destroy()
-    return result
+    rhs[:] = solution.getDenseArray().T
+    solution.destroy()
+    return rhs

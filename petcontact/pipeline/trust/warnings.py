@@ -27,10 +27,11 @@ def warnings_of(problem: SteppedProblem, results: list[StepResult]) -> list[str]
 
 
 def _large(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
-    """What is said of motions that the theory of small displacements does not allow, and of tractions hardly in equilibrium."""
+    """What is said of motions that the theory of small displacements does not allow, and of tractions without equilibrium."""
     turned, moved, slid = dict[str, float](), dict[str, float](), dict[str, float]()
     for result in results:
-        for mesh, (name, body) in zip(discrete.meshes, result.bodies.items(), strict=True):
+        for mesh, name in zip(discrete.meshes, (body.name for body in discrete.assembly.body), strict=True):
+            body = result.bodies[name]
             away = mesh.x - mesh.weight @ mesh.x / mesh.weight.sum()
             size = float(np.abs(away).max())
             motions = rigid_motions(away / size).reshape(mesh.x.size, -1)
