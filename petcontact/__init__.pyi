@@ -5,23 +5,20 @@ from .errors import ResultError as ResultError
 from .errors import SolverError as SolverError
 from .fields.interior import field_at as field_at
 from .fields.interior import field_on_grid as field_on_grid
-from .model.assembly import Assembly as Assembly
-from .model.assembly import Body as Body
-from .model.assembly import Obstacle as Obstacle
-from .model.assembly import Pair as Pair
-from .model.assembly import PointForce as PointForce
-from .model.case import Case as Case
+from .model.bodies import Body as Body
+from .model.bodies import Contact as Contact
+from .model.bodies import Displacement as Displacement
+from .model.bodies import Material as Material
+from .model.bodies import Pair as Pair
+from .model.bodies import PointForce as PointForce
+from .model.bodies import Traction as Traction
 from .model.case import load as load
-from .model.case import load_assembly as load_assembly
 from .model.load_steps import BoundaryChange as BoundaryChange
+from .model.load_steps import Obstacle as Obstacle
 from .model.load_steps import ObstacleChange as ObstacleChange
+from .model.load_steps import PointForceChange as PointForceChange
 from .model.load_steps import Step as Step
-from .model.mesh_options import MeshOptions as MeshOptions
-from .model.problem import Contact as Contact
-from .model.problem import Displacement as Displacement
-from .model.problem import Material as Material
 from .model.problem import Problem as Problem
-from .model.problem import Traction as Traction
 from .model.shapes import Box as Box
 from .model.shapes import Circle as Circle
 from .model.shapes import Gmsh as Gmsh
@@ -30,22 +27,27 @@ from .model.shapes import Polygon as Polygon
 from .model.shapes import Rectangle as Rectangle
 from .model.shapes import SideBySide as SideBySide
 from .model.solver_options import Bem as Bem
+from .model.solver_options import MeshOptions as MeshOptions
 from .model.solver_options import Method as Method
+from .model.units import Units as Units
 from .pipeline.adaptive import adapt as adapt
-from .pipeline.adaptive_assembly import adapt_assembly as adapt_assembly
-from .pipeline.load_steps import solve_assembly as solve_assembly
-from .pipeline.run import solve as solve
-from .results.field_figure import deformed_figure as deformed_figure
-from .results.figures import plot_all as plot_all
-from .results.hdf5 import read_result as read_result
-from .results.hdf5 import read_solution as read_solution
+from .pipeline.solve import solve as solve
+from .results.figures.plots import plot_all as plot_all
+from .results.figures.stress import deformed_figure as deformed_figure
 from .results.hdf5 import write_solution as write_solution
 from .results.solution import Solution as Solution
-from .results.steps.solution import AssemblySolution as AssemblySolution
-from .results.vtu import write_boundary_vtu as write_boundary_vtu
-from .results.vtu import write_vtu as write_vtu
+from .results.solution import read_result as read_result
+from .results.solution import read_solution as read_solution
+from .results.vtu.boundary import write_boundary_vtu as write_boundary_vtu
+from .results.vtu.inside import write_vtu as write_vtu
 from .runtime.petsc import initialise as initialise
 from .sweep.store.case_table import load_case as load_case
 from .sweep.store.case_table import load_sweep as load_sweep
 
 __version__: str
+
+# Names of before, which warn (see RENAMED in __init__.py).
+Assembly = Problem
+Case = Problem
+load_any = load
+load_assembly = load

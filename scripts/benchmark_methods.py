@@ -17,6 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
+from petcontact.pipeline.prepare import discretise, prepare
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
 from petcontact.bem.operators import BoundaryOperators
@@ -25,8 +26,7 @@ from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.registry import method_of
-from petcontact.model.case import Case
-from petcontact.pipeline.prepare import discretise, prepare
+from petcontact.model.problem import Problem
 from petcontact.runtime.petsc import petsc
 
 Array = np.ndarray
@@ -77,7 +77,7 @@ def example_1(contact_nodes: int) -> Dual:
     """Example 1 with that many constant elements on Γ_C; the other sides take at most h = 0.025."""
     size = 8.0 / contact_nodes
     others = dict.fromkeys(("top", "left", "right"), max(size, 0.025))
-    case = Case(
+    case = Problem(
         material=Material(young_modulus=1e4, poisson_ratio=0.3),
         geometry=Rectangle(lower_left=(0.0, 0.0), upper_right=(8.0, 4.0)),
         mesh=MeshOptions(element_size=size, element_sizes=others),

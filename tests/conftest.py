@@ -7,7 +7,7 @@ import signal
 import pytest
 from hypothesis import settings
 
-from petcontact import Case, Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
+from petcontact import Contact, Displacement, Material, MeshOptions, Method, Problem, Rectangle, Traction
 from petcontact.runtime.petsc import petsc
 from petcontact.runtime.threads import cap_blas_threads
 
@@ -31,13 +31,13 @@ def comm():
     return petsc().COMM_SELF
 
 
-def example(number: int, *, mesh: MeshOptions | None = None, **method) -> Case:
+def example(number: int, *, mesh: MeshOptions | None = None, **method) -> Problem:
     """Example 1 or 2 of the paper as printed, on h = 0.1 unless a mesh is given."""
     modulus, ratio, corner, bound, left, right = {
         1: (10_000.0, 0.3, (8.0, 4.0), 150.0, 400.0, 0.0),
         2: (2_500.0, 0.2, (10.0, 2.0), 450.0, 1700.0, -1100.0),
     }[number]
-    return Case(
+    return Problem(
         material=Material(young_modulus=modulus, poisson_ratio=ratio),
         geometry=Rectangle(lower_left=(0.0, 0.0), upper_right=corner),
         mesh=mesh or MeshOptions(element_size=0.1),

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import numpy as np
-
 from petcontact.compliance.reduced import ReducedSystem
+
 from petcontact.contact.system import Modes
 
 
 def half_plane(count, half_width, modulus=1.0, ratio=0.3, datum=10.0):
     """Nodes, weights and S (2m, 2m) for constant tractions on equal elements: -2(1-ν²)/(πE) ∫ ln|x-s|/datum, and no
     coupling, as of two equal bodies (Johnson, Contact Mechanics, 2.3)."""
-    ends = np.linspace(-half_width, half_width, count + 1)
+    return half_plane_on(np.linspace(-half_width, half_width, count + 1), modulus, ratio, datum)
+
+
+def half_plane_on(ends, modulus=1.0, ratio=0.3, datum=10.0):
+    """The same on elements between given ends."""
+    count = len(ends) - 1
     x = 0.5 * (ends[1:] + ends[:-1])
 
     def primitive(t):

@@ -6,14 +6,14 @@ import math
 
 import numpy as np
 
-from petcontact import Case, Circle, Contact, Displacement, InputError, Material, OutlineSide, SideBySide, Traction
+from petcontact import Circle, Contact, Displacement, InputError, Material, OutlineSide, Problem, SideBySide, Traction
 from petcontact.bem.boundary_data import evaluate_boundary
 from petcontact.mesh.curve_mesh import build_mesh
 
 LEAST_ANGLE, LARGEST_ANGLE = math.radians(25.0), math.radians(335.0)
 
 
-def random_case(seed: int, number: int) -> Case:
+def random_case(seed: int, number: int) -> Problem:
     """Body `number` of a seed; what comes out ill-posed (sides that cross, a body that can move) is drawn again."""
     rng = np.random.default_rng([seed, number])
     while True:
@@ -27,7 +27,7 @@ def random_case(seed: int, number: int) -> Case:
         return case.model_copy(update={"title": f"random body {number} of seed {seed}"})
 
 
-def _drawn(rng: np.random.Generator) -> Case:
+def _drawn(rng: np.random.Generator) -> Problem:
     size = 10.0 ** rng.uniform(-2.0, 3.0)
     shift = size * rng.uniform(-2.0, 2.0, 2)
     outer = size * _star(rng, int(rng.integers(4, 9))) + shift
@@ -48,7 +48,7 @@ def _drawn(rng: np.random.Generator) -> Case:
     for hole in range(holes):
         pressure = 0.0 if rng.random() < 0.7 else stress * rng.uniform(0.1, 1.0)
         conditions.append(Traction(part=f"hole {hole}", pressure=pressure))
-    return Case(
+    return Problem(
         material=Material(young_modulus=stress * 10.0 ** rng.uniform(1.5, 4.0), poisson_ratio=rng.uniform(0.0, 0.45),
                           plane=str(rng.choice(["strain", "stress"]))),
         geometry=SideBySide(loops=tuple(loops)), boundary=tuple(conditions),

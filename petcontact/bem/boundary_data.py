@@ -1,43 +1,41 @@
-"""Boundary conditions evaluated at the nodes of a mesh: what is known, in which direction, and the friction bound."""
+"""What is known at the nodes of a mesh, in which directions and load states; the rigid motions that leave it alone."""
 
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..errors import InputError
+from ..geometry.rotation import rigid_motions
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.expressions import evaluate
-from ..model.problem import Contact, Displacement, Problem, Traction
 
 
 @dataclass(frozen=True)
 class BoundaryData:
-    """What each of n nodes knows, in d orthogonal directions a node.
+    """What each of n nodes knows in K load states, in d orthogonal directions a node.
 
     Attributes
     ----------
     frame : (n, d, d) array
-        `frame[i, c]` is direction c of node i: the axes, or tangents and normal on contact parts, in the order in which
-        they are nearest to the axes, so that equation c of a node belongs to unknown c and the diagonal is not small.
+        `frame[i, c]` is direction c of node i: the axes, or tangents and normal where the normal displacement of a contact
+        is known, in the order in which they are nearest to the axes, so that the diagonal of the system is not small.
     traction_known : (n, d) bool array
         True where the traction component is known (the displacement is the unknown), also in the contact directions,
         whose traction is what a method looks for.
-    value : (n, d) array
-        The known displacement [length] or traction [stress]; 0 in the contact directions.
+    value : (K, n, d) array
+        The known displacement [length] or traction [stress] in each state; 0 in the contact directions.
     contact_nodes : (m,) array
-        Numbers of the contact nodes, increasing.
+        Numbers of the nodes that may carry contact tractions, increasing.
     contact_directions : (m, k) array
-        The directions c of each contact node whose traction a method looks for: its d-1 tangents, and then, where it
-        looks for the normal traction too, its normal.
-    friction_bound : (m,) array
-        g >= 0 [stress].
-    rigid : (n, d) array, optional
-        A rigid motion that was taken out of the known displacements, to be added to whatever follows from them [length].
+        The directions c of each contact node whose traction a method looks for: all, or its d-1 tangents.
+    point : (f, d) array
+        Points at which forces act [length].
+    force : (K, f, d) array
+        [force/length, in space force]
+    rigid : (K, n, d) array, optional
+        Rigid motions that were taken out of the known displacements, to be added to whatever follows from them [length].
     """
 
     frame: Array
@@ -45,24 +43,20 @@ class BoundaryData:
     value: Array
     contact_nodes: Index
     contact_directions: Index
-    friction_bound: Array
+    point: Array
+    force: Array
     rigid: Array | None = None
 
     @property
-    def sliding(self) -> Array | float:
-        """The rigid motion along the contact directions, (m, k), or 0."""
-        if self.rigid is None:
-            return 0.0
-        return np.asarray(np.einsum("mkj,mj->mk", self.contact_frame, self.rigid[self.contact_nodes]))
+    def states(self) -> int:
+        """K."""
+        return len(self.value)
 
-    def reordered(self, nodes: Index) -> BoundaryData:
-        """The same with node nodes[i] as node i."""
-        place = np.argsort(nodes)[self.contact_nodes]
-        order = np.argsort(place)
-        return BoundaryData(
-            self.frame[nodes], self.traction_known[nodes], self.value[nodes], place[order], self.contact_directions[order],
-            self.friction_bound[order], None if self.rigid is None else self.rigid[nodes],
-        )  # fmt: skip
+    @property
+    def contact_shape(self) -> tuple[int, int]:
+        """(m, k)."""
+        m, k = self.contact_directions.shape
+        return m, k
 
     @property
     def contact_frame(self) -> Array:
@@ -70,74 +64,47 @@ class BoundaryData:
         return np.asarray(self.frame[self.contact_nodes[:, None], self.contact_directions])
 
     @property
-    def tangent(self) -> Array:
-        """Tangents of the contact nodes, (m, d-1, d); in the plane the outward normal turned by +90°."""
-        return self.contact_frame[:, : self.frame.shape[1] - 1]
-
-    @property
     def contact_unknowns(self) -> Index:
         """Numbers of the displacements in the contact directions among the unknowns d·node + c, (m k,)."""
         return (self.frame.shape[1] * self.contact_nodes[:, None] + self.contact_directions).ravel()
 
+    @property
+    def sliding(self) -> Array:
+        """The rigid motions along the contact directions, (K, m, k)."""
+        if self.rigid is None:
+            return np.zeros((self.states, *self.contact_directions.shape))
+        return np.asarray(np.einsum("mcj,kmj->kmc", self.contact_frame, self.rigid[:, self.contact_nodes]))
 
-def evaluate_boundary(
-    problem: Problem, mesh: BoundaryMesh, *, normal_unknown: bool = False, held: bool = True
-) -> BoundaryData:
-    """The problem's conditions at the nodes of its mesh.
+    @property
+    def known_traction(self) -> Array:
+        """Known tractions as vectors, (K, n, d) [stress]."""
+        return self.vectors(np.where(self.traction_known, self.value, 0.0))
 
-    Parameters
-    ----------
-    problem : Problem
-    mesh : BoundaryMesh
-    normal_unknown : bool
-        Whether a method looks for the normal traction in contact too; else u_n = 0 there.
-    held : bool
-        Whether the conditions have to hold the body.
+    @property
+    def known_displacement(self) -> Array:
+        """Known displacements as vectors, (K, n, d) [length]."""
+        return self.vectors(np.where(self.traction_known, 0.0, self.value))
 
-    Raises
-    ------
-    InputError
-        If a part has no condition or two, a condition names no part, data are not finite, g is negative, or the
-        conditions leave the body free to move as a rigid body.
-    """
-    _check_parts(problem, mesh)
-    n, d = mesh.x.shape
-    frame = np.broadcast_to(np.eye(d), (n, d, d)).copy()
-    known = np.zeros((n, d), dtype=bool)
-    value = np.zeros((n, d))
-    bound = np.zeros(n)
-    contact = np.zeros(n, dtype=bool)
-    direction = np.zeros((n, d), dtype=np.int64)
-    looked_for = d if normal_unknown else d - 1
-    for number, condition in enumerate(problem.boundary):
-        nodes = mesh.nodes_of(condition.part)
-        variables = mesh.variables(nodes)
-        key = f"boundary[{number}] ({condition.part})"
-        if isinstance(condition, Displacement):
-            check_components(condition.value, mesh, key)
-            for c, component in enumerate(condition.value):
-                if component == "free":
-                    known[nodes, c] = True
-                else:
-                    value[nodes, c] = evaluate(component, variables, len(nodes), f"{key}.value[{c}]")
-        elif isinstance(condition, Traction):
-            known[nodes] = True
-            check_components(condition.value or (0.0,) * d, mesh, key)
-            value[nodes] = _traction(condition, variables, mesh.normal[nodes], key)
-        else:
-            bound[nodes] = _friction_bound(condition, variables, mesh.x[nodes], key)
-            frame[nodes], direction[nodes] = _contact_frame(mesh, nodes)
-            known[nodes[:, None], direction[nodes, :looked_for]] = True
-            contact[nodes] = True
-    contact_nodes = np.flatnonzero(contact)
-    directions = direction[contact_nodes, :looked_for]
-    data = BoundaryData(frame, known, value, contact_nodes, directions, bound[contact_nodes])
-    if held:
-        _check_rigid_modes(data, mesh)
-    return data if normal_unknown else _without_rigid_motion(data, mesh)
+    def vectors(self, components: Array) -> Array:
+        """Vectors (..., n, d) from components along the frames (..., n, d)."""
+        return np.asarray(np.einsum("...ic,icj->...ij", components, self.frame))
+
+    def components(self, vectors: Array) -> Array:
+        """Components along the frames of vectors (n, d, r) that vary by their last axis, (n, d, r)."""
+        return np.asarray(np.einsum("icj,ijr->icr", self.frame, vectors))
+
+    def reordered(self, nodes: Index) -> BoundaryData:
+        """The same with node nodes[i] as node i."""
+        place = np.argsort(nodes)[self.contact_nodes]
+        order = np.argsort(place)
+        return replace(
+            self, frame=self.frame[nodes], traction_known=self.traction_known[nodes], value=self.value[:, nodes],
+            contact_nodes=place[order], contact_directions=self.contact_directions[order],
+            rigid=None if self.rigid is None else self.rigid[:, nodes],
+        )  # fmt: skip
 
 
-def _contact_frame(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
+def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
     """Frames (m, d, d) of tangents and normal, and where in them the tangents and then the normal went, (m, d)."""
     vectors = np.concatenate([mesh.tangents(nodes), mesh.normal[nodes][:, None]], axis=1)
     # of all orders that in which the directions are nearest to the axes
@@ -147,98 +114,53 @@ def _contact_frame(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
     return np.take_along_axis(vectors, order[:, :, None], axis=1), np.argsort(order, axis=1)
 
 
-def _traction(condition: Traction, variables: dict[str, Array], normal: Array, key: str) -> Array:
-    count = len(normal)
-    if condition.pressure is not None:
-        return -evaluate(condition.pressure, variables, count, f"{key}.pressure")[:, None] * normal
-    assert condition.value is not None
-    return np.column_stack([
-        evaluate(component, variables, count, f"{key}.value[{c}]") for c, component in enumerate(condition.value)
-    ])
-
-
-def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> None:
-    """Refuse a vector that has not as many components as the body has dimensions."""
-    if len(value) != mesh.dim:
-        raise InputError(f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components")
-
-
-def _friction_bound(condition: Contact, variables: dict[str, Array], x: Array, key: str) -> Array:
-    bound = evaluate(condition.friction_bound or 0.0, variables, len(x), f"{key}.friction_bound")
-    if np.any(bound < 0.0):
-        k = int(np.argmin(bound))
-        place = ", ".join(f"{name} = {value:g}" for name, value in zip("xyz", x[k], strict=False))
-        raise InputError(f"{key}.friction_bound: must be >= 0, is {bound[k]:g} at {place}")
-    return bound
-
-
-def _check_parts(problem: Problem, mesh: BoundaryMesh) -> None:
-    given = [condition.part for condition in problem.boundary]
-    parts = ", ".join(mesh.part_names)
-    for number, name in enumerate(given):
-        if name not in mesh.part_names:
-            raise InputError(f"boundary[{number}].part: no part {name!r}; parts are {parts}")
-        if name in given[:number]:
-            raise InputError(f"boundary[{number}].part: {name!r} has a condition already")
-    missing = [name for name in mesh.part_names if name not in given]
-    if missing:
-        raise InputError(f"boundary: part {missing[0]!r} has no condition; each of {parts} needs one")
-
-
-def _without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData:
+def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData:
     """Known displacements without the rigid motion that they have in common, where that is larger than the body.
 
-    It would swallow the digits of what strains the body. Motions that leave contact normals at rest are taken out only.
+    It would swallow the digits of what strains the body. Motions that leave known normals of contact at rest are taken out
+    only.
     """
     given = ~data.traction_known
-    size = float(np.abs(data.value[given]).max(initial=0.0))
-    if size <= float(np.ptp(mesh.x, axis=0).max()):
+    largest = np.abs(data.value[:, given]).max(axis=1, initial=0.0)
+    if largest.max() <= float(np.ptp(mesh.x, axis=0).max()):
         return data
-    modes = rigid_modes(mesh.x)
-    along = np.einsum("icj,ijk->ick", data.frame, modes)
-    contact = np.zeros(len(mesh.x), dtype=bool)
+    modes = unit_motions(mesh)
+    along = data.components(modes)
+    contact = np.zeros(mesh.n_nodes, dtype=bool)
     contact[data.contact_nodes] = True
     _, strengths, ways = np.linalg.svd(along[given & contact[:, None]], full_matrices=True)
     free = ways[np.append(strengths, np.zeros(len(ways) - len(strengths))) <= 1e-12 * max(1.0, strengths.max(initial=0.0))].T
     elsewhere = given & ~contact[:, None]
-    amplitudes = free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[elsewhere], rcond=None)[0]
+    amplitudes = free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[:, elsewhere].T, rcond=None)[0]
     value = data.value.copy()
-    value[elsewhere] -= along[elsewhere] @ amplitudes
-    return replace(data, value=value, rigid=modes @ amplitudes)
+    value[:, elsewhere] -= (along[elsewhere] @ amplitudes).T
+    return replace(data, value=value, rigid=np.moveaxis(modes @ amplitudes, 2, 0))
 
 
-def rigid_modes(x: Array) -> Array:
-    """Translations along the axes, then rotations about the centre of points x (n, d): (n, d, d(d+1)/2) [-]."""
-    n, d = x.shape
-    centred = x - x.mean(axis=0)
-    centred /= np.abs(centred).max()
-    modes = np.zeros((n, d, d * (d + 1) // 2))
-    modes[:, :, :d] = np.eye(d)
-    for k, (i, j) in enumerate(itertools.combinations(range(d), 2), start=d):
-        modes[:, i, k], modes[:, j, k] = -centred[:, j], centred[:, i]
-    return modes
+def unit_motions(mesh: BoundaryMesh) -> Array:
+    """Translations along the axes, then rotations about the body's middle, of about unit size, (n, d, d(d+1)/2) [-]."""
+    away = mesh.x - mesh.weight @ mesh.x / mesh.weight.sum()
+    return rigid_motions(away / np.abs(away).max())
 
 
-def free_modes(data: BoundaryData, mesh: BoundaryMesh) -> Array:
-    """Rigid modes that change no known displacement, as combinations of `rigid_modes`, (r, d(d+1)/2)."""
-    seen = np.einsum("icj,ijk->ick", data.frame, rigid_modes(mesh.x))[~data.traction_known]
-    values, vectors = np.linalg.eigh(seen.T @ seen / mesh.n_nodes)
-    return np.asarray(vectors[:, values < 1e-12].T)
+def free_motions(data: BoundaryData, mesh: BoundaryMesh) -> Array:
+    """Rigid motions (n, d, r) that change no known displacement [-]."""
+    every = unit_motions(mesh)
+    seen = data.components(every)[~data.traction_known]
+    if len(seen) == 0:
+        return every
+    values, vectors = np.linalg.eigh(seen.T @ seen / len(seen))
+    free = vectors[:, values < 1e-12]
+    if not free.shape[1]:
+        return np.zeros((mesh.n_nodes, mesh.dim, 0))
+    # translations along the axes stay what they are where they are free
+    basis = free @ np.linalg.qr(free.T)[0]
+    return np.asarray(every @ np.where(np.abs(basis) < 1e-12, 0.0, basis))
 
 
-def _check_rigid_modes(data: BoundaryData, mesh: BoundaryMesh) -> None:
-    """Refuse a body that can move rigidly without any known displacement changing.
-
-    Friction does not count: with bilateral contact alone the elastic problem of each Robin step would be solvable, but
-    the ρ-independent one would not.
-    """
-    for mode in free_modes(data, mesh)[:1]:
-        along = ", ".join(f"{value:.2g}" for value in mode[: mesh.dim])
-        name = "rotate" if np.abs(mode[mesh.dim :]).max() > 1e-6 else f"translate along ({along})"
-        held = int((~data.traction_known).any(axis=1).sum())
-        if 0 < held <= mesh.dim:
-            raise InputError(f"boundary: the body can {name} freely: it is held at {held} nodes only; use smaller elements")
-        raise InputError(
-            f"boundary: the body can {name} freely (friction does not hold it); "
-            "fix it with a displacement condition, a roller or another contact part"
-        )
+def motion_name(motion: Array, mesh: BoundaryMesh) -> str:
+    """`rotate` or `translate along (...)`: a rigid motion (n, d) in words."""
+    mean = mesh.weight @ motion / mesh.weight.sum()
+    if np.abs(motion - mean).max() > 1e-6 * np.abs(motion).max():
+        return "rotate"
+    return f"translate along ({', '.join(f'{value:.2g}' for value in mean / np.linalg.norm(mean))})"

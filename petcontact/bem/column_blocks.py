@@ -62,8 +62,6 @@ class ColumnBlock:
         Which of the elements' nodes they are, if not all.
     traction_known : (k, d) bool array
     frame : (k, d, d) array
-    known_traction, known_displacement : (k, d) arrays
-        What loads the body, in units of the kernel's `traction_scale` and of length.
     owner : (q,) array
         The nodes (0 to k-1) that the right-hand-side columns belong to.
     rhs_place : slice or (q,) array
@@ -78,8 +76,6 @@ class ColumnBlock:
     subset: Index | None
     traction_known: Mask
     frame: Array
-    known_traction: Array
-    known_displacement: Array
     owner: Index
     rhs_place: Any
     rhs_traction: Array

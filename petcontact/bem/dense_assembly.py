@@ -1,59 +1,56 @@
-"""The dense operators: A_0, G_Ct and the load as PETSc matrices, filled in place, each rank its own rows."""
+"""The dense system of a body, its contact columns and its loads, filled in place."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
-
 import numpy as np
 
-from ..arrays import Array
-from ..linalg.row_layout import node_ranges
-from ..runtime.petsc import petsc
+from ..arrays import Array, Index
 from .operators import BLOCK, BoundaryOperators
 
-
-@dataclass(frozen=True)
-class DenseBlocks:
-    """By rows over ranks: A_0 (dn, dn), G_Ct times `traction_scale` (dn, mk), the load (dn,)."""
-
-    system: Any
-    contact: Any
-    load: Any
+COLUMNS = 256
+"""Nodes whose columns compiled code fills at a time."""
 
 
-def assemble_dense(operators: BoundaryOperators, comm: Any) -> DenseBlocks:
-    """A_0, G_Ct and the load as dense PETSc objects, filled in place in PETSc's memory, each rank its own rows."""
-    module = petsc()
-    n, d, columns = operators.mesh.n_nodes, operators.kernel.dim, operators.contact_columns
-    (m, k), (rank, size) = operators.data.contact_directions.shape, (comm.getRank(), comm.getSize())
-    first, last = node_ranges(n, size)[rank]
-    contact_first, contact_last = node_ranges(m, size, k)[rank]
-    rows = (d * (last - first), d * n)
-    # every entry of A_0 is written: no need for PETSc's zeros
-    blocks = DenseBlocks(
-        module.Mat().createDense((rows, rows), array=np.empty(rows, order="F"), comm=comm),
-        module.Mat().createDense((rows, (contact_last - contact_first, m * k)), comm=comm),
-        module.Vec().createMPI(rows, comm=comm),
-    )
-    # set up first: before it PETSc has no leading dimension to give
-    blocks.system.setUp()
-    blocks.contact.setUp()
-    system = blocks.system.getDenseArray().T.reshape(n, d, last - first, d)
-    contact = blocks.contact.getDenseArray().T.reshape(m * k, last - first, d)
-    load = np.zeros((last - first, d))
-    whole: dict[str, Array] = {}
-    if (compiled := operators.filler(columns)) is not None:
-        compiled.fill(np.arange(first, last), np.arange(n), system, contact)
-    else:
-        whole = {"system": system, "right_hand_sides": contact}
-    column_blocks = operators.blocks(columns)
-    for a in range(first, last, BLOCK[0]):
-        nodes = np.arange(a, min(a + BLOCK[0], last))
-        local = slice(a - first, a - first + len(nodes))
-        for block in column_blocks:
-            operators.fill(nodes, block, load=load[local], **{name: array[..., local, :] for name, array in whole.items()})
-    blocks.load.setArray(load.ravel())
-    for matrix in (blocks.system, blocks.contact, blocks.load):
-        matrix.assemble()
-    return blocks
+def fill_dense(operators: BoundaryOperators, rows: Index, system: Array, contact: Array, loads: Array) -> None:
+    """Equations of some nodes, a whole range of them in increasing order.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+    rows : (r,) array
+    system : (n, d, r, d) array
+        By column, direction, row and component; every entry is written.
+    contact : (m k, r, d) array
+        G times `traction_scale`, a column for each contact node and direction.
+    loads : (K, r, d) array
+        Zero before.
+    """
+    n, rhs, d = operators.mesh.n_nodes, operators.right_hand_sides, operators.kernel.dim
+    of_contact, amplitudes = operators.of_contact, operators.amplitudes
+
+    def shared_out(beside: Array, mine: slice, here: slice) -> None:
+        chosen = of_contact[mine]
+        first = int(np.count_nonzero(of_contact[: mine.start]))
+        contact[first : first + int(chosen.sum()), here] = beside[chosen]
+        if not chosen.all():
+            loads[:, here] += np.tensordot(amplitudes[mine][~chosen].T, beside[~chosen], 1)
+
+    if operators.is_compiled:
+        for first in range(0, n, COLUMNS):
+            columns = np.arange(first, min(first + COLUMNS, n))
+            mine = slice(int(rhs.first[first]), int(rhs.first[columns[-1]] + rhs.count[columns[-1]]))
+            target = system[first : columns[-1] + 1]
+            block = target if target.flags.c_contiguous else np.empty(target.shape)
+            beside = np.empty((mine.stop - mine.start, len(rows), d))
+            operators.fill_columns(rows, columns, block, beside)
+            if block is not target:
+                target[:] = block
+            shared_out(beside, mine, slice(0, len(rows)))
+        return
+    blocks, whole = operators.blocks(), slice(0, len(rhs.node))
+    for first in range(0, len(rows), BLOCK[0]):
+        here = slice(first, min(first + BLOCK[0], len(rows)))
+        beside = np.zeros((len(rhs.node), here.stop - here.start, d))
+        for column_block in blocks:
+            operators.fill(rows[here], column_block, system=system[:, :, here], right_hand_sides=beside)
+        shared_out(beside, whole, here)

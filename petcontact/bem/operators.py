@@ -45,6 +45,10 @@ class BoundaryOperators:
     data: BoundaryData
     kernel: Kernel
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Addresses of compiled code mean nothing in another process."""
+        return {key: value for key, value in vars(self).items() if key != "_filler"}
+
     @property
     def traction_scale(self) -> float:
         """Tractions are unknowns times it [stress/length]."""
@@ -81,8 +85,13 @@ class BoundaryOperators:
             return
         if right_hand_sides is not None:
             right_hand_sides[:] = 0.0
-        for block in self.blocks(self.right_hand_sides, columns):
+        for block in self.blocks(columns):
             self.fill(rows, block, system=system, right_hand_sides=right_hand_sides)
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether compiled code fills whole columns."""
+        return self._filler is not None
 
     @property
     def compiled(self) -> tuple[int, int] | None:
@@ -91,59 +100,88 @@ class BoundaryOperators:
 
     @functools.cached_property
     def _filler(self) -> ColumnFiller | None:
-        return self.filler(self.right_hand_sides)
-
-    def filler(self, rhs: RightHandSides) -> ColumnFiller | None:
-        """Compiled code for A_0 beside some right-hand sides; None where `fill` has to do."""
+        """Compiled code for A_0 and the `right_hand_sides`; None where `fill` has to do."""
+        rhs = self.right_hand_sides
         data = ColumnData(
             self.data.traction_known, self.data.frame, np.append(rhs.first, len(rhs.node)), rhs.traction, rhs.displacement
         )
         return column_filler(self.kernel, self.mesh, data)
 
     @functools.cached_property
-    def contact_columns(self) -> RightHandSides:
-        """G_Ct times `traction_scale`: one column for each contact node and direction, (m k)."""
-        frame = self.data.contact_frame
-        vectors = frame.reshape(-1, frame.shape[2])
-        return self._right_hand_sides(np.repeat(self.data.contact_nodes, frame.shape[1]), vectors, np.zeros_like(vectors))
-
-    @functools.cached_property
     def right_hand_sides(self) -> RightHandSides:
-        """The contact columns, and for each loaded node what its known data add to the load over `load_scale`."""
-        loaded = np.any(self.data.value != 0.0, axis=1)
-        assert not loaded[self.data.contact_nodes].any(), "known data other than zero in contact"
-        contact, nodes = self.contact_columns, np.flatnonzero(loaded)
-        node = np.concatenate([contact.node, nodes])
+        """Columns beside A_0: one for each contact node and direction, and what known data add to the load.
+
+        Of known data that are there in one state only a loaded node has one column, over `load_scale`; else one for each
+        component that is loaded in any state.
+        """
+        data = self.data
+        (m, k), d = data.contact_shape, self.kernel.dim
+        node = np.repeat(data.contact_nodes, k)
+        traction, displacement = data.contact_frame.reshape(m * k, d), np.zeros((m * k, d))
+        if self._single:
+            loaded = np.flatnonzero(np.any(data.value[-1] != 0.0, axis=1))
+            pushed, moved = (vectors[-1, loaded] / self.load_scale for vectors in (self._traction, data.known_displacement))
+        else:
+            loaded, component = np.nonzero(self._loaded)
+            unit, known = data.frame[loaded, component], data.traction_known[loaded, component, None]
+            pushed, moved = np.where(known, unit, 0.0), np.where(known, 0.0, unit)
+        node = np.concatenate([node, loaded])
         order = np.argsort(node, kind="stable")
-        traction = np.vstack([contact.traction, self._known_traction[nodes] / self.load_scale])
-        displacement = np.vstack([contact.displacement, self._known_displacement[nodes] / self.load_scale])
-        return self._right_hand_sides(node[order], traction[order], displacement[order])
+        rows = np.vstack([traction, pushed])[order], np.vstack([displacement, moved])[order]
+        return RightHandSides(node[order], *rows, self.mesh.n_nodes)
 
     @functools.cached_property
     def of_contact(self) -> Mask:
-        """Which right-hand sides are those of contact nodes, (q,)."""
-        return np.isin(self.right_hand_sides.node, self.data.contact_nodes)
+        """Which right-hand sides are those of contact directions, (q,)."""
+        rhs, data = self.right_hand_sides, self.data
+        # of a node the contact directions come first
+        return np.arange(len(rhs.node)) - rhs.first[rhs.node] < np.where(
+            np.isin(rhs.node, data.contact_nodes), data.contact_shape[1], 0)  # fmt: skip
 
     @functools.cached_property
     def amplitudes(self) -> Array:
-        """Right-hand sides to the load, or loads, (q, 1)."""
-        return np.where(self.of_contact, 0.0, self.load_scale)[:, None]
+        """Right-hand sides to the load of each state, (q, K)."""
+        data, load = self.data, np.zeros((len(self.right_hand_sides.node), self.data.states))
+        if self._single:
+            load[~self.of_contact, -1] = self.load_scale
+        else:
+            values = np.where(data.traction_known, data.value / self.traction_scale, data.value)
+            load[~self.of_contact] = values[:, self._loaded].T
+        return load
 
-    def _right_hand_sides(self, node: Index, traction: Array, displacement: Array) -> RightHandSides:
-        return RightHandSides(node, traction, displacement, self.mesh.n_nodes)
+    @functools.cached_property
+    def point_loads(self) -> Array:
+        """What point forces add to the load of each state, (d n, K)."""
+        mesh, loads = self.mesh, np.zeros((self.n_unknowns, self.data.states))
+        if self.data.point.size:
+            for state, force in enumerate(self.data.force):
+                loads[:, state] = self.point_displacement(np.arange(mesh.n_nodes), force).ravel()
+        return loads
+
+    def point_displacement(self, nodes: Index, force: Array) -> Array:
+        """Displacement (len(nodes), d) of the infinite plane or space at some nodes by forces (f, d) at the points."""
+        return self.kernel.point_displacement(self.mesh.x[nodes], self.data.point, force)
 
     @functools.cached_property
     def load_scale(self) -> float:
         """Largest of the known data, by which columns of the load are divided."""
-        known = (self._known_traction, self._known_displacement)
-        return float(max(np.abs(vectors).max(initial=0.0) for vectors in known)) or 1.0
+        both = (self._traction, self.data.known_displacement)
+        return float(max(np.abs(vectors).max(initial=0.0) for vectors in both)) or 1.0
 
-    def load(self, rows: Index) -> Array:
-        """The load G t̂ - (½ + H) û at some nodes, (d len(rows),)."""
-        load = np.zeros((len(rows), self.kernel.dim))
-        for block in self.blocks(self.contact_columns):
-            self.fill(rows, block, load=load)
-        return load.ravel()
+    @functools.cached_property
+    def _loaded(self) -> Mask:
+        """Known components (n, d) that are not zero in every state."""
+        return np.asarray(np.any(self.data.value != 0.0, axis=0))
+
+    @functools.cached_property
+    def _single(self) -> bool:
+        """Whether the last state is the only one with loads."""
+        return not self.data.value[:-1].any()
+
+    @functools.cached_property
+    def _traction(self) -> Array:
+        """Known tractions over `traction_scale`, (K, n, d) [length]."""
+        return self.data.known_traction / self.traction_scale
 
     def residual(self, rows: Index, u: Array, traction: Array) -> Array:
         """½u + Hu - Gt at some nodes, (len(rows), d) [length], from exact entries: zero for the discrete solution."""
@@ -162,27 +200,26 @@ class BoundaryOperators:
                     result[:, a] += u[nodes, j] @ kernel_h[a, j] - scaled[nodes, j] @ kernel_g[a, j]
         return result
 
-    def split(self, unknowns: Array, sigma: Array) -> tuple[Array, Array]:
-        """Displacement and traction (n, d) on the whole boundary from the unknowns (d n,) and the tractions in the contact
-        directions (m, k)."""
+    def split(self, unknowns: Array, shares: Array, sigma: Array) -> tuple[Array, Array]:
+        """Displacement and traction (n, d) on the whole boundary from the unknowns (d n,), for load states weighted by
+        `shares` (K,) and the tractions in the contact directions (m, k)."""
         data = self.data
-        coefficients = unknowns.reshape(-1, self.kernel.dim)
-        u = np.where(data.traction_known, coefficients, data.value)
-        traction = np.where(data.traction_known, data.value, coefficients * self.traction_scale)
+        coefficients, value = unknowns.reshape(-1, self.kernel.dim), np.tensordot(shares, data.value, 1)
+        u = np.where(data.traction_known, coefficients, value)
+        traction = np.where(data.traction_known, value, coefficients * self.traction_scale)
         traction[data.contact_nodes[:, None], data.contact_directions] = sigma
-        strained = np.einsum("ic,icj->ij", u, data.frame)
-        u = strained if data.rigid is None else strained + data.rigid
-        return u, np.einsum("ic,icj->ij", traction, data.frame)
+        u = data.vectors(u)
+        return u if data.rigid is None else u + np.tensordot(shares, data.rigid, 1), data.vectors(traction)
 
     # -- blocks of columns ----------------------------------------------------------------------------------------
 
-    def blocks(self, rhs: RightHandSides, columns: Index | None = None) -> list[ColumnBlock]:
+    def blocks(self, columns: Index | None = None) -> list[ColumnBlock]:
         """Columns (all nodes, or some in increasing order) cut into pieces of one part and kind, with right-hand sides.
 
         All nodes of a small mesh come in one piece a kind, else in pieces of about BLOCK[1]; some, asked for by a
         compression, in as few pieces as can be, since there the calls cost more than the numbers.
         """
-        whole = columns is None
+        whole, rhs = columns is None, self.right_hand_sides
         nodes = np.arange(self.mesh.n_nodes) if columns is None else columns
         group, places = self._group[nodes], np.arange(len(nodes))
         small = whole and len(nodes) <= SMALL
@@ -219,8 +256,7 @@ class BoundaryOperators:
         return ColumnBlock(
             batch=Batch(self.mesh.elements(elements), nodes), place=place, subset=subset,
             traction_known=self.data.traction_known[nodes], frame=self.data.frame[nodes],
-            known_traction=self._known_traction[nodes], known_displacement=self._known_displacement[nodes], owner=owner,
-            rhs_place=as_slice(first_rhs[owner] + columns - rhs.first[nodes][owner]),
+            owner=owner, rhs_place=as_slice(first_rhs[owner] + columns - rhs.first[nodes][owner]),
             rhs_traction=rhs.traction[columns], rhs_displacement=displacement if displacement.any() else None,
         )  # fmt: skip
 
@@ -234,18 +270,6 @@ class BoundaryOperators:
         """Nodes of one part and kind of element have one number."""
         return np.asarray((self.mesh.part * (self.mesh.kind.max() + 1) + self.mesh.kind)[self.mesh.element])
 
-    @functools.cached_property
-    def _known_traction(self) -> Array:
-        """Known tractions over `traction_scale` as vectors, (n, d) [length]."""
-        known = np.where(self.data.traction_known, self.data.value, 0.0)
-        return np.asarray(np.einsum("ic,icj->ij", known, self.data.frame)) / self.traction_scale
-
-    @functools.cached_property
-    def _known_displacement(self) -> Array:
-        """Known displacements as vectors, (n, d) [length]."""
-        known = np.where(self.data.traction_known, 0.0, self.data.value)
-        return np.asarray(np.einsum("ic,icj->ij", known, self.data.frame))
-
     def _kernels(self, rows: Index, block: ColumnBlock, displacement: bool, traction: bool) -> list[Array | None]:
         kernels = self.kernel.integrals(
             self.mesh.targets(rows), block.batch.elements, displacement=displacement, traction=traction
@@ -253,43 +277,32 @@ class BoundaryOperators:
         return [k if k is None or block.subset is None else k[:, :, block.subset] for k in kernels]
 
     def fill(
-        self, rows: Index, block: ColumnBlock, *, system: Array | None = None, right_hand_sides: Array | None = None,
-        load: Array | None = None,
-    ) -> None:  # fmt: skip
-        """One block into what is given of system[column, direction, row, component], right_hand_sides[column, row,
-        component] (zero before) and load[row, component] (added)."""
-        beside, d = right_hand_sides if len(block.owner) else None, self.kernel.dim
-        pushed = load is not None and bool(block.known_traction.any())
-        moved = load is not None and bool(block.known_displacement.any())
+        self, rows: Index, block: ColumnBlock, *, system: Array | None = None, right_hand_sides: Array | None = None
+    ) -> None:
+        """One block into what is given of system[column, direction, row, component] and right_hand_sides[column, row,
+        component] (zero before)."""
+        beside = right_hand_sides if len(block.owner) else None
         beside_g = beside is not None and bool(block.rhs_traction.any())
         shifts = block.rhs_displacement if beside is not None else None
-        needs_g = pushed or beside_g or (system is not None and not block.traction_known.all())
-        needs_h = moved or shifts is not None or (system is not None and bool(block.traction_known.any()))
+        needs_g = beside_g or (system is not None and not block.traction_known.all())
+        needs_h = shifts is not None or (system is not None and bool(block.traction_known.any()))
         if not (needs_g or needs_h):
             return
         kernel_g, kernel_h = self._kernels(rows, block, needs_g, needs_h)
         if system is not None:
-            for c in range(d):
+            for c in range(self.kernel.dim):
                 put(system, (block.place, c), kernel_h, block.frame[:, c], block.traction_known[:, c])
                 put(system, (block.place, c), kernel_g, -block.frame[:, c], ~block.traction_known[:, c])
-        if load is not None:
-            for a in range(d):
-                if pushed and kernel_g is not None:
-                    load[:, a] += sum(block.known_traction[:, j] @ kernel_g[a, j] for j in range(d))
-                if moved and kernel_h is not None:
-                    load[:, a] -= sum(block.known_displacement[:, j] @ kernel_h[a, j] for j in range(d))
         if beside is not None and beside_g:
             every = np.ones(len(block.owner), dtype=bool)
             put(beside, (block.rhs_place,), columns_of(kernel_g, block.owner), block.rhs_traction, every)
         if beside is not None and shifts is not None:
             kernel = columns_of(kernel_h, block.owner)
-            for a in range(d):
+            for a in range(self.kernel.dim):
                 beside[block.rhs_place, :, a] -= contract(kernel, shifts, a)
-        self._add_free_term(rows, block, system, beside, load if moved else None)
+        self._add_free_term(rows, block, system, beside)
 
-    def _add_free_term(
-        self, rows: Index, block: ColumnBlock, system: Array | None, beside: Array | None, load: Array | None
-    ) -> None:
+    def _add_free_term(self, rows: Index, block: ColumnBlock, system: Array | None, beside: Array | None) -> None:
         """½ I, where a node of the block is its own target."""
         nodes = block.batch.nodes
         if nodes[-1] < rows[0] or nodes[0] > rows[-1]:
@@ -301,8 +314,6 @@ class BoundaryOperators:
             place = np.arange(len(system))[block.place][column]
             for c in range(self.kernel.dim):
                 system[place, c, row] += 0.5 * block.traction_known[column, c, None] * block.frame[column, c]
-        if load is not None:
-            load[row] -= 0.5 * block.known_displacement[column]
         if beside is not None and block.rhs_displacement is not None:
             mine, own = common(nodes[block.owner], rows)
             beside[np.arange(len(beside))[block.rhs_place][mine], own] -= 0.5 * block.rhs_displacement[mine]

@@ -11,8 +11,6 @@ from typing import Any
 
 from ..errors import InputError
 
-PLANE_GRID, SPACE_GRID = (100, 100), (16, 16, 16)
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact field`."""
@@ -20,21 +18,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--grid", metavar="NXxNY", help="grid cells along x and y, in space along z too (100x100, 16x16x16)")
     parser.add_argument("-o", "--output", metavar="FILE.vtu", help="the field (default: the result's stem + .vtu)")
     parser.add_argument("--boundary", metavar="FILE.vtu",
-                        help="also write the boundary's values (those of bodies and steps always are)")  # fmt: skip
+                        help="also write the boundary's values at the end (of several bodies FILE-BODY.vtu; those of "
+                        "all increments always are)")  # fmt: skip
     parser.add_argument("--figure", metavar="FILE.png",
-                        help="also draw the deformed body coloured by von Mises stress "
-                        "(.png, .pdf or .svg; one body in the plane)")  # fmt: skip
+                        help="also draw the deformed bodies coloured by von Mises stress (.png, .pdf or .svg)")  # fmt: skip
     parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
-    from ..fields.interior import field_on_grid
-    from ..fields.peak import largest
-    from ..mesh.curve_mesh import as_curve
-    from ..mesh.surface_mesh import SurfaceMesh
-    from ..results.solution import Solution
-    from ..results.vtu import write_boundary_vtu, write_vtu
+    from ..results.figures.stress import deformed_figure
+    from ..results.vtu.boundary import write_boundary_vtu
+    from ..results.vtu.collection import file_word, write_collection
     from ..runtime.atomic_write import check_target
     from ..runtime.figure_style import figure_format
     from ..runtime.terminal import StatusLine
@@ -50,56 +45,36 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     for name in filter(None, (output, arguments.boundary, arguments.figure)):
         check_target(Path(name), replace=True, inputs=[arguments.result])
     solution = read_case(arguments.result, arguments.case)
-    if not isinstance(solution, Solution):
-        from ..results.steps.vtu import write_collection
-
-        if arguments.boundary or arguments.figure:
-            raise InputError("--boundary, --figure: of bodies and load steps the boundary is always written, and no figure")
-        for path in write_collection(output, solution, resolution):
-            print(path)
-        return 0
-    if isinstance(solution.mesh, SurfaceMesh):
-        from ..results.surface_vtu import write_surface_vtu, write_volume_vtu
-
-        if arguments.figure:
-            raise InputError("--figure: of bodies in space ParaView draws the fields; `petcontact plot` draws the surface")
-        largest_stress = write_volume_vtu(output, solution, of_dimension(resolution, SPACE_GRID))
-        print(f"{output}: largest von Mises stress on the grid {largest_stress:.6g}")
-        if arguments.boundary:
-            write_surface_vtu(arguments.boundary, solution)
-            print(arguments.boundary)
-        return 0
-    mesh = as_curve(solution.mesh)
-    cells = of_dimension(resolution, PLANE_GRID)
     status = StatusLine(sys.stderr.isatty())
+    fields = {}
     try:
-        field = field_on_grid(mesh, solution.u, solution.traction, solution.case.material, cells,
-                              lambda share: status.show(f"field: {share:.0%} of the elements"))  # fmt: skip
+        if len(solution.meshes) == len(solution.tried) == 1:
+            fields = one_field(output, solution, resolution, lambda share: status.show(f"field: {share:.0%}"))
+        else:
+            for path in write_collection(output, solution, resolution, lambda share: status.show(f"fields: {share:.0%}")):
+                print(path)
     finally:
         status.clear()
-    write_vtu(output, field, solution.case.units)
-    print(f"{output}: {len(field.points)} points, largest von Mises stress {largest(field, mesh)}")
-    if arguments.boundary:
-        write_boundary_vtu(arguments.boundary, solution)
-        print(arguments.boundary)
+    for name in solution.meshes if arguments.boundary else ():
+        path = Path(arguments.boundary)
+        path = path if len(solution.meshes) == 1 else path.with_stem(f"{path.stem}-{file_word(name)}")
+        write_boundary_vtu(path, solution, name)
+        print(path)
     if arguments.figure:
-        from ..results.field_figure import deformed_figure
-
-        print(deformed_figure(solution, arguments.figure, field=field))
+        print(deformed_figure(solution, arguments.figure, field=fields))
     return 0
 
 
-def of_dimension(resolution: tuple[int, ...] | None, default: Any) -> Any:
-    """What was asked for, or the default one.
+def one_field(output: Path, solution: Any, resolution: Any, progress: Any) -> dict[str, Any]:
+    """Write the field of the only increment of the only body, and say how large its stress is; the field by body."""
+    from ..fields.peak import peak_of
+    from ..results.vtu.inside import field_inside, grid_inside, write_vtu
 
-    Raises
-    ------
-    InputError
-        If it has not as many numbers as the body has dimensions.
-    """
-    if resolution is not None and len(resolution) != len(default):
-        raise InputError(f"--grid {'x'.join(map(str, resolution))}: the body has {len(default)} dimensions")
-    return default if resolution is None else resolution
+    ((name, mesh),) = solution.meshes.items()
+    field = field_inside(solution, grid_inside(mesh, resolution), name, progress=progress)
+    write_vtu(output, field, solution.problem.units)
+    print(f"{output}: {len(field.points)} points, largest von Mises stress {peak_of(mesh, field)}")
+    return {name: field}
 
 
 def grid(text: str) -> tuple[int, ...]:

@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Draw; needs no PETSc."""
-    from ..results.figures import plot_all
+    from ..results.figures.plots import plot_all
     from ..sweep.store.case_table import read_case
 
     for name in arguments.result:

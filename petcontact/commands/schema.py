@@ -36,10 +36,9 @@ def schema_text(kind: str, as_markdown: bool = False) -> str:
     """The schema of problem or sweep files, as JSON or as Markdown."""
     import json
 
-    from ..model.assembly import Assembly
-    from ..model.case import Case
+    from ..model.problem import OneBody, Problem
     from ..model.reference import json_schema, markdown
     from ..sweep.design.sweep_file import SweepFile
 
-    models: Any = {"body": Assembly, "": Case} if kind == "problem" else {"": SweepFile}
+    models: Any = {"body": Problem, "": OneBody} if kind == "problem" else {"": SweepFile}
     return markdown(models) if as_markdown else json.dumps(json_schema(models), indent=1, ensure_ascii=False) + "\n"

@@ -31,7 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--adapt", action="store_true",
                         help="refine the mesh until the estimated error of u_t (p, q) is as wanted")  # fmt: skip
     parser.add_argument("--accuracy", metavar="ERROR", type=float,
-                        help="with --adapt, or without a [mesh] table: wanted relative L2 error of u_t (1e-4)")  # fmt: skip
+                        help="with --adapt, or without a [mesh] table: error of u_t (1e-4), of p and q (1e-2)")  # fmt: skip
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -44,11 +44,11 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     initialise(petsc_words)
     comm = petsc().COMM_WORLD
     first = comm.getRank() == 0
-    case = config.load_any(arguments.config, overrides(arguments.set))
+    case = config.load(arguments.config, overrides(arguments.set))
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     check_target(output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest)
-    accuracy = wanted_accuracy(arguments, case)
+    adaptive = wants_adaptive(arguments, case)
     from ..results.hdf5 import write_solution
 
     status, tolerance = StatusLine(first and sys.stderr.isatty()), case.method.tolerance
@@ -62,7 +62,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
         try:
             with in_file(arguments.config):
-                solution = solved(case, accuracy, comm, monitor, announcer(status) if first else None)
+                announce = announcer(status) if first else None
+                solution = solved(case, adaptive, arguments.accuracy, comm, monitor, announce)
         finally:
             status.clear()
         number = stop()
@@ -73,13 +74,13 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             number = late.number
         say(f"{solution.verdict()}\n  result: {output}")
         if not (arguments.no_figures or number):
-            from ..results.figures import plot_all
+            from ..results.figures.plots import plot_all
 
             folder = Path(arguments.figures) if arguments.figures else output.parent
             for path in plot_all(solution, folder, output.stem):
                 say(f"  figure: {path}")
     if first:
-        report_ignored(case, accuracy)
+        report_ignored(case, adaptive)
     report_unused(first)
     if number:
         what = "the last iterate" if solution.status == "failed" else "the solution"
@@ -87,44 +88,27 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     return STATUS[solution.status]
 
 
-def wanted_accuracy(arguments: argparse.Namespace, case: Any) -> float | None:
-    """The accuracy of an adaptive solve, None for what the config says of its mesh."""
-    adapt = arguments.adapt or (arguments.accuracy is not None and hasattr(case, "mesh") and case.mesh.automatic)
-    if arguments.accuracy is not None and not adapt:
+def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:
+    """Whether the command line asks for an adaptive solve; the config may, too."""
+    accuracy = arguments.accuracy
+    if accuracy is not None and not (arguments.adapt or all(body.mesh.automatic for body in problem.body)):
         raise InputError("--accuracy: only an adaptive solve has one; add --adapt")
-    accuracy = 1e-4 if arguments.accuracy is None else arguments.accuracy
-    if not 0.0 < accuracy < 1.0:
+    if accuracy is not None and not 0.0 < accuracy < 1.0:
         raise InputError(f"--accuracy: must lie between 0 and 1, got {accuracy:g}")
-    return accuracy if adapt else None
+    return bool(arguments.adapt) or accuracy is not None
 
 
-def solved(case: Any, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None], announce: Any) -> Any:
-    """The solution on the mesh of the config, or on adaptive ones where an accuracy is wanted or the mesh is left open."""
-    if accuracy is not None:
-        return adapted(case, accuracy, comm, monitor)
-    from ..pipeline.run import solve
-    from ..results.solution import Solution
+def solved(
+    problem: Any, adaptive: bool, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None], announce: Any
+) -> Any:
+    """The solution on the mesh of the config, or on adaptive ones where that is wanted or the mesh is left open."""
+    if adaptive:
+        from ..pipeline.adaptive import adapt
 
-    solution = solve(case, comm=comm, monitor=monitor, announce=announce)
-    if not isinstance(solution, Solution) or "estimated_error" in solution.info:
-        return solution
-    from ..pipeline.fixed_mesh import with_estimate
+        return adapt(problem, accuracy, comm=comm, monitor=monitor)
+    from ..pipeline.solve import solve
 
-    return with_estimate(solution, comm)
-
-
-def adapted(case: Any, accuracy: float, comm: Any, monitor: Callable[[Any], str | None]) -> Any:
-    """The solution on meshes fine enough for an accuracy."""
-    from ..pipeline.prepare import is_stepped
-
-    if is_stepped(case):
-        from ..model.assembly import assembly_of
-        from ..pipeline.adaptive_assembly import adapt_assembly
-
-        return adapt_assembly(assembly_of(case), accuracy, comm=comm, monitor=monitor)
-    from ..pipeline.adaptive import adapt
-
-    return adapt(case, accuracy, comm=comm, monitor=monitor)
+    return solve(problem, comm=comm, monitor=monitor, announce=announce)
 
 
 def announcer(status: Any) -> Callable[[int, int, float], Callable[[float], None]]:
@@ -168,7 +152,7 @@ def overrides(words: list[str]) -> dict[str, Any]:
 
 def read_files(config: str, case: Any) -> list[str]:
     """The files that a case is read from, but for the result that it starts from: going on may replace that."""
-    shapes = [body.geometry for body in getattr(case, "body", [case])]
+    shapes = [body.geometry for body in case.body]
     return [config, *(shape.file for shape in shapes if hasattr(shape, "file"))]
 
 
@@ -180,32 +164,26 @@ def report_unused(first: bool) -> None:
         print(f"petcontact: PETSc option {name} was not used by any object (-help lists those that are)", file=sys.stderr)
 
 
-def report_ignored(case: Any, accuracy: float | None) -> None:
+def report_ignored(case: Any, adaptive: bool) -> None:
     """Name the keys of the config that the method that ran does not read."""
-    method = case.method if accuracy is None else case.method.model_copy(update={"name": "semismooth-newton", "rule": None})
-    keys = [f"method.{key}" for key in method.ignored]
-    if accuracy is not None and hasattr(case, "mesh"):
-        keys += [f"mesh.{key}" for key in type(case.mesh).model_fields
-                 if key in case.mesh.model_fields_set and key != "graded_points"]  # fmt: skip
+    method, keys = case.method, case.ignored(adaptive=adaptive)
     if keys:
-        who = "an adaptive solve" if accuracy is not None else method.resolved_name
-        rule = f" with rule {method.rule}" if method.rule and method.resolved_name == "projection" else ""
+        who = "an adaptive solve" if adaptive else method.resolved_name
+        rule = f" with rule {method.rule}" if method.rule and who == "projection" else ""
         print(f"petcontact: {who}{rule} does not use {', '.join(keys)}", file=sys.stderr)
 
 
 def monitor_line(state: Any) -> str:
-    """The iteration that has just ended, in full; of load steps the increment."""
-    if not hasattr(state, "history"):
-        return f"  {iteration_line(state, 0.0)}, {state.reason}"
+    """The iteration that has just ended, in full."""
     h = state.history
     counts = ", ".join(f"{name} {count}" for name, count in state.counts.items())
     ksp = f", KSP {h.ksp_iterations[-1]}" if h.ksp_iterations[-1] else ""
-    return f"  {len(h):3d}: change {h.change[-1]:.3e}, |R_rho| {h.residual[-1]:.3e}, {counts}{ksp}"
+    where = f"; {state.where}" if state.where else ""
+    return f"  {len(h):3d}: change {h.change[-1]:.3e}, |R_rho| {h.residual[-1]:.3e}, {counts}{ksp}{where}"
 
 
 def iteration_line(state: Any, tolerance: float) -> str:
-    """The iteration, or the increment of a load step, that has just ended."""
-    if not hasattr(state, "history"):
-        return f"step {state.step} ({state.name}): {state.load_factor:.4g}, {state.iterations} iterations"
+    """The iteration that has just ended, and of which increment it is."""
     h = state.history
-    return f"iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho {h.rho[-1]:.3g}"
+    where = f"{state.where}, " if state.where else ""
+    return f"{where}iteration {len(h)}: change {h.change[-1]:.1e} (to {tolerance:.0e}), rho {h.rho[-1]:.3g}"

@@ -15,14 +15,19 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..contact.criterion import relative_residual
+from ..contact.criterion import Criterion, relative_residual
 from ..contact.friction_law import contact_norm
-from ..contact.state import ContactState
-from ..model.case import Case
+from ..contact.iteration import Iteration
+from ..contact.law_protocol import ContactLaw
+from ..contact.methods.registry import method_of
+from ..contact.state import ContactState, Monitor
+from ..contact.system import ContactSystem
+from ..model.problem import Problem
 from ..model.solver_options import Method
-from ..pipeline.initial_state import initial_functions
-from ..pipeline.prepare import Prepared, prepare
-from ..pipeline.run import iterate
+from ..pipeline.load_steps import first_increment
+from ..pipeline.run import prepare
+from ..pipeline.start import carried_over
+from ..results.solution import read_solution
 from ..runtime.petsc import options
 
 RHOS = tuple(10.0**k for k in range(8))
@@ -75,7 +80,7 @@ class Trial:
 
 
 def compare(
-    cases: Sequence[tuple[str, Case]],
+    cases: Sequence[tuple[str, Problem]],
     *,
     contenders: Sequence[str] = tuple(CONTENDERS),
     rhos: Sequence[float] = RHOS,
@@ -88,8 +93,8 @@ def compare(
 
     Parameters
     ----------
-    cases : sequence of (label, Case)
-        Each is discretised and eliminated once; ω, τ, c_max, tolerance and limit are those of its `[method]`.
+    cases : sequence of (label, Problem)
+        Each is eliminated once, and its first increment solved; ω, τ, c_max, tolerance and limit are of its `[method]`.
     contenders : sequence of str
         Keys of CONTENDERS.
     rhos : sequence of float
@@ -108,10 +113,15 @@ def compare(
         prepared = prepare(case, comm, cases=len(contenders) * len(rhos))
         try:
             with options(case.petsc):
-                exact = _reference(prepared, reference)
+                trials = _Trials(first_increment(prepared).system, prepared.discrete.law)
+                if reference is None:
+                    state = trials.iterate(Method(name="semismooth-newton", tolerance=1e-9))
+                    trials.exact = state.v, state.sigma
+                else:
+                    trials.exact = carried_over(prepared, read_solution(reference))
                 for name in contenders:
                     for rho in rhos if "rule" in CONTENDERS[name] else (None,):
-                        row = _run(prepared, case.method, label, name, rho, exact, follow=rho in (None, followed))
+                        row = trials.run(case.method, label, name, rho, follow=rho in (None, followed))
                         rows.append(row)
                         if say is not None:
                             say(row)
@@ -120,53 +130,47 @@ def compare(
     return rows
 
 
-def _reference(prepared: Prepared, name: str | None) -> tuple[Array, Array]:
-    if name is not None:
-        operators = prepared.operators
-        start = initial_functions(name, prepared.system, operators.mesh, operators.data.contact_nodes)
-        assert start is not None
-        return start
-    state = iterate(prepared, Method(name="semismooth-newton", tolerance=1e-9))
-    return state.v, state.sigma
+@dataclass
+class _Trials:
+    """Runs on one contact system.
 
+    Attributes
+    ----------
+    system : ContactSystem
+    law : ContactLaw
+    exact : pair of (m, k) arrays
+        v and σ to measure errors against.
+    """
 
-def _run(
-    prepared: Prepared, method: Method, label: str, name: str, rho: float | None, exact: tuple[Array, Array], *,
-    follow: bool,
-) -> Trial:  # fmt: skip
-    system = prepared.system
-    changes: dict[str, Any] = {**CONTENDERS[name], "start": "zero"}
-    if rho is not None:
-        changes["rho"] = rho
-    method = method.model_copy(update=changes)
-    measure = _Measure(prepared, exact)
-    path: list[tuple[int, float]] = []
-    if follow and name != "tao":
-        first = system.applications
-        iterate(
-            prepared, method,
-            monitor=lambda state: path.append((system.applications - first, measure.residual(state))),
+    system: ContactSystem
+    law: ContactLaw
+    exact: tuple[Array, Array] = (np.zeros((0, 0)),) * 2
+
+    def iterate(self, method: Method, monitor: Monitor | None = None) -> ContactState:
+        """The outcome of a method, started from zero."""
+        iteration = Iteration(Criterion(method.tolerance, method.stop), method.max_iterations, None, monitor)
+        return method_of(method)(self.system, self.law, iteration)
+
+    def run(self, method: Method, label: str, name: str, rho: float | None, *, follow: bool) -> Trial:
+        """One trial of a contender."""
+        changes, system = {**CONTENDERS[name], **({} if rho is None else {"rho": rho})}, self.system
+        method = method.model_copy(update=changes)
+        path: list[tuple[int, float]] = []
+        if follow and name != "tao":
+            first = system.applications
+            self.iterate(method, lambda state: path.append((system.applications - first, self._residual(state))))
+        solves, applications, began = system.elastic_solves, system.applications, time.perf_counter()
+        state = self.iterate(method)
+        seconds = time.perf_counter() - began
+        return Trial(
+            label, name, rho, state.converged, len(state.history), system.elastic_solves - solves,
+            system.applications - applications, seconds, self._residual(state), *self._errors(state), path,
         )  # fmt: skip
-    solves, applications, began = system.elastic_solves, system.applications, time.perf_counter()
-    state = iterate(prepared, method)
-    seconds = time.perf_counter() - began
-    return Trial(
-        label, name, rho, state.converged, len(state.history), system.elastic_solves - solves,
-        system.applications - applications, seconds, measure.residual(state), *measure.errors(state), path,
-    )  # fmt: skip
 
+    def _residual(self, state: ContactState) -> float:
+        return relative_residual(self.law, self.system, state.v, state.sigma)
 
-class _Measure:
-    """Residual and errors of a state."""
-
-    def __init__(self, prepared: Prepared, exact: tuple[Array, Array]) -> None:
-        self._law, self._system, self._exact = prepared.law, prepared.system, exact
-
-    def residual(self, state: ContactState) -> float:
-        return relative_residual(self._law, self._system, state.v, state.sigma)
-
-    def errors(self, state: ContactState) -> tuple[float, float]:
-        pairs = zip((state.v, state.sigma), self._exact, strict=True)
-        return tuple(  # type: ignore[return-value]
-            contact_norm(a - b, self._system.weight) / (contact_norm(b, self._system.weight) or np.nan) for a, b in pairs
-        )
+    def _errors(self, state: ContactState) -> tuple[float, float]:
+        weight, pairs = self.system.weight, zip((state.v, state.sigma), self.exact, strict=True)
+        found = [contact_norm(a - b, weight) / (contact_norm(b, weight) or np.nan) for a, b in pairs]
+        return found[0], found[1]

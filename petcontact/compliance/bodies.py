@@ -1,8 +1,8 @@
 """Bodies and rigid obstacles composed on the nodes of all contact interfaces: v = v_0 + S σ + M α, E σ + f = 0.
 
-σ = (σ_t, σ_n) at the secondary's nodes is the traction σ_t τ + σ_n n on the secondary; the primary carries -J times it.
-v = (w, v_n) is the relative displacement, w = τ·(u_A - u_B) and v_n = n·(u_A - u_B) minus the initial gap. τ are d-1
-tangents a node. Of a rigid obstacle S = 0; its displacement opposite a node is taken at the node.
+σ at the secondary's nodes is the traction on the secondary along k directions: d-1 tangents τ and, unless all interfaces
+hold their normals, n. The primary carries -J times it. v is the relative displacement of the secondary along the same
+directions, v_n less the initial gap. Of a rigid obstacle S = 0; its displacement opposite a node is taken at the node.
 """
 
 from __future__ import annotations
@@ -11,18 +11,22 @@ import copy
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
-from ..contact.system import Modes
+from ..contact.system import ContactSystem, Modes, Surrogate
 from ..geometry.rotation import rigid_motions
 from ..mesh.curve_mesh import CurveMesh, as_curve
-from .body.base import BodyCompliance
+from .body.base import ElasticBody
+from .composed import ComposedSystem
+from .contact_compliance import ContactCompliance, DenseCompliance, ProductCompliance
+from .half_space import HalfSpace
 from .layer.kernel import Strip, body_thickness, strips
 from .layer.operator import LayerOperator
-from .reduced import ComposedSystem, ProductSystem, ReducedSystem
+from .spectral import shared_by
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,8 @@ class Interface:
         Traction at the secondary's nodes to J times it at the primary's.
     obstacle : int, optional
         Number of the obstacle; with neither a body nor an obstacle the primary is fixed.
+    held : bool
+        Whether u_n = gap is data of the body, and the tangents alone are contact directions.
     """
 
     name: str
@@ -64,127 +70,155 @@ class Interface:
     values: scipy.sparse.csr_array | None = None
     loads: scipy.sparse.csr_array | None = None
     obstacle: int | None = None
+    held: bool = False
 
     @property
-    def frame(self) -> scipy.sparse.csr_array:
-        """(d m, d m): cartesian components of vectors to (τ, n) components, node after node."""
-        m, d = self.normal.shape
-        rows = np.repeat(np.arange(d * m), d)
-        columns = np.repeat(d * np.arange(m), d * d) + np.tile(np.arange(d), d * m)
-        entries = np.concatenate([self.tangent, self.normal[:, None]], axis=1).ravel()
-        return scipy.sparse.csr_array((entries, (rows, columns)), shape=(d * m, d * m))
+    def directions(self) -> Array:
+        """Of σ and v, (m, k, d)."""
+        return self.tangent if self.held else np.concatenate([self.tangent, self.normal[:, None]], axis=1)
 
 
 class BodiesSystem:
     """The contact problem of all interfaces.
 
+    Parameters
+    ----------
+    bodies : sequence of ElasticBody
+    interfaces : sequence of Interface
+        Their normals are held on all of them or on none.
+    x : sequence of (m, d) arrays
+        Nodes of each interface [length].
+    centres : sequence of (d,) arrays
+        Of the obstacles [length].
+    comm : PETSc.Comm
+    cases : int
+        How many Robin problems will be solved: several may share more than one would.
+
     Attributes
     ----------
-    interfaces : list of Interface
-    bodies : list of BodyCompliance
+    interfaces, bodies : lists
     slices : list of slices
         The nodes of each interface among all M.
-    dim : int
-        d.
+    k : int
+        Directions a node.
     weight : (M,) array
         Node weights of the secondaries [length, in space area].
     gap : (M,) array
-    compliance : (d M, d M) array or None
-        S, component c of node i being d i + c, tangential first; None where that of a body is known by its products only.
-    base : (K, d M) array
+    operator : ContactCompliance
+        S, component c of node i being k i + c, tangential first.
+    base : (K, k M) array
         v in each load state without contact tractions and gap.
-    modes, balance : (d M, r), (r, d M) arrays
+    modes, balance : (k M, r), (r, k M) arrays
         M and E of the free motions of all bodies.
     resultant : (K, r) array
         f of the bodies in each load state.
-    obstacle_modes : list of (d M, d(d+1)/2) arrays
+    obstacle_modes : list of (k M, d(d+1)/2) arrays
         v for unit displacements along the axes and unit rotations of each obstacle; E is their transpose, weighted.
     """
 
     def __init__(
-        self, bodies: Sequence[BodyCompliance], interfaces: Sequence[Interface], x: Sequence[Array], centres: Sequence[Array]
-    ) -> None:
+        self, bodies: Sequence[ElasticBody], interfaces: Sequence[Interface], x: Sequence[Array], centres: Sequence[Array],
+        comm: Any, cases: int = 1,
+    ) -> None:  # fmt: skip
         self.bodies, self.interfaces = list(bodies), list(interfaces)
-        self.dim = d = bodies[0].mesh.dim
+        self.dim, self.k = bodies[0].mesh.dim, interfaces[0].directions.shape[1]
         ends = np.cumsum([0, *(len(i.nodes) for i in interfaces)])
         self.slices = [slice(int(a), int(b)) for a, b in itertools.pairwise(ends)]
-        m, states = int(ends[-1]), len(bodies[0].u_0)
+        self.size, states = int(ends[-1]), len(bodies[0].u_0)
         self.weight = np.concatenate([bodies[i.body].mesh.weight[i.nodes] for i in interfaces])
         self.gap = np.concatenate([i.gap for i in interfaces])
-        formed = all(body.compliance is not None for body in bodies)
-        self.compliance = np.zeros((d * m, d * m)) if formed else None
-        self.base = np.zeros((states, d * m))
-        self._seen: list[scipy.sparse.csr_array] = []
-        self._spread: list[scipy.sparse.csr_array] = []
-        self._x, self._layer = np.concatenate(x), list[LayerOperator]()
+        self.base = np.zeros((states, self.k * self.size))
+        self._maps = [self._maps_of(number, body) for number, body in enumerate(self.bodies)]
+        self._x, self._layer = np.concatenate(x), list[Surrogate]()
         modes, balance, resultant = [], [], []
-        for number, body in enumerate(self.bodies):
-            seen, spread = self._maps(number, body, m)
-            self._seen.append(seen)
-            self._spread.append(spread)
-            if self.compliance is not None and body.compliance is not None:
-                self.compliance += seen @ (spread.T @ body.compliance.T).T
+        for body, (seen, spread) in zip(self.bodies, self._maps, strict=True):
             self.base += (seen @ body.u_0.reshape(states, -1).T).T
-            modes.append(seen @ body.modes[body.contact].reshape(d * len(body.contact), -1))
+            modes.append(seen @ body.contact_modes)
             balance.append((spread.T @ body.balance.T).T)
             resultant.append(body.resultant)
         self.modes, self.balance = np.concatenate(modes, axis=1), np.concatenate(balance)
         self.resultant = np.concatenate(resultant, axis=1)
-        self.obstacle_modes = [self._obstacle_modes(k, centre, x, m) for k, centre in enumerate(centres)]
+        self.obstacle_modes = [self._obstacle_modes(k, centre, x) for k, centre in enumerate(centres)]
+        self.operator = self._composed(comm, cases)
 
-    def _maps(self, number: int, body: BodyCompliance, m: int) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
-        """Displacement of a body's contact nodes to v (d M, d m_c), and σ to tractions there (d m_c, d M)."""
-        count, d = len(body.contact), self.dim
-        each = scipy.sparse.identity(d, format="csr")
-        seen = scipy.sparse.csr_array((d * m, d * count))
-        spread = scipy.sparse.csr_array((d * count, d * m))
+    def _composed(self, comm: Any, cases: int) -> ContactCompliance:
+        if len(self.bodies) == 1 and (own := self.bodies[0].contact_compliance(self._place, self.surrogate)) is not None:
+            return own
+        if any(body.compliance is None for body in self.bodies):
+            motions = self.modes.shape[1] + sum(mode.shape[1] for mode in self.obstacle_modes)
+            text = " and ".join(dict.fromkeys(body.describe() for body in self.bodies))
+            products = ProductCompliance(self._apply, (self.size, self.k), motions, comm, self.surrogate, text)
+            return shared_by(cases, products, self.weight, self.base.shape[1], comm)
+        whole: Array | None = None
+        for body, (seen, spread) in zip(self.bodies, self._maps, strict=True):
+            assert body.compliance is not None
+            mine = seen @ (spread.T @ body.compliance.T).T
+            whole = mine if whole is None else whole + mine
+        assert whole is not None
+        dense = DenseCompliance(whole, comm, self.surrogate)
+        return shared_by(cases, dense, self.weight, self.base.shape[1], comm)
+
+    def _maps_of(self, number: int, body: ElasticBody) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
+        """Displacement in a body's contact directions to v (k M, k m_c), and σ to tractions there (k m_c, k M)."""
+        rows, columns = self.k * self.size, body.data.contact_directions.size
+        seen, spread = scipy.sparse.csr_array((rows, columns)), scipy.sparse.csr_array((columns, rows))
         for where, face in zip(self.slices, self.interfaces, strict=True):
-            size = len(face.nodes)
-            place = scipy.sparse.csr_array(
-                (np.ones(d * size), (d * where.start + np.arange(d * size), np.arange(d * size))), shape=(d * m, d * size)
-            )
-            if face.body == number:
-                own = _pick(body.contact, face.nodes, d)
-                seen = seen + place @ face.frame @ own
-                spread = spread + own.T @ face.frame.T @ place.T
-            if face.primary == number:
-                assert face.values is not None and face.loads is not None and face.primary_nodes is not None
-                other = _pick(body.contact, face.primary_nodes, d)
-                seen = seen - place @ face.frame @ scipy.sparse.csr_array(scipy.sparse.kron(face.values, each)) @ other
-                loads = scipy.sparse.csr_array(scipy.sparse.kron(face.loads, each))
-                spread = spread - other.T @ loads @ face.frame.T @ place.T
+            for nodes, sides in ((face.nodes, face.body), (face.primary_nodes, face.primary)):
+                if sides != number or nodes is None:
+                    continue
+                values, loads, sign = None, None, 1.0
+                if nodes is face.primary_nodes:
+                    values, loads, sign = face.values, face.loads, -1.0
+                out = _blocks(face.directions, np.arange(len(face.nodes)), len(face.nodes))
+                own = _blocks(body.data.contact_frame, np.searchsorted(body.contact, nodes), len(body.contact)).T
+                moved = own if values is None else _each(values, self.dim) @ own
+                pushed = own if loads is None else _each(scipy.sparse.csr_array(loads.T), self.dim) @ own
+                place = scipy.sparse.csr_array(
+                    (np.ones(out.shape[0]), (self.k * where.start + np.arange(out.shape[0]), np.arange(out.shape[0]))),
+                    shape=(rows, out.shape[0]),
+                )  # fmt: skip
+                seen = seen + sign * (place @ (out @ moved))
+                spread = spread + sign * (place @ (out @ pushed)).T
         return scipy.sparse.csr_array(seen), scipy.sparse.csr_array(spread)
 
-    def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array], m: int) -> Array:
+    def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array]) -> Array:
         d = self.dim
-        result = np.zeros((m, d, d * (d + 1) // 2))
+        result = np.zeros((self.size, self.k, d * (d + 1) // 2))
         for where, face, points in zip(self.slices, self.interfaces, x, strict=True):
             if face.obstacle == number:
-                motion = rigid_motions(points - centre)
-                result[where, :-1] = -np.einsum("mtc,mck->mtk", face.tangent, motion)
-                result[where, -1] = -np.einsum("mc,mck->mk", face.normal, motion)
-        return result.reshape(d * m, -1)
+                result[where] = -np.einsum("mtc,mck->mtk", face.directions, rigid_motions(points - centre))
+        return result.reshape(self.k * self.size, -1)
 
-    def reduced(self, u_0: Array, modes: Modes) -> ComposedSystem:
-        """The contact system with this v for σ = 0, (M, d)."""
-        if self.compliance is not None:
-            return ReducedSystem(u_0, self.compliance, self.weight, modes, self.surrogate)
-        return ProductSystem(u_0, self.apply, self.weight, modes, self.surrogate)
+    def at(self, u_0: Array, modes: Modes, shares: Array, shift: Array) -> ContactSystem:
+        """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,), and a known `shift`."""
+        if len(self.bodies) == 1 and (own := self.bodies[0].monolithic(self._place, shares, shift)) is not None:
+            return own
+        return ComposedSystem(u_0, self.weight, modes, self.operator)
 
-    def apply(self, sigma: Array) -> Array:
-        """S σ, (M, d), body by body. Collective."""
+    @property
+    def _place(self) -> Index:
+        """Of the nodes of all interfaces among the contact nodes of the first body, where it is the only one."""
+        return np.searchsorted(self.bodies[0].contact, np.concatenate([face.nodes for face in self.interfaces]))
+
+    def _apply(self, sigma: Array) -> Array:
+        """S σ, (M, k), body by body. Collective."""
         flat, result = sigma.ravel(), np.zeros(sigma.size)
-        for body, seen, spread in zip(self.bodies, self._seen, self._spread, strict=True):
+        for body, (seen, spread) in zip(self.bodies, self._maps, strict=True):
             result += seen @ body.apply(spread @ flat)
         return result.reshape(sigma.shape)
 
-    def surrogate(self) -> LayerOperator | None:
-        """T in all directions, unscaled: on each interface the layers of both bodies; none on surfaces."""
-        if not all(isinstance(body.mesh, CurveMesh) for body in self.bodies):
-            return None
+    def surrogate(self) -> Surrogate | None:
+        """T in all directions, unscaled: of curves on each interface the layers of both bodies; on surfaces that of a half
+        space where normals are held."""
         if not self._layer:
-            self._layer.append(LayerOperator(self._strips(), self.weight, self._x))
-        return copy.copy(self._layer[0])
+            if all(isinstance(body.mesh, CurveMesh) for body in self.bodies):
+                self._layer.append(LayerOperator(self._strips(), self.weight, self._x))
+            elif len(self.bodies) == 1 and all(face.held for face in self.interfaces):
+                nodes, frame = (np.concatenate([getattr(face, name) for face in self.interfaces])
+                                for name in ("nodes", "directions"))  # fmt: skip
+                found = HalfSpace.of(self.bodies[0].operators, nodes, frame)
+                self._layer += [] if found is None else [found]
+        return copy.copy(self._layer[0]) if self._layer else None
 
     def _strips(self) -> list[Strip]:
         found: list[Strip] = []
@@ -194,28 +228,46 @@ class BodiesSystem:
                 other = self.bodies[face.primary].operators
                 thickness = body_thickness(as_curve(other.mesh), face.primary_nodes)
                 others = ((other.kernel.half_space_compliance, thickness),)
-            directions = np.concatenate([face.tangent, face.normal[:, None]], axis=1)
-            mine = strips(self.bodies[face.body].operators, face.nodes, directions, others)
+            mine = strips(self.bodies[face.body].operators, face.nodes, face.directions, others)
             found += [replace(strip, nodes=strip.nodes + where.start) for strip in mine]
         return found
 
     def weighted(self, modes: Array) -> Array:
-        """E = MᵀW of an obstacle: the resultant of the tractions that it feels, (d(d+1)/2, d M)."""
-        return np.ascontiguousarray((modes * np.repeat(self.weight, self.dim)[:, None]).T)
+        """E = MᵀW of an obstacle: the resultant of the tractions that it feels, (d(d+1)/2, k M)."""
+        return np.ascontiguousarray((modes * np.repeat(self.weight, self.k)[:, None]).T)
 
     def tractions(self, number: int, sigma: Array) -> Array:
-        """Traction vectors (m_c, d) at the contact nodes of a body for σ (M, d)."""
-        return np.asarray(self._spread[number] @ sigma.ravel()).reshape(-1, self.dim)
+        """Tractions (m_c, k) in the contact directions of a body for σ (M, k)."""
+        return np.asarray(self._maps[number][1] @ sigma.ravel()).reshape(-1, self.k)
 
     def motion(self, number: int, alpha: Array) -> Array:
         """The part of α (r,) that belongs to one body."""
         ends = np.cumsum([0, *(body.modes.shape[2] for body in self.bodies)])
         return alpha[ends[number] : ends[number + 1]]
 
+    def describe(self) -> str:
+        """Storage of the bodies, and the KSP of Robin solves."""
+        stored = " and ".join(dict.fromkeys(body.describe() for body in self.bodies))
+        return "; ".join(filter(None, [stored, self.operator.kind]))
 
-def _pick(contact: Index, nodes: Index, d: int) -> scipy.sparse.csr_array:
-    """(d len(nodes), d len(contact)): vectors at all contact nodes of a body to those at some of them."""
-    place = np.searchsorted(contact, nodes)
-    columns = (d * place[:, None] + np.arange(d)).ravel()
-    rows = np.arange(d * len(nodes))
-    return scipy.sparse.csr_array((np.ones(len(rows)), (rows, columns)), shape=(len(rows), d * len(contact)))
+    def close(self) -> None:
+        """Free every PETSc object."""
+        self.operator.close()
+        for body in self.bodies:
+            body.close()
+
+
+def _blocks(frame: Array, place: Index, count: int) -> scipy.sparse.csr_array:
+    """(k count, d len(place)): cartesian components of vectors to components along `frame` (count, k, d), of vectors at some
+    nodes to those at all; its transpose goes back."""
+    k, d = frame.shape[1:]
+    rows = np.repeat(k * place[:, None] + np.arange(k), d, axis=1)
+    columns = np.tile(d * np.arange(len(place))[:, None] + np.arange(d), (1, k))
+    return scipy.sparse.csr_array(
+        (frame[place].ravel(), (rows.ravel(), columns.ravel())), shape=(k * count, d * len(place))
+    )
+
+
+def _each(values: scipy.sparse.csr_array, d: int) -> scipy.sparse.csr_array:
+    """The same for each of d components."""
+    return scipy.sparse.csr_array(scipy.sparse.kron(values, scipy.sparse.identity(d, format="csr")))

@@ -39,17 +39,16 @@ class HalfSpace:
         self.scale, self._matrix, self._weight = 1.0, matrix, weight
 
     @classmethod
-    def of(cls, operators: BoundaryOperators) -> HalfSpace | None:
-        """That of one body; None where Γ_C is too large."""
-        mesh, nodes = operators.mesh, operators.data.contact_nodes
-        if len(nodes) > LARGEST:
+    def of(cls, operators: BoundaryOperators, nodes: Index, frame: Array) -> HalfSpace | None:
+        """That of one body at contact nodes (m,) in directions (m, k, 3); None where there are too many."""
+        mesh, (m, k) = operators.mesh, frame.shape[:2]
+        if m > LARGEST:
             return None
-        k = operators.data.contact_directions.shape[1]
-        matrix = np.zeros((len(nodes), k, len(nodes), k))
+        matrix = np.zeros((m, k, m, k))
         for part in np.unique(mesh.node_part[nodes]):
             places = np.flatnonzero(mesh.node_part[nodes] == part)
-            matrix[places[:, None], :, places] = _part(operators, places).transpose(0, 2, 1, 3)
-        return cls(matrix.reshape(k * len(nodes), -1), mesh.weight[nodes])
+            matrix[places[:, None], :, places] = _part(operators, nodes[places], frame[places]).transpose(0, 2, 1, 3)
+        return cls(matrix.reshape(k * m, -1), mesh.weight[nodes])
 
     def apply(self, x: Array) -> Array:
         """T x, (m, k) [length]."""
@@ -81,11 +80,9 @@ class HalfSpace:
         return scipy.linalg.lu_factor(self._matrix, check_finite=False)
 
 
-def _part(operators: BoundaryOperators, places: Index) -> Array:
+def _part(operators: BoundaryOperators, nodes: Index, frame: Array) -> Array:
     """T of one part (m, k, m, k)."""
-    mesh, data, kernel = operators.mesh, operators.data, operators.kernel
-    nodes, frame = data.contact_nodes[places], data.contact_frame[places]
-    m, k = frame.shape[:2]
+    mesh, kernel, (m, k) = operators.mesh, operators.kernel, frame.shape[:2]
     panels = np.unique(mesh.element[nodes])
     result = np.zeros((m, k, m, k))
 
@@ -99,7 +96,7 @@ def _part(operators: BoundaryOperators, places: Index) -> Array:
             result[:, :, columns] += values if sign is None else values * np.diag(sign)[:, None]
 
     add(mesh.x[nodes], None)
-    sides = _sides(operators, places)
+    sides = _sides(operators, nodes, frame)
     for moves in itertools.product((0, 1, 2), repeat=2) if sides is not None else ():
         if any(moves) and sides is not None:
             x, sign = mesh.x[nodes], np.ones(k)
@@ -116,10 +113,9 @@ Side = tuple[Array, float, Array]
 """Direction out of a rectangle, or against it, place along it, and the sign of each component's image."""
 
 
-def _sides(operators: BoundaryOperators, places: Index) -> tuple[tuple[Side, Side], tuple[Side, Side]] | None:
+def _sides(operators: BoundaryOperators, nodes: Index, frame: Array) -> tuple[tuple[Side, Side], tuple[Side, Side]] | None:
     """The sides of a part by pairs, if it is a rectangle along its tangents."""
     mesh, data = operators.mesh, operators.data
-    nodes, frame = data.contact_nodes[places], data.contact_frame[places]
     tangents = frame[0, :2]
     panels = np.unique(mesh.element[nodes])
     corners = np.concatenate([mesh.elements(panels[mesh.kind[panels] == kind]).corners.reshape(-1, 3)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -9,20 +10,18 @@ import numpy as np
 
 from ..arrays import Array
 from .friction_law import balanced_rho, contact_norm
-from .laws import ContactLaw, law_residual
+from .law_protocol import ContactLaw, law_residual
 from .system import ContactSystem
 
 Stop = Literal["both", "displacement", "residual"]
+ROUND_OFF = 1e-12
+"""Displacement over the largest below which it is round-off."""
 SLACK = 1e3
 """How much larger than the tolerance the relative friction residual may be when the change has met it: a change that is
 small only because ρ is far off is no convergence."""
 
 FLOOR = 1e-3
 """Of the size of u_0: displacements below it are compared with it and not with themselves, as where all nodes stick."""
-
-UNLOADED = 1e-9
-"""Of ρ‖v‖, gaps included: what is left of the law where nothing carries anything is compared with it, not with gaps that may
-be much larger than what bodies overlap."""
 
 
 @dataclass(frozen=True)
@@ -40,11 +39,11 @@ class Criterion:
     stop: Stop = "both"
 
     def change(self, v: Array, sigma: Array, dv: Array, dsigma: Array, weight: Array) -> float:
-        """The relative change of a step that led to (v, σ)."""
+        """The relative change of a step that led to (v, σ); v without gaps, beside which all changes are small."""
         moved, size = contact_norm(dv, weight), contact_norm(v, weight)
         if self.stop != "displacement":
             moved, size = moved + contact_norm(dsigma, weight), size + contact_norm(sigma, weight)
-        return moved / size if size > 0.0 else (0.0 if moved == 0.0 else np.inf)
+        return moved / size if size > 0.0 else (0.0 if moved == 0.0 else 1.0)
 
     def met(self, change: float, relative_residual: float) -> bool:
         """Whether the method may stop."""
@@ -64,7 +63,7 @@ def balanced(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fal
     strained = 0.0 if system.modes is None else contact_norm(system.apply(sigma), weight)
     if len(law.groups) == 1:
         return balanced_rho(v, sigma, weight, fallback, FLOOR * max(contact_norm(base, weight), strained))
-    moved = without_motions(system, v - base)
+    moved = moves(law, system, v)
     floor = FLOOR * max(contact_norm(moved, weight), strained)
     common = balanced_rho(moved, sigma, weight, fallback, floor)
     rho = np.empty(law.k)
@@ -87,19 +86,49 @@ def relative_residual(
     `scale` is the largest ‖σ‖ seen so far: where friction vanishes σ itself does, and cannot be its own measure.
     """
     rho = balanced(law, system, v, sigma, fallback)
-    size = max(contact_norm(sigma, system.weight), scale) or UNLOADED * contact_norm(rho * v, system.weight)
-    residual = contact_norm(law_residual(law, v, sigma, rho), system.weight)
-    return residual / size if size > 0.0 else 0.0
+    residual, weight = law_residual(law, v, sigma, rho), system.weight
+    return over_traction(residual, rho * v, contact_norm(sigma, weight), weight, scale)
 
 
-def natural_residuals(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array) -> tuple[float, ...]:
-    """‖R_ρ‖/‖σ‖ of each group of components, with the balanced ρ."""
-    rho = balanced(law, system, v, sigma)
-    size = contact_norm(sigma, system.weight) or UNLOADED * contact_norm(rho * v, system.weight) or 1.0
+def over_traction(residual: Array, scaled_v: Array, traction: float, weight: Array, scale: float = 0.0) -> float:
+    """‖R_ρ‖/‖σ‖; where σ = 0 the law holds, 0, or not, 1, but for round-off of ρv: a gap is no measure of a light touch."""
+    left, size = contact_norm(residual, weight), max(traction, scale)
+    if size > 0.0:
+        return left / size
+    return float(left > ROUND_OFF * contact_norm(scaled_v, weight))
+
+
+def natural_residuals(
+    law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, pairs: Sequence[slice] = (slice(None),)
+) -> tuple[float, ...]:
+    """‖R_ρ‖/‖σ‖ of each group of components, the largest of some pairs, each with its own σ and balanced ρ.
+
+    A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the tractions of another; a pair
+    without tractions has 0 or 1, see `over_traction`.
+    """
+    displaced, worst = moves(law, system, v), np.zeros(len(law.groups))
+    least = system.u_0 if len(law.groups) == 1 else displaced  # where all nodes stick v is round-off
+    rho = np.array(np.broadcast_to(balanced(law, system, v, sigma), sigma.shape))
+    for pair in pairs:
+        weight = system.weight[pair]
+        for group in law.groups:
+            moved = max(contact_norm(displaced[pair, group], weight), FLOOR * contact_norm(least[pair], weight))
+            traction = contact_norm(sigma[pair, group], weight) or contact_norm(sigma[pair], weight)
+            if moved > 0.0 and traction > 0.0:
+                rho[pair, group] = traction / moved
     residual = law_residual(law, v, sigma, rho)
-    return tuple(contact_norm(residual[:, group], system.weight) / size for group in law.groups)
+    for pair in pairs:
+        weight, size = system.weight[pair], contact_norm(sigma[pair], system.weight[pair])
+        found = [over_traction(residual[pair, g], (rho * v)[pair, g], size, weight) for g in law.groups]
+        worst = np.maximum(worst, found)
+    return tuple(float(value) for value in worst)
 
 
 def equilibrium_defect(system: ContactSystem, sigma: Array) -> float:
     """Largest |Eσ + f| over the work of all tractions and loads, on motions of unit size; 0 without rigid motions."""
     return 0.0 if system.modes is None else system.modes.defect(sigma, np.eye(len(system.modes.load)))
+
+
+def moves(law: ContactLaw, system: ContactSystem, v: Array) -> Array:
+    """The displacement (m, k) that tractions are compared with: v where v = 0 is sticking, v - u_0 where v_n is a gap."""
+    return v if len(law.groups) == 1 else without_motions(system, v - system.u_0)

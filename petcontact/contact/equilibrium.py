@@ -8,7 +8,8 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
-from .laws import Frictional
+from .friction_law import lengths
+from .law_protocol import ContactLaw, LimitedLaw
 from .system import Modes
 
 SMALL = 1e-8
@@ -19,34 +20,34 @@ NEW = 4
 """Sides that are added to all polygons at a time."""
 
 
-def unheld(modes: Modes | None, law: Frictional) -> Array | None:
-    """What of the loads no admissible traction holds, (r,); None where all can be held.
+def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
+    """What of the loads no admissible traction holds, (r,); None where all can be held, or the law does not tell its limits.
 
-    Minimises Σ|Eσ + f| over p >= 0 where unilateral and σ_t in a polygon around the disk of radius r(p), which gets further
+    Minimises Σ|Eσ + f| over the law's `Admissible` tractions, the disks of σ_t being polygons around them that get further
     sides where σ_t leaves the disk: what it says cannot be held cannot. A load that passes may still not be held: the
     tractions that would do it need not follow from the elastic problem.
     """
-    if modes is None or not np.any(modes.load):
+    if modes is None or not np.any(modes.load) or not isinstance(law, LimitedLaw):
         return None
     r, m, k = modes.resultant.shape
     scale = np.maximum(np.abs(modes.resultant).max(axis=(1, 2), initial=0.0), 1e-300)
     size = float(np.abs(modes.load / scale).max(initial=0.0))
-    present = np.ones(m, dtype=bool) if law.absent is None else ~law.absent
-    # unknowns: σ (node after node, normal last), and the slacks s+, s- >= 0
+    limits, normal = law.admissible(), law.groups[1:]
+    cap, cohesion = limits.cap / size, limits.cohesion / size  # the unknowns are σ over the size of the loads
+    cone = np.flatnonzero(np.isfinite(cohesion))
+    lower, upper = np.tile(-cap[:, None], k), np.tile(cap[:, None], k)
+    for group in normal:
+        lower[:, group], upper[:, group] = -limits.push[:, None] / size, limits.pull[:, None] / size
+    # unknowns: σ (node after node), and the slacks s+, s- >= 0
     equal = np.hstack([(modes.resultant / scale[:, None, None]).reshape(r, m * k), np.eye(r), -np.eye(r)])
-    coulomb = np.isfinite(law.coefficient) & present
-    cap = np.where(present, law.bound, 0.0) / size  # the unknowns are σ over the size of the loads
-    lower, upper = np.full((m, k), -np.inf), np.full((m, k), np.inf)
-    lower[:, :-1], upper[:, :-1] = -cap[:, None], cap[:, None]
-    upper[law.unilateral, -1] = 0.0
-    lower[~present, -1] = upper[~present, -1] = 0.0
     bounds = np.concatenate([
         np.column_stack([lower.ravel(), upper.ravel()]), np.tile([0.0, np.inf], (2 * r, 1)),
     ])  # fmt: skip
+    slope = limits.slope if normal else np.zeros(m)
+    tangential = law.groups[0]
+    sides = [_sides(cone, way, slope, law) for way in directions(tangential.stop - tangential.start)]
+    limit = [cohesion[cone]] * len(sides)
     capped = np.flatnonzero(np.isfinite(cap))
-    slope, ways = np.where(coulomb, law.coefficient, 0.0), directions(k - 1)
-    sides = [_sides(np.flatnonzero(coulomb), way, slope, k) for way in ways]
-    limit = [np.zeros(int(coulomb.sum())) for _ in sides]
     for _ in range(ROUNDS):
         polygon = scipy.sparse.vstack(sides)
         whole = scipy.sparse.hstack([polygon, scipy.sparse.csr_array((polygon.shape[0], 2 * r))]).tocsr()
@@ -62,15 +63,15 @@ def unheld(modes: Modes | None, law: Frictional) -> Array | None:
             slack = answer.x[m * k : m * k + r] - answer.x[m * k + r :]
             return np.asarray(-slack * scale * size)
         sigma = answer.x[: m * k].reshape(m, k)
-        length = np.linalg.norm(sigma[:, :-1], axis=1)
-        radius = np.minimum(np.where(coulomb, slope * np.abs(sigma[:, -1]), np.inf), cap)
-        excess = length - radius
+        length = lengths(sigma[:, tangential])
+        pressure = -sigma[:, normal[0]][:, 0] if normal else np.zeros(m)
+        excess = length - np.minimum(cohesion + slope * pressure, cap)
         beyond = np.argsort(-excess)[: np.count_nonzero(excess > SMALL * length.max(initial=0.0))][:NEW]
         if not len(beyond):
             return None
-        for way in sigma[beyond, :-1] / length[beyond, None]:
-            sides += [_sides(np.flatnonzero(coulomb), way, slope, k), _sides(capped, way, np.zeros(m), k)]
-            limit += [np.zeros(int(coulomb.sum())), cap[capped]]
+        for way in sigma[beyond, tangential] / length[beyond, None]:
+            sides += [_sides(cone, way, slope, law), _sides(capped, way, np.zeros(m), law)]
+            limit += [cohesion[cone], cap[capped]]
     return None
 
 
@@ -80,9 +81,13 @@ def directions(dimension: int) -> Array:
     return np.asarray(ways / np.linalg.norm(ways, axis=1)[:, None])
 
 
-def _sides(nodes: Index, way: Array, slope: Array, k: int) -> scipy.sparse.csr_array:
+def _sides(nodes: Index, way: Array, slope: Array, law: ContactLaw) -> scipy.sparse.csr_array:
     """way · σ_t + slope σ_n at some of all nodes, rows over all σ."""
+    k = law.k
+    entries = np.zeros((len(nodes), k))
+    entries[:, law.groups[0]] = way
+    for group in law.groups[1:]:
+        entries[:, group] = slope[nodes, None]
     rows = np.repeat(np.arange(len(nodes)), k)
     columns = (k * nodes[:, None] + np.arange(k)).ravel()
-    entries = np.column_stack([np.broadcast_to(way, (len(nodes), k - 1)), slope[nodes]]).ravel()
-    return scipy.sparse.csr_array((entries, (rows, columns)), shape=(len(nodes), k * len(slope)))
+    return scipy.sparse.csr_array((entries.ravel(), (rows, columns)), shape=(len(nodes), k * len(slope)))

@@ -36,6 +36,12 @@ def project_ball(x: Array, radius: Array) -> Array:
     ------
     ValueError
         If the shapes differ or a radius is negative.
+
+    Examples
+    --------
+    >>> project_ball(np.array([[3.0, 4.0], [0.3, 0.4]]), np.array([1.0, 1.0]))
+    array([[0.6, 0.8],
+           [0.3, 0.4]])
     """
     if x.ndim != 2 or radius.shape != x.shape[:1]:
         raise ValueError(f"vectors (m, d-1) need radii (m,), got {x.shape} and {radius.shape}")
@@ -82,6 +88,14 @@ def projection_residual(u_t: Array, sigma_t: Array, friction_bound: Array, rho: 
     ------
     ValueError
         If rho is not positive or the shapes differ.
+
+    Examples
+    --------
+    Slip against the traction at the bound, and a traction beyond it:
+
+    >>> u_t, sigma_t = np.array([[0.1], [0.1]]), np.array([[-2.0], [-5.0]])
+    >>> projection_residual(u_t, sigma_t, np.array([2.0, 2.0]), 10.0).ravel()
+    array([ 0., -3.])
     """
     return robin_residual(lambda tau: project_ball(tau, friction_bound), u_t, sigma_t, rho)
 

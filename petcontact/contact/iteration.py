@@ -9,12 +9,12 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SolverError
-from .criterion import UNLOADED, Criterion, balanced, without_motions
+from .criterion import Criterion, balanced, equilibrium_defect, moves, over_traction, without_motions
 from .friction_law import contact_norm
-from .laws import ContactLaw, law_residual
+from .law_protocol import WITHIN, ContactLaw, bound_excess, law_residual
 from .rho_rules import usable_balance
 from .state import ContactState, History, Monitor, Start
-from .system import ContactSystem
+from .system import EQUILIBRIUM, ContactSystem
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ class Recorder:
             If the iterate is not finite.
         """
         weight = self.system.weight
-        change = self.iteration.criterion.change(v, sigma, dv, dsigma, weight)
+        change = self.iteration.criterion.change(moves(self.law, self.system, v), sigma, dv, dsigma, weight)
         if rho is None:
             rho, residual = self.residual(*old)
         if not np.isfinite(change):
@@ -119,8 +119,21 @@ class Recorder:
     def relative(self, v: Array, sigma: Array) -> float:
         """`relative_residual` of an iterate."""
         rho, residual = self.residual(v, sigma)
-        size = contact_norm(sigma, self.system.weight) or UNLOADED * contact_norm(rho * v, self.system.weight)
-        return contact_norm(residual, self.system.weight) / size if size > 0.0 else 0.0
+        weight = self.system.weight
+        return over_traction(residual, rho * v, contact_norm(sigma, weight), weight)
+
+    def within_limits(self, v: Array, sigma: Array, rho: float | Array, tolerance: float) -> Start | None:
+        """An iterate that is as good as solved with σ within what the law allows to WITHIN of the bound, and in equilibrium.
+
+        Where σ is outside it is put back, σ = -Π(ρv - σ) with the method's ρ, and v follows. None if the law does not hold
+        to the tolerance then, or equilibrium is lost.
+        """
+        if bound_excess(self.law, sigma) > WITHIN:
+            inside = -self.law.project(rho * v - sigma)
+            v, sigma = v + self.system.apply(inside - sigma), inside
+            if self.relative(v, sigma) > tolerance or bound_excess(self.law, sigma) > WITHIN:
+                return None
+        return (v, sigma) if equilibrium_defect(self.system, sigma) <= EQUILIBRIUM else None
 
     def tell(self, v: Array, sigma: Array, rho: float | Array, reason: str = "", *, converged: bool = False) -> ContactState:
         """The state after the step just noted, which the monitor sees."""

@@ -1,82 +1,15 @@
-"""Contact laws: what v and σ on Γ_C must satisfy, as a projection equation like (2.9).
-
-A law is σ + Π(τ) = 0 with τ = ρv - σ at every node, the same for every ρ > 0. Write your own with the members of
-`ContactLaw` and give it to any contact method.
-"""
+"""The laws of the package: Tresca friction in bilateral contact, and Signorini contact with Coulomb or Tresca friction."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol
 
 import numpy as np
 
 from ..arrays import Array, Mask, States
-from .friction_law import ball_derivative, lengths, project_ball, robin_residual
-
-STICK, SLIP, OPEN = 0, 1, 2
-
-
-class ContactLaw(Protocol):
-    """The law on all contact nodes; v, σ and τ are (m, k) [length], [stress], [stress].
-
-    Attributes
-    ----------
-    k : int
-        Components a node: the tangential ones, then the normal one if the law has it.
-    groups : tuple of slice
-        Components that share a ρ: the tangential ones, and the normal one.
-    """
-
-    @property
-    def k(self) -> int: ...
-
-    @property
-    def groups(self) -> tuple[slice, ...]: ...
-
-    def project(self, tau: Array) -> Array:
-        """Π(τ), (m, k)."""
-        ...
-
-    def linearise(self, tau: Array) -> Array:
-        """The generalised derivative of Π at τ, (m, k, k)."""
-        ...
-
-    def states(self, tau: Array) -> States:
-        """Which piece of Π τ lies on: 0 stick, 1 slip, 2 open, (m,)."""
-        ...
-
-
-def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) -> Array:
-    """R_ρ(v, σ) = σ + Π(ρv - σ) [stress], (m, k), equation (2.10): zero exactly where the law holds.
-
-    Parameters
-    ----------
-    law : ContactLaw
-    v, sigma : (m, k) arrays
-        [length], [stress]
-    rho : float or (k,) array
-        Robin parameter, > 0 [stress/length].
-
-    Raises
-    ------
-    ValueError
-        If rho is not positive or the shapes differ.
-    """
-    return robin_residual(law.project, v, sigma, rho)
-
-
-EXCESS = 100.0
-"""Tolerances by which tractions may exceed what the law allows: an iteration ends near it, not at it."""
-
-
-def law_excess(law: ContactLaw, sigma: Array, scale: float) -> float:
-    """How far σ lies outside of what the law allows whatever the displacement, over a stress `scale` or max|σ|."""
-    outside = float(np.abs(sigma + law.project(-sigma)).max(initial=0.0))
-    size = max(scale, float(np.abs(sigma).max(initial=0.0)))
-    return outside / size if outside > 0.0 else 0.0
+from .friction_law import ball_derivative, lengths, project_ball
+from .law_protocol import OPEN, SLIP, STICK, Admissible, ContactLaw, friction_bound
 
 
 @dataclass(frozen=True)
@@ -89,6 +22,14 @@ class Tresca:
         g >= 0 [stress].
     k : int
         d - 1.
+
+    Examples
+    --------
+    >>> law = Tresca(np.array([2.0, 2.0]))
+    >>> tau = np.array([[1.0], [-5.0]])
+    >>> law.project(tau), law.states(tau), law.linearise(tau).ravel()
+    (array([[ 1.],
+           [-2.]]), array([0, 1], dtype=int8), array([1., 0.]))
     """
 
     bound: Array
@@ -111,9 +52,18 @@ class Tresca:
         """0 stick, 1 slip; slip where g = 0."""
         return np.where(_slips(tau, self.bound), SLIP, STICK).astype(np.int8)
 
+    def admissible(self) -> Admissible:
+        """|σ_t| <= g."""
+        none = np.full(len(self.bound), np.inf)
+        return Admissible(self.bound, none, np.zeros(len(self.bound)), none, none)
+
+    def bound_at(self, sigma: Array) -> Array:
+        """g."""
+        return self.bound
+
 
 @dataclass(frozen=True)
-class Frictional:
+class SignoriniCoulomb:
     """Normal and tangential contact: p = max(τ_n, 0), or τ_n where bilateral, and [τ_t] on the ball of radius r(p).
 
     r is the least of μ|p| and g: Coulomb's law, Tresca's, or both; frictionless with g = 0; bonded where both are infinite
@@ -131,6 +81,18 @@ class Frictional:
         d, the dimension.
     absent : (m,) bool array, optional
         Nodes that face nothing and carry nothing.
+
+    Examples
+    --------
+    Coulomb friction at nodes that stick, slip, and are open: τ = ρv - σ has the tangential components first.
+
+    >>> each = np.ones(3)
+    >>> law = SignoriniCoulomb(0.5 * each, np.inf * each, each > 0.0, 2)
+    >>> tau = np.array([[0.4, 1.0], [-3.0, 1.0], [0.1, -1.0]])
+    >>> law.project(tau), law.states(tau)
+    (array([[ 0.4,  1. ],
+           [-0.5,  1. ],
+           [ 0. ,  0. ]]), array([0, 1, 2], dtype=int8))
     """
 
     coefficient: Array
@@ -182,75 +144,58 @@ class Frictional:
         slips = _slips(tau[:, :-1], self.radius(self.pressure(tau)))
         return np.where(self.opened(tau), OPEN, np.where(slips, SLIP, STICK)).astype(np.int8)
 
+    def admissible(self) -> Admissible:
+        """p >= 0 where unilateral, |σ_t| <= min(µp, g) there, and |σ_t| <= g elsewhere.
+
+        Where bilateral contact may pull, |σ_t| <= µ|p| is not convex, and no limit without its other half.
+        """
+        present = np.ones(len(self.bound), dtype=bool) if self.absent is None else ~self.absent
+        cone = self._coulomb & self.unilateral & present
+        return Admissible(
+            np.where(present, self.bound, 0.0), np.where(cone, 0.0, np.inf), np.where(cone, self.coefficient, 0.0),
+            np.where(present & ~self.unilateral, np.inf, 0.0), np.where(present, np.inf, 0.0),
+        )  # fmt: skip
+
+    def bound_at(self, sigma: Array) -> Array:
+        """r(p)."""
+        return self.radius(-sigma[:, -1])
+
     @cached_property
     def _coulomb(self) -> Mask:
         return np.isfinite(self.coefficient)
 
 
-def dissipation(law: Frictional, before: Array, after: Array, slid: Array) -> tuple[Array, Array]:
+def dissipation(law: ContactLaw, before: Array, after: Array, slid: Array) -> tuple[Array, Array]:
     """Energy that friction takes at each node while it slips, and a bound of its error, (m,) each [stress · length].
 
-    The trapezoidal rule: |q| on slip is the radius of friction, which goes from that of the tractions before to that of the
-    ones after. It is exact where slip grows in proportion to the radius, and where the radius stays as it is. The bound is
-    what either of its ends would give.
+    The trapezoidal rule: |σ_t| on slip is the law's bound, which goes from that of the tractions before to that of the ones
+    after. It is exact where slip grows in proportion to the bound, and where the bound stays as it is. The error is at most
+    what either of its ends would change.
 
     Parameters
     ----------
-    law : Frictional
+    law : ContactLaw
     before, after : (m, k) arrays
         σ at the start and at the end of an increment [stress].
-    slid : (m, k-1) array
+    slid : (m, d-1) array
         Slip in between [length].
+
+    Examples
+    --------
+    Pressed from p = 0 to 10 while it slips by .3 with µ = .5, and held at p = 10 meanwhile:
+
+    >>> law = SignoriniCoulomb(np.array([0.5]), np.array([np.inf]), np.array([True]), 2)
+    >>> after, slid = np.array([[-5.0, -10.0]]), np.array([[0.3]])
+    >>> dissipation(law, 0.0 * after, after, slid), dissipation(law, after, after, slid)
+    ((array([0.75]), array([0.75])), (array([1.5]), array([0.])))
     """
     way = lengths(slid)
-    ends = [np.where(way > 0.0, law.radius(-sigma[:, -1]), 0.0) for sigma in (before, after)]
-    old, new = (np.where(np.isfinite(radius), radius, 0.0) for radius in ends)
-    work = -np.sum(after[:, :-1] * slid, axis=1)
-    # what sticks has slipped by round-off, and is not on the radius
-    slipped = work >= 0.5 * new * way
-    change = np.where(slipped, 0.5 * (old - new) * way, 0.0)
+    work = -np.sum(after[:, : slid.shape[1]] * slid, axis=1)
+    old, new = (np.where(np.isfinite(bound) & (way > 0.0), bound, 0.0)
+                for bound in (friction_bound(law, before), friction_bound(law, after)))  # fmt: skip
+    # what sticks has slipped by round-off, and is not on the bound
+    change = np.where(work >= 0.5 * new * way, 0.5 * (old - new) * way, 0.0)
     return work + change, np.abs(change)
-
-
-@dataclass(frozen=True)
-class Stacked:
-    """Laws of several contact parts or pairs as one law over all their nodes, in order.
-
-    Attributes
-    ----------
-    laws : sequence of ContactLaw
-        Of one k.
-    counts : sequence of int
-        Nodes of each.
-    """
-
-    laws: Sequence[ContactLaw]
-    counts: Sequence[int]
-
-    @property
-    def k(self) -> int:
-        """That of the parts."""
-        return self.laws[0].k
-
-    @property
-    def groups(self) -> tuple[slice, ...]:
-        """Those of the parts."""
-        return self.laws[0].groups
-
-    def project(self, tau: Array) -> Array:
-        """Π(τ), part by part."""
-        return np.concatenate([law.project(part) for law, part in self._parts(tau)])
-
-    def linearise(self, tau: Array) -> Array:
-        """Derivative of Π, part by part."""
-        return np.concatenate([law.linearise(part) for law, part in self._parts(tau)])
-
-    def states(self, tau: Array) -> States:
-        """Pieces, part by part."""
-        return np.concatenate([law.states(part) for law, part in self._parts(tau)])
-
-    def _parts(self, tau: Array) -> list[tuple[ContactLaw, Array]]:
-        return list(zip(self.laws, np.split(tau, np.cumsum(self.counts)[:-1]), strict=True))
 
 
 def _slips(tau: Array, radius: Array) -> Mask:

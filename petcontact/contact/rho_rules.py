@@ -15,6 +15,7 @@ import math
 from dataclasses import dataclass
 from typing import Any, Literal, Protocol
 
+from ..errors import InputError
 from ..model.solver_options import DEFAULT_RULE, RULES, Method
 
 
@@ -123,6 +124,23 @@ def make_rule(options: Method) -> Rule:
     kind: Any = globals()[RULES[options.rule or DEFAULT_RULE]]
     parameters = ("tau", "max_changes", "change_test")
     return kind(**{name: getattr(options, name) for name in parameters if name in kind.__dataclass_fields__})  # type: ignore[no-any-return]
+
+
+def rule_of(rule: Rule | str | type | None, options: Method) -> Rule | None:
+    """A rule by its name or class, with the parameters of a `[method]` table, or one's own as it is; None stays None.
+
+    Raises
+    ------
+    InputError
+        If it has no `update`.
+    """
+    if isinstance(rule, type) and rule.__module__ == __name__:
+        rule = next((name for name, kind in RULES.items() if kind == rule.__name__), rule)
+    if isinstance(rule, str):
+        return make_rule(Method(**{**options.model_dump(exclude_unset=True), "name": None, "rule": rule}))
+    if isinstance(rule, type) or not (rule is None or callable(getattr(rule, "update", None))):
+        raise InputError(f"rule: a name ({', '.join(RULES)}), or an object with update(rho, balance); got {rule!r}")
+    return rule
 
 
 def usable_balance(sigma_change: float, u_change: float) -> float:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import Array, States
-from .laws import ContactLaw
+from .law_protocol import ContactLaw
 
 COLUMNS = ("rho", "w", "change", "residual", "ksp_iterations")
 
@@ -43,6 +43,12 @@ class History:
         for name, value in zip(COLUMNS, row, strict=True):
             getattr(self, name).append(value)
 
+    def extend(self, other: History) -> None:
+        """Append the rows of another method that went on from here."""
+        for name in COLUMNS:
+            getattr(self, name).extend(getattr(other, name))
+        self.exchanged = other.exchanged
+
     def __len__(self) -> int:
         return len(self.rho)
 
@@ -66,6 +72,8 @@ class ContactState:
     law : ContactLaw, optional
     alpha : (r,) array
         Amplitudes of the rigid motions that only contact holds.
+    where : str
+        Step and load factor, of a problem with steps.
     """
 
     v: Array
@@ -77,6 +85,7 @@ class ContactState:
     stopped: bool = False
     law: ContactLaw | None = None
     alpha: Array = field(default_factory=lambda: np.zeros(0))
+    where: str = ""
 
     @property
     def states(self) -> States:

@@ -1,4 +1,4 @@
-"""What a method sees of the bodies: v = u_0 + S σ on Γ_C, a Robin solve, and a cheap stand-in T for S.
+"""What a method sees of the bodies: v = u_0 + S σ on Γ_C, a Robin solve, and a cheap surrogate T for S.
 
 On Γ_C all vectors are (m, k) arrays, the same on every rank: k components a node, the tangential ones first, then the
 normal one if the law has it. v is the displacement of the contact nodes (of the one body, or relative to the partner),
@@ -9,14 +9,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from ..arrays import Array, Mask
+from .linearisation import Linearisation
 
-if TYPE_CHECKING:
-    from .active_set import Pieces
+EQUILIBRIUM = 1e-10
+"""Defect of equilibrium, over the work of all tractions and loads, that is round-off: more of it moves a body on."""
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ class Surrogate(Protocol):
 
 
 class ContactSystem(Protocol):
-    """What a method may ask.
+    """What a method may ask; anything that answers is solved, bodies or not.
 
     Attributes
     ----------
@@ -117,14 +118,54 @@ class ContactSystem(Protocol):
         Its outcome, PETSc's number.
     elastic_solves, applications : int
         Robin solves, and products with S, so far.
+
+    Examples
+    --------
+    Blocks on springs of stiffness c over a rough floor, one drawn by less than friction holds, one by more:
+
+    >>> class Blocks:
+    ...     modes, matrix_free = None, False
+    ...     ksp_iterations = ksp_reason = elastic_solves = applications = 0
+    ...
+    ...     def __init__(self, u_0, c):
+    ...         self.u_0, self.c, self.weight = u_0, c, np.ones(len(u_0))
+    ...
+    ...     def apply(self, sigma):
+    ...         return sigma / self.c
+    ...
+    ...     def robin(self, rho, f):
+    ...         dv, sigma = self.robin_increment(rho, f - rho * self.u_0)
+    ...         return self.u_0 + dv, sigma
+    ...
+    ...     def robin_increment(self, rho, r):
+    ...         sigma = r / (1.0 + rho / self.c)
+    ...         return sigma / self.c, sigma
+    ...
+    ...     def compliance(self):
+    ...         return np.eye(len(self.u_0)) / self.c
+    ...
+    ...     def surrogate(self):
+    ...         return None
+    >>> from petcontact.contact.criterion import Criterion
+    >>> from petcontact.contact.iteration import Iteration
+    >>> from petcontact.contact.laws import Tresca
+    >>> from petcontact.contact.methods.registry import method_of
+    >>> blocks, law = Blocks(np.array([[0.25], [3.0]]), c=2.0), Tresca(np.array([1.0, 1.0]))
+    >>> state = method_of("semismooth-newton")(blocks, law, Iteration(Criterion(1e-6), 20))
+    >>> state.v.ravel(), state.sigma.ravel(), state.counts
+    (array([0. , 2.5]), array([-0.5, -1. ]), {'stick': 1, 'slip': 1})
     """
 
     modes: Modes | None
-    matrix_free: bool
-    ksp_iterations: int
-    ksp_reason: int
     elastic_solves: int
     applications: int
+
+    @property
+    def matrix_free(self) -> bool: ...
+    @property
+    def ksp_iterations(self) -> int: ...
+    @property
+    def ksp_reason(self) -> int: ...
 
     @property
     def weight(self) -> Array: ...
@@ -157,7 +198,7 @@ class ContactSystem(Protocol):
 
 
 @runtime_checkable
-class MixedSystem(ContactSystem, Protocol):
+class MonolithicSystem(ContactSystem, Protocol):
     """A system that solves its own equations together with linear ones of the law.
 
     Attributes
@@ -168,23 +209,7 @@ class MixedSystem(ContactSystem, Protocol):
 
     defect: float
 
-    def linear_solve(self, pieces: Pieces, rho: Array, tolerance: float) -> tuple[Array, Array]:
-        """σ [stress] and v [length] on given pieces of a law, near the last solution; inexact while that is far from the
+    def linear_solve(self, linearised: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
+        """σ [stress] and v [length] of a linearised law, near the last solution; inexact while that is far from the
         law's, and to a tenth of `tolerance` in the end."""
-        ...
-
-
-class BodySystem(ContactSystem, Protocol):
-    """The contact system of a body whose whole boundary follows from σ."""
-
-    def boundary(self, sigma: Array) -> tuple[Array, Array]:
-        """Displacement [length] and traction [stress] (n, d) on the whole boundary for a given σ."""
-        ...
-
-    def describe(self) -> str:
-        """One line: formulation, operator, KSP and PC."""
-        ...
-
-    def close(self) -> None:
-        """Free every PETSc object."""
         ...

@@ -57,7 +57,7 @@ class Field:
     @property
     def von_mises(self) -> Array:
         """Von Mises stress, (n,) [stress]."""
-        return von_mises(self.stress, self.sigma_zz)
+        return von_mises(self.stress, self.sigma_zz if self.stress.shape[1] == 3 else None)
 
     @property
     def principal(self) -> Array:
@@ -65,10 +65,13 @@ class Field:
         return principal_stresses(self.stress)
 
 
-def von_mises(stress: Array, sigma_zz: Array) -> Array:
-    """Von Mises stress (n,) of σ_xx, σ_yy, σ_xy (n, 3) and σ_zz (n,) [stress]."""
-    x, y, xy = stress.T
-    value: Array = np.sqrt(0.5 * ((x - y) ** 2 + (y - sigma_zz) ** 2 + (sigma_zz - x) ** 2) + 3.0 * xy**2)
+def von_mises(stress: Array, sigma_zz: Array | None = None) -> Array:
+    """Von Mises stress (n,) of xx, yy, zz, xy, xz, yz (n, 6), or of xx, yy, xy (n, 3) and σ_zz (n,) [stress]."""
+    if sigma_zz is not None:
+        x, y, xy = stress.T
+        stress = np.column_stack([x, y, sigma_zz, xy, np.zeros((len(x), 2))])
+    x, y, z, *shear = stress.T
+    value: Array = np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * sum(s**2 for s in shear))
     return value
 
 

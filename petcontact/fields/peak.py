@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
@@ -25,7 +26,7 @@ class Peak:
     ----------
     stress, usual : float
         The largest, and the one that 99 % of the points stay below [stress].
-    place : (2,) array
+    place : (d,) array
         [length]
     corner : str
         The parts that meet there, where it is a corner or a change of conditions; else empty. Stress may be infinite at
@@ -38,13 +39,25 @@ class Peak:
     corner: str
 
     def __str__(self) -> str:
-        x, y = self.place
+        place = ", ".join(f"{component:.4g}" for component in self.place)
         where = f" where {self.corner} meet and stress may be infinite" if self.corner else ""
-        return f"{self.stress:.4g} at ({x:.4g}, {y:.4g}){where}; {PERCENT:g} % of the points stay below {self.usual:.4g}"
+        return f"{self.stress:.4g} at ({place}){where}; {PERCENT:g} % of the points stay below {self.usual:.4g}"
+
+
+@functools.singledispatch
+def peak_of(mesh: object, field: Field) -> Peak:
+    """The largest von Mises stress of a field in the body of a mesh of any kind; corners are looked for in the plane."""
+    stress = field.von_mises
+    return Peak(float(stress.max()), float(np.percentile(stress, PERCENT)), field.points[int(np.argmax(stress))], "")
+
+
+@peak_of.register
+def _(mesh: CurveMesh, field: Field) -> Peak:
+    return largest(field, mesh)
 
 
 def largest(field: Field, mesh: CurveMesh) -> Peak:
-    """The largest von Mises stress of a field in the body of a mesh."""
+    """The largest von Mises stress of a field in the body of a plane mesh, with the corner that it is at."""
     stress = field.von_mises
     place = field.points[int(np.argmax(stress))]
     vertex, names = corners(mesh)

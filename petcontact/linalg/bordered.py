@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -37,7 +38,7 @@ class Elimination:
 
 
 class BorderedKrylov:
-    """A KSP of a prefix (GMRES unless the options say otherwise) on COMM_SELF, preconditioned by an inverse of A.
+    """A KSP of a prefix (GMRES unless the options say otherwise), preconditioned by an inverse of A.
 
     Parameters
     ----------
@@ -45,18 +46,29 @@ class BorderedKrylov:
         Of y.
     most : int
         Largest q.
-    prefix : str
+    prefix, comm, text
+        As of `Krylov`.
     """
 
-    def __init__(self, shape: tuple[int, ...], most: int, prefix: str) -> None:
+    def __init__(self, shape: tuple[int, ...], most: int, prefix: str, comm: Any = None, text: str = "") -> None:
         self._shape, self._n = shape, math.prod(shape)
         self._size = self._n + most
-        self._krylov = Krylov((self._size,), prefix)
+        self._krylov = Krylov((self._size,), prefix, comm, text)
 
     @property
     def iterations(self) -> int:
         """Iterations of the last solve."""
         return self._krylov.iterations
+
+    @property
+    def reason(self) -> int:
+        """PETSc's number of how the last solve ended."""
+        return self._krylov.reason
+
+    @property
+    def kind(self) -> str:
+        """KSP and PC by their types."""
+        return self._krylov.kind
 
     def solve(
         self, product: Map, inverse: Map, columns: Array, rows: Array, rhs: Array, work: Array, floor: float, rtol: float

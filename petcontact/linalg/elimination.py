@@ -10,7 +10,7 @@ from ..errors import SolverError
 
 
 class Elimination:
-    """x = A⁻¹ (b + B y): LU with some unknowns last, known after forward substitution and a small solve, at half the
+    """x = A⁻¹ (b s + B y): LU with some unknowns last, known after forward substitution and a small solve, at half the
     price of all; the others follow from one back substitution for each y that asks for them.
 
     Parameters
@@ -19,8 +19,8 @@ class Elimination:
         A by columns (Fortran's order), overwritten.
     columns : (n, m) array
         B, likewise.
-    load : (n,) array
-        b.
+    load : (n, K) array
+        b, likewise.
     kept : (k,) int array
         Numbers of the unknowns that go last.
 
@@ -28,7 +28,7 @@ class Elimination:
     ----------
     influence : (k, m) array
         Their rows of A⁻¹ B.
-    at_rest : (k,) array
+    at_rest : (k, K) array
         The same of A⁻¹ b.
 
     Raises
@@ -51,21 +51,21 @@ class Elimination:
         if info > 0:
             raise SolverError("factor", f"zero pivot in LU (row {info})", "the matrix is singular: is the body fixed?")
         self._forward = self._half_solved(columns, swaps)
-        self._load = self._half_solved(load[:, None].copy(), swaps)[:, 0]
+        self._load = self._half_solved(load, swaps)
         corner = np.asfortranarray(self._lu[inner:, inner:])
         both = np.column_stack([self._forward[inner:], self._load[inner:]])
         answer = scipy.linalg.blas.dtrsm(1.0, corner, both)[place]
         if not np.isfinite(answer).all():
             raise SolverError("factor", "the solution is not finite", "look at the data and the mesh")
-        self.influence, self.at_rest = answer[:, :-1], answer[:, -1]
+        self.influence, self.at_rest = np.split(answer, [columns.shape[1]], axis=1)
 
     def _half_solved(self, rhs: Array, swaps: Index) -> Array:
         """L⁻¹ P rhs, in its place."""
         swapped = scipy.linalg.lapack.dlaswp(rhs, swaps, overwrite_a=True)
         return np.asarray(scipy.linalg.blas.dtrsm(1.0, self._lu, swapped, lower=1, diag=1, overwrite_b=1))
 
-    def unknowns(self, y: Array) -> Array:
-        """x (n,) for y (m,)."""
+    def unknowns(self, shares: Array, y: Array) -> Array:
+        """x (n,) for loads weighted by `shares` (K,) and y (m,)."""
         result = np.empty(len(self._order))
-        result[self._order] = scipy.linalg.blas.dtrsv(self._lu, self._load + self._forward @ y)
+        result[self._order] = scipy.linalg.blas.dtrsv(self._lu, self._load @ shares + self._forward @ y)
         return result

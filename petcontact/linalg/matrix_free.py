@@ -1,4 +1,4 @@
-"""A PETSc KSP over functions of whole vectors, on COMM_SELF: every rank iterates alike."""
+"""A PETSc KSP over functions of whole vectors: the ranks share its vectors, or every rank iterates alike."""
 
 from __future__ import annotations
 
@@ -11,20 +11,35 @@ import numpy as np
 from ..arrays import Array
 from ..runtime.petsc import petsc
 from .ksp import LinearSolver
+from .row_layout import even_ranges
 
 RESTART = 200
 """Directions that GMRES keeps: its products are worth more than these vectors."""
 
 
 class Krylov:
-    """A KSP (GMRES unless the options say otherwise) over functions of whole arrays of one shape."""
+    """A KSP (GMRES unless the options say otherwise) over functions of whole arrays of one shape.
 
-    def __init__(self, shape: tuple[int, ...], prefix: str) -> None:
-        comm, size = petsc().COMM_SELF, math.prod(shape)
-        self._shape, self._prefix = shape, prefix
+    Parameters
+    ----------
+    shape : tuple of int
+    prefix : str
+        Of its options.
+    comm : PETSc.Comm, optional
+        Of the ranks that share the vectors; by default every rank iterates alike.
+    text : str
+        What `-ksp_view` says of the matrix and of the preconditioner.
+    """
+
+    def __init__(self, shape: tuple[int, ...], prefix: str, comm: Any = None, text: str = "") -> None:
+        comm, size = petsc().COMM_SELF if comm is None else comm, math.prod(shape)
+        self._shape, self._prefix, self._text = shape, prefix, text
         self._product: Callable[[Array], Array] = np.copy
         self._precondition: Callable[[Array], Array] = np.copy
-        self._matrix = petsc().Mat().createPython((size, size), context=self, comm=comm)
+        self._mpi = comm.tompi4py() if comm.getSize() > 1 else None
+        first, last = even_ranges(size, comm.getSize())[comm.getRank()]
+        self._own, layout = slice(first, last), (last - first, size)
+        self._matrix = petsc().Mat().createPython((layout, layout), context=self, comm=comm)
         self._matrix.setUp()
         self._solver = LinearSolver(
             comm, prefix, "iterate", ksp_type="gmres", pc_type="python", context=_Preconditioner(self)
@@ -36,29 +51,44 @@ class Krylov:
         """Iterations of the last solve."""
         return self._solver.iterations
 
+    @property
+    def reason(self) -> int:
+        """PETSc's number of how the last solve ended."""
+        return self._solver.reason
+
+    @property
+    def kind(self) -> str:
+        """KSP and PC by their types; empty as long as nothing was solved."""
+        return self._solver.kind
+
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
         """The matrix of type python."""
-        y.setArray(self._product(x.getArray(readonly=True).reshape(self._shape)))
+        y.setArray(self._product(self._whole(x)).ravel()[self._own])
 
-    def precondition(self, x: Array) -> Array:
-        """The preconditioner of type python, on flat vectors."""
-        return self._precondition(x.reshape(self._shape))
+    def precondition(self, x: Any, y: Any) -> None:
+        """The preconditioner of type python."""
+        y.setArray(self._precondition(self._whole(x)).ravel()[self._own])
+
+    def view(self, matrix: Any, viewer: Any) -> None:
+        """The line of -ksp_view."""
+        viewer.printfASCII(f"    {self._text}\n")
 
     def solve(
         self, product: Callable[[Array], Array], precondition: Callable[[Array], Array], rhs: Array,
         floor: float, rtol: float,
     ) -> Array:  # fmt: skip
-        """x with product(x) = rhs; `floor` is a residual that is round-off already."""
+        """x with product(x) = rhs; `floor` is a residual that is round-off already. Collective."""
         self._product, self._precondition = product, precondition
-        self._b.setArray(rhs)
+        self._b.setArray(rhs.ravel()[self._own])
         self._x.set(0.0)
+        given = petsc().Options(self._prefix)
         if not self._solver.kind:
             self._solver.set_operator(self._matrix)
-            if not petsc().Options(self._prefix).hasName("ksp_gmres_restart"):
+            if not given.hasName("ksp_gmres_restart"):
                 self._solver.ksp.setGMRESRestart(RESTART)
-        self._solver.ksp.setTolerances(rtol=rtol, atol=floor)
+        self._solver.ksp.setTolerances(rtol=None if given.hasName("ksp_rtol") else rtol, atol=floor)
         self._solver.solve(self._b, self._x)
-        return np.array(self._x.getArray(readonly=True)).reshape(self._shape)
+        return np.array(self._whole(self._x))
 
     def close(self) -> None:
         """Free every PETSc object."""
@@ -66,10 +96,18 @@ class Krylov:
         for item in (self._matrix, self._x, self._b):
             item.destroy()
 
+    def _whole(self, vector: Any) -> Array:
+        own = vector.getArray(readonly=True)
+        whole = own if self._mpi is None else np.concatenate(self._mpi.allgather(np.array(own)))
+        return np.asarray(whole).reshape(self._shape)
+
 
 class _Preconditioner:
     def __init__(self, owner: Krylov) -> None:
         self._owner = owner
 
     def apply(self, pc: Any, x: Any, y: Any) -> None:
-        y.setArray(self._owner.precondition(x.getArray(readonly=True)))
+        self._owner.precondition(x, y)
+
+    def view(self, pc: Any, viewer: Any) -> None:
+        self._owner.view(pc, viewer)

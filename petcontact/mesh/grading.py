@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 from ..geometry.outline import Outline, Side
-from ..model.mesh_options import MeshOptions
+from ..model.solver_options import MeshOptions
 from .curve_mesh import CurveMesh, build_mesh
 
 T = TypeVar("T")

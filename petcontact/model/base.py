@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import difflib
+import stat
 import sys
 from collections.abc import Callable, Collection
-from typing import TYPE_CHECKING, Annotated, Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any, dataclass_transform
 
 import numpy as np
 import pydantic
@@ -94,22 +96,61 @@ def _plain(value: Any) -> Any:
     return type(value)(map(_plain, value)) if type(value) in (list, tuple) else value
 
 
+@dataclass_transform(field_specifiers=(pydantic.Field,))
 class _OneLine(ModelMetaclass):
-    """Turns pydantic's report into an `InputError` of one line, for the outermost model only.
+    """Turns pydantic's report into an `InputError` of one line, for the outermost model only; values may be given by place.
 
     Nested models are built inside pydantic's core and not through this call, so that the place of a mistake in
     the whole input is known when the line is written.
     """
 
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
-        kwargs = {name: _plain(value) for name, value in kwargs.items()}
-        return _checked(cls, lambda: super(_OneLine, cls).__call__(*args, **kwargs), kwargs)
+        kwargs = {name: _plain(value) for name, value in (cls._by_place(args, kwargs) | kwargs).items()}
+        return _checked(cls, lambda: super(_OneLine, cls).__call__(**kwargs), kwargs)
+
+    def _by_place(cls: Any, values: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
+        """Values without a name, by the fields in their order."""
+        if not values:
+            return {}
+        names = [name for name, field in cls.model_fields.items() if not field.kw_only]
+        if len(values) > len(names):
+            raise InputError(f"{cls.__name__}: takes {', '.join(names)} in this order, got {len(values)} values")
+        for name in names[: len(values)]:
+            if name in named:
+                raise InputError(f"{cls.__name__}: {name} is given twice")
+        return dict(zip(names, values, strict=False))
 
 
 class Model(pydantic.BaseModel, metaclass=_OneLine):
     """A frozen input model; unknown keys are errors."""
 
     model_config = pydantic.ConfigDict(frozen=True, extra="forbid", defer_build=True)
+
+    @classmethod
+    def spelling(cls, data: Any) -> type[Model]:
+        """The model whose keys the data have, for reports of mistakes in them."""
+        return cls
+
+
+def regular_file(path: str | Path, largest: int) -> Path:
+    """The path of a file that a config names: no device, no pipe, not larger than so many bytes.
+
+    Raises
+    ------
+    InputError
+        One line that names the file.
+    """
+    try:
+        state = Path(path).stat()
+    except OSError as error:
+        raise InputError(f"{path}: cannot be read ({error.strerror})") from None
+    except ValueError:  # a null byte, which no file name has
+        raise InputError(f"{str(path)!r}: is no file name") from None
+    if not stat.S_ISREG(state.st_mode):
+        raise InputError(f"{path}: not a regular file")
+    if state.st_size > largest:
+        raise InputError(f"{path}: {state.st_size} bytes, larger than the {largest} that are read")
+    return Path(path)
 
 
 def parse(cls: type[Model], data: dict[str, Any], source: str) -> Any:
@@ -123,18 +164,21 @@ def parse(cls: type[Model], data: dict[str, Any], source: str) -> Any:
     return _checked(cls, lambda: cls.model_validate(data), data, f"{source}: ")
 
 
-def _checked(cls: type, build: Callable[[], Any], data: Any, head: str = "") -> Any:
+def _checked(cls: Any, build: Callable[[], Any], data: Any, head: str = "") -> Any:
     try:
         return build()
     except pydantic.ValidationError as error:
-        raise InputError(head + one_line(error, cls, data)) from None
+        raise InputError(head + one_line(error, cls.spelling(data), data)) from None
     except (OverflowError, RecursionError) as error:
         raise InputError(f"{head}a value is out of range or nested too deeply ({error})") from None
 
 
 def one_line(error: pydantic.ValidationError, cls: type, data: Any) -> str:
     """The first mistake of a report as `key: what is allowed, got what was given`, and how many more there are."""
-    mistakes = error.errors(include_url=False)
+    found = error.errors(include_url=False)
+    wrong_entries = {m["loc"][:-k] for m in found for k in range(1, len(m["loc"]))}
+    # an array whose entries are wrong is also called too short
+    mistakes = [m for m in found if m["type"] != "too_short" or m["loc"] not in wrong_entries]
     # a mistyped key is unknown and, under its right name, missing: the first of the two says what happened
     telling = [m for m in mistakes if m["type"] == "extra_forbidden"] or mistakes
     first, more = telling[0], len(telling) - 1

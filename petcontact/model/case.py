@@ -1,4 +1,4 @@
-"""TOML files to a `Case`: a problem, its method, and the options of PETSc that go with them."""
+"""TOML files to a `Problem`."""
 
 from __future__ import annotations
 
@@ -9,14 +9,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import tomli_w
 
 from ..errors import InputError
-from .assembly import ONE_BODY, Assembly, assembly_of
-from .base import Model, Options, parse
-from .mesh_options import MeshOptions
-from .problem import Problem
-from .solver_options import Bem, Method
+from .base import Model, parse
+from .problem import OneBody, Problem
+from .solver_options import Bem, MeshOptions, Method
 
 LARGEST_FILE = 4_000_000
 DEEPEST = 16
@@ -24,35 +21,6 @@ DEEPEST = 16
 TEXT = re.compile(r'"""[\s\S]*?"""|\'\'\'[\s\S]*?\'\'\'|"(?:\\.|[^"\\\n])*"|\'[^\'\n]*\'|#[^\n]*')
 """Strings and comments of TOML."""
 LONG_KEY = re.compile(rf"(?:\.[ \t]*[\w-]+[ \t]*){{{DEEPEST}}}")
-
-
-class Case(Problem):
-    """A problem and how it is solved: one TOML file.
-
-    Attributes
-    ----------
-    method : Method
-        How the contact problem is solved.
-    bem : Bem
-        How the boundary operators are stored.
-    petsc : dict
-        PETSc options without the leading dash; `-options_file` and the command line have precedence.
-    """
-
-    method: Method = Method()
-    bem: Bem = Bem()
-    petsc: Options = {}  # noqa: RUF012 (pydantic copies it)
-
-    @classmethod
-    def of(cls, problem: Problem) -> Case:
-        """The problem with the default method, or the case itself."""
-        if isinstance(problem, Case):
-            return problem
-        return cls(**{name: getattr(problem, name) for name in Problem.model_fields})
-
-    def toml(self) -> str:
-        """The whole case as TOML, defaults filled in."""
-        return tomli_w.dumps(self.model_dump(mode="json", exclude_none=True))
 
 
 def read_toml(path: str | Path) -> dict[str, Any]:
@@ -64,7 +32,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
         If the file cannot be read or is not TOML; one line that names it.
     """
     try:
-        with open(path, "rb") as file:
+        with open(path, "rb") as file:  # on the command line a pipe will do: `petcontact solve <(...)`
             content = file.read(LARGEST_FILE + 1)
         if len(content) > LARGEST_FILE:
             raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, this is no config")
@@ -97,8 +65,8 @@ def parse_toml(text: str, source: str) -> dict[str, Any]:
         raise InputError(f"{source}: not valid TOML ({str(error) or 'nested too deeply'})") from None
 
 
-def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Case:
-    """The case of a TOML file of one body; `load_assembly` reads those of several.
+def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Problem:
+    """The problem of a TOML file.
 
     Parameters
     ----------
@@ -111,72 +79,35 @@ def load(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Case:
     InputError
         One line: file, key, what was given, what is allowed.
     """
-    return parse_case(read_toml(path), str(path), overrides or {}, Path(path).parent)
+    return parse_problem(read_toml(path), str(path), overrides or {}, Path(path).parent)
 
 
-def load_assembly(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Assembly:
-    """The assembly of a TOML file, of several bodies or of one.
-
-    Raises
-    ------
-    InputError
-        As `load`.
-    """
-    case = load_any(path, overrides)
-    return assembly_of(case)
-
-
-def load_any(path: str | Path, overrides: Mapping[str, Any] | None = None) -> Case | Assembly:
-    """What a TOML file holds.
-
-    Raises
-    ------
-    InputError
-        As `load`.
-    """
-    return parse_any(read_toml(path), str(path), overrides or {}, Path(path).parent)
-
-
-def parse_case(data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path) -> Case:
-    """A case from plain data; files that it names are taken relative to `folder`."""
-    case = parse_any(data, source, overrides, folder)
-    if isinstance(case, Assembly):
-        raise InputError(f"{source}: body: one body is expected here; load_assembly and `petcontact solve` take several")
-    return case
-
-
-def parse_any(data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path) -> Case | Assembly:
-    """A case, or an assembly where there are [[body]], [[obstacle]] or [[contact]] tables, from plain data."""
+def parse_problem(data: dict[str, Any], source: str, overrides: Mapping[str, Any], folder: Path) -> Problem:
+    """A problem from plain data; files that it names are taken relative to `folder`."""
     for key, value in overrides.items():
         set_key(data, whole_key(key), value, source)
-    data = _one_body_named(_found_in(data, folder))
-    bodies = data.get("body")
-    if isinstance(bodies, list):
-        data = {**data, "body": [_found_in(body, folder) if isinstance(body, dict) else body for body in bodies]}
-    case: Case | Assembly = parse(Assembly if "body" in data else Case, data, source)
-    return case
+    data = _found_in(data, folder)
+    if isinstance(data.get("body"), list):
+        data["body"] = [_found_in(body, folder) if isinstance(body, dict) else body for body in data["body"]]
+    problem: Problem = parse(Problem, data, source)
+    return problem
 
 
 def _found_in(data: dict[str, Any], folder: Path) -> dict[str, Any]:
-    """The data with the file of its geometry relative to the folder."""
+    """A copy of the data with the file of its geometry relative to the folder."""
     geometry = data.get("geometry")
     if isinstance(geometry, dict) and isinstance(geometry.get("file"), str):
         return {**data, "geometry": {**geometry, "file": str(folder / geometry["file"])}}
-    return data
+    return dict(data)
 
 
-def _one_body_named(data: dict[str, Any]) -> dict[str, Any]:
-    """A one-body file with obstacles or contact pairs as an assembly of one body."""
-    if "body" in data or not {"obstacle", "contact"} & set(data):
-        return data
-    own = ("material", "geometry", "mesh", "boundary", "point_force")
-    body = {"name": ONE_BODY, **{key: data[key] for key in own if key in data}}
-    return {**{key: value for key, value in data.items() if key not in own}, "body": [body]}
+KEYS = frozenset((*OneBody.model_fields, *Problem.model_fields))
+"""What may stand at the top of a file."""
 
 
 def whole_key(key: str) -> str:
     """The dotted key of a bare one of [method], [mesh] or [bem], as in `element_size`; any other key as it is."""
-    if "." in key or key in Case.model_fields:
+    if "." in key or key in KEYS:
         return key
     sections: dict[str, type[Model]] = {"method": Method, "mesh": MeshOptions, "bem": Bem}
     return next((f"{section}.{key}" for section, model in sections.items() if key in model.model_fields), key)
@@ -205,3 +136,9 @@ def _entry(entries: list[Any], name: str, source: str, key: str) -> int:
     if not (name.isdecimal() and int(name) < len(entries)):
         raise InputError(f"{source}: {key}: {name!r} is no entry, entries are 0 to {len(entries) - 1}")
     return int(name)
+
+
+Case = Problem
+load_any = load
+parse_any = parse_problem
+"""Names of before there was one `Problem`, for the folders that still import them from here."""

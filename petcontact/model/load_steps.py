@@ -133,7 +133,7 @@ class BoundaryChange(Model):
         As in the condition that it changes.
     """
 
-    body: str | None = None
+    body: str | None = pydantic.Field(default=None, kw_only=True)
     part: str
     value: Annotated[tuple[Expression, ...], Vector] | None = None
     pressure: Expression | None = None

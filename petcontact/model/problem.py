@@ -1,158 +1,39 @@
-"""The problem: material, boundary conditions, and what belongs together to pose one."""
+"""The problem: bodies, obstacles, contacts, load steps, and how it is solved. A file of one body is a spelling of it."""
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Self
 
 import pydantic
+import tomli_w
 
-from .base import Expression, Finite, Model, Positive
-from .load_steps import Step
-from .mesh_options import MeshOptions
-from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide
+from .base import Model, Options, nearest
+from .bodies import (
+    Body,
+    Condition,
+    Contact,
+    Displacement,
+    Geometry,
+    Material,
+    Normal,
+    Pair,
+    PointForce,
+    Traction,
+    changed_condition,
+    check_step,
+)
+from .load_steps import Obstacle, Step
+from .solver_options import Bem, MeshOptions, Method
+from .summary import html_table, summary
 from .units import Units
 
-
-class Material(Model):
-    """Isotropic linear elasticity; `plane` says nothing in space.
-
-    Attributes
-    ----------
-    young_modulus : float
-        E > 0 [stress].
-    poisson_ratio : float
-        ν in (-1, 1/2); up to 1/2 itself in plane stress [-].
-    plane : {"strain", "stress"}
-        A long body, or a thin plate.
-    """
-
-    young_modulus: Positive
-    poisson_ratio: Finite
-    plane: Literal["strain", "stress"] = "strain"
-
-    @pydantic.model_validator(mode="after")
-    def _admissible(self) -> Material:
-        upper = self.poisson_ratio < 0.5 or (self.plane == "stress" and self.poisson_ratio == 0.5)
-        if not (self.poisson_ratio > -1.0 and upper):
-            bounds = "(-1, 1/2)" if self.plane == "strain" else "(-1, 1/2]"
-            raise ValueError(f"poisson_ratio must lie in {bounds} in plane {self.plane}, got {self.poisson_ratio:g}")
-        return self
-
-    @property
-    def shear_modulus(self) -> float:
-        """µ = E / 2(1+ν) [stress]."""
-        return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
-
-    @property
-    def plane_strain_ratio(self) -> float:
-        """The ν with which the plane-strain kernels describe this material: ν/(1+ν) for plane stress."""
-        return self.poisson_ratio / (1.0 + self.poisson_ratio) if self.plane == "stress" else self.poisson_ratio
+ONE_BODY = "body"
+"""Name of the body of a file without [[body]]."""
 
 
-Component = Expression
-"""Or "free"."""
-Vector = pydantic.Field(min_length=2, max_length=3)
-"""As many components as the body has dimensions."""
-
-
-class Displacement(Model):
-    """u = value on the part; a component that is "free" carries no traction (a roller).
-
-    Attributes
-    ----------
-    part : str
-        Name of the part.
-    condition : "displacement"
-        What is known on the part.
-    value : a number, an expression or "free" a component
-        Known displacement [length].
-    """
-
-    part: str
-    condition: Literal["displacement"] = "displacement"
-    value: Annotated[tuple[Component, ...], Vector]
-
-
-class Traction(Model):
-    """σ(u)n = value on the part, or -pressure·n.
-
-    Attributes
-    ----------
-    part : str
-        Name of the part.
-    condition : "traction"
-        What is known on the part.
-    value : a number or an expression a component
-        Known traction [stress].
-    pressure : number or expression
-        Instead of value: the traction is -pressure·n [stress].
-    """
-
-    part: str
-    condition: Literal["traction"] = "traction"
-    value: Annotated[tuple[Expression, ...], Vector] | None = None
-    pressure: Expression | None = None
-
-    @pydantic.model_validator(mode="after")
-    def _one_of_two(self) -> Traction:
-        if (self.value is None) == (self.pressure is None):
-            raise ValueError("a traction needs either value = [tx, ty] or pressure = p")
-        return self
-
-
-Normal = Literal["bilateral", "unilateral", "bonded"]
-
-
-def no_friction_if_bonded(normal: Normal, coefficient: object, bound: object) -> None:
-    """Refuse friction of parts that are bonded."""
-    if normal == "bonded" and not (coefficient is None and bound is None):
-        key = "friction_bound" if coefficient is None else "friction_coefficient"
-        raise ValueError(f'{key}: bonded parts do not slip; leave it out, or take normal = "bilateral"')
-
-
-class Contact(Model):
-    """Contact with a fixed rigid obstacle; |σ_t| is bounded by Tresca, Coulomb, both (the bound caps), or is zero.
-
-    Attributes
-    ----------
-    part : str
-        Name of the part.
-    condition : "contact"
-        What is known on the part.
-    normal : {"bilateral", "unilateral", "bonded"}
-        u_n = gap; pressure p >= 0 where the gap closes, none where it is open; or u = 0 altogether.
-    gap : expression
-        Initial gap along the outward normal [length].
-    friction_coefficient : expression, optional
-        µ >= 0 of Coulomb's law |σ_t| <= µp [-].
-    friction_bound : expression, optional
-        g >= 0 of Tresca's law |σ_t| <= g [stress]; with neither the contact is frictionless.
-    """
-
-    part: str
-    condition: Literal["contact"] = "contact"
-    normal: Normal = "bilateral"
-    gap: Expression = 0.0
-    friction_coefficient: Expression | None = None
-    friction_bound: Expression | None = None
-
-    @pydantic.model_validator(mode="after")
-    def _bonded_does_not_slip(self) -> Contact:
-        no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
-        return self
-
-    @property
-    def plain(self) -> bool:
-        """Whether it is the contact of the paper: bilateral without a gap, with a given friction bound."""
-        return self.normal == "bilateral" and self.gap == 0.0 and self.friction_coefficient is None
-
-
-Condition = Annotated[Displacement | Traction | Contact, pydantic.Field(discriminator="condition")]
-Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh, pydantic.Field(discriminator="shape")]
-
-
-class Problem(Model):
-    """A contact problem of one body: what TOML says above `[method]`, and what Python builds with keyword arguments.
+class Setting(Model):
+    """What a problem says besides its bodies.
 
     Attributes
     ----------
@@ -160,6 +41,35 @@ class Problem(Model):
         Of the problem, for verdict and figures.
     units : Units
         Names of the units, for figures and files.
+    obstacle : list of Obstacle
+        Rigid bodies.
+    contact : list of Pair
+        Which parts may touch.
+    step : list of Step
+        Load steps, in order; without them the loads are applied in one.
+    method : Method
+        How the contact problem is solved.
+    bem : Bem
+        How the boundary operators are stored.
+    petsc : dict
+        PETSc options without the leading dash; `-options_file` and the command line have precedence.
+    """
+
+    title: str = ""
+    units: Units = Units()
+    obstacle: tuple[Obstacle, ...] = ()
+    contact: tuple[Pair, ...] = ()
+    step: tuple[Step, ...] = ()
+    method: Method = Method()
+    bem: Bem = Bem()
+    petsc: Options = {}  # noqa: RUF012 (pydantic copies it)
+
+
+class OneBody(Setting):
+    """A contact problem of one body, which stands at the top of the file, and how it is solved.
+
+    Attributes
+    ----------
     material : Material
         What the body is made of.
     geometry : Rectangle, Polygon, ...
@@ -167,20 +77,226 @@ class Problem(Model):
     mesh : MeshOptions
         Sizes, order and grading of the elements.
     boundary : list
-        One condition for every part.
-    step : list of Step
-        Load steps, in order; without them the loads are applied in one.
+        Conditions of its parts; required where there is no [[contact]].
+    point_force : list of PointForce
+        Forces at points inside.
     """
 
-    title: str = ""
-    units: Units = Units()
-    material: Material
-    geometry: Geometry
+    material: Material = pydantic.Field(kw_only=True)
+    geometry: Geometry = pydantic.Field(kw_only=True)
     mesh: MeshOptions = MeshOptions()
-    boundary: tuple[Condition, ...]
-    step: tuple[Step, ...] = ()
+    boundary: tuple[Condition, ...] = ()
+    point_force: tuple[PointForce, ...] = ()
+
+
+OWN = tuple(name for name in OneBody.model_fields if name not in Setting.model_fields)
+"""Keys of the one body of a file without [[body]]."""
+
+
+class Problem(Setting):
+    """A contact problem of several bodies, and how it is solved: one TOML file with [[body]].
+
+    A problem of one body may be given and read without its `Body`: by `material`, `geometry`, `mesh`, `boundary` and
+    `point_force` of its own. The body is called "body" then.
+
+    Attributes
+    ----------
+    body : list of Body
+        The elastic bodies.
+
+    Raises
+    ------
+    InputError
+        One line: the key as it was given, what was given, what is allowed.
+
+    Examples
+    --------
+    >>> from petcontact import Contact, Displacement, Material, Problem, Rectangle
+    >>> block = Problem(
+    ...     material=Material(1e4, 0.3), geometry=Rectangle((0, 0), (8, 4)),
+    ...     boundary=[Contact("bottom", friction_bound=150), Displacement("top", (0, 0))],
+    ... )
+    >>> block.body[0].name, block.material.young_modulus
+    ('body', 10000.0)
+    """
+
+    body: tuple[Body, ...] = pydantic.Field(min_length=1, kw_only=True)
+
+    if TYPE_CHECKING:
+
+        def __init__(
+            self, title: str = ..., *, units: Units = ..., body: Sequence[Body] = ..., material: Material = ...,
+            geometry: Geometry = ..., mesh: MeshOptions = ..., boundary: Sequence[Condition] = ...,
+            point_force: Sequence[PointForce] = ..., obstacle: Sequence[Obstacle] = ..., contact: Sequence[Pair] = ...,
+            step: Sequence[Step] = ..., method: Method = ..., bem: Bem = ..., petsc: Mapping[str, Any] = ...,
+        ) -> None: ...  # fmt: skip
+
+    @classmethod
+    def spelling(cls, data: Any) -> type[Model]:
+        """`OneBody` for what has no [[body]]."""
+        return OneBody if isinstance(data, dict) and "body" not in data else cls
+
+    @pydantic.model_validator(mode="before")
+    @classmethod
+    def _with_bodies(cls, data: Any) -> Any:
+        """What is said of one body moved into a [[body]]."""
+        if not isinstance(data, dict):
+            return data
+        if "body" in data:
+            for key in filter(data.__contains__, OWN):
+                raise ValueError(f"{key}: belongs to a body; where there is [[body]] it stands in each of them")
+            return data
+        flat = OneBody.model_validate(data)  # its report names the keys as they were given
+        given = {name: getattr(flat, name) for name in flat.model_fields_set}
+        if not given.keys() & {"boundary", "contact"}:
+            raise ValueError("boundary: this key is required")
+        one = {"name": ONE_BODY, **{name: value for name, value in given.items() if name in OWN}}
+        return {**{name: value for name, value in given.items() if name not in OWN}, "body": (one,)}
+
+    @pydantic.model_validator(mode="after")
+    def _names_exist(self) -> Problem:
+        _distinct("body", [body.name for body in self.body])
+        _distinct("obstacle", [o.name for o in self.obstacle])
+        _distinct("contact", [pair.name for pair in self.contact])
+        bodies, obstacles = [body.name for body in self.body], [o.name for o in self.obstacle]
+        for name in set(bodies) & set(obstacles):
+            raise ValueError(f"obstacle: the name {name!r} is that of a body already")
+        stated = dict[frozenset[object], str]()
+        for k, pair in enumerate(self.contact):
+            here = self.side(f"contact[{k}].secondary", pair.secondary)
+            there: object = pair.primary
+            if there not in obstacles:
+                there = self.side(f"contact[{k}].primary", pair.primary, obstacles)
+            if here == there:
+                raise ValueError(f"contact[{k}].primary: {pair.primary!r} is the secondary side itself")
+            first = stated.setdefault(frozenset((here, there)), pair.name)
+            if first != pair.name:
+                raise ValueError(f"contact[{k}]: {pair.secondary!r} and {pair.primary!r} are in contact already, "
+                                 f"as {first!r}; each would carry a part of the pressure")  # fmt: skip
+        for k, step in enumerate(self.step):
+            check_step(f"step[{k}]", step, self.body, obstacles)
+        return self
+
+    def side(self, key: str, text: str, obstacles: list[str] = []) -> tuple[int, str]:  # noqa: B006 (read only)
+        """Number of the body and name of the part that "body.part" means; of a single body "part" will do."""
+        bodies = [body.name for body in self.body]
+        name, dot, part = text.partition(".")
+        if not dot and len(bodies) == 1 and text not in bodies:
+            name, dot, part = bodies[0], ".", text
+        if name not in bodies or not part:
+            what = 'must be "body.part"' + (" or the name of an obstacle" if obstacles else "")
+            names = [*(f"{body}.…" for body in bodies), *obstacles]
+            hint = nearest(name, [*bodies, *obstacles]) or f"; there are {', '.join(names)}"
+            raise ValueError(f"{key}: {what}, got {text!r}{hint}")
+        return bodies.index(name), part
+
+    def conditions(self, number: int) -> list[dict[str, Displacement | Traction]]:
+        """Conditions of a body by part at the end of each step (of one, where there are none); what a step leaves alone
+        stays the same object."""
+        body, names = self.body[number], [body.name for body in self.body]
+        known = {c.part: c for c in body.boundary if not isinstance(c, Contact)}
+        result = []
+        for s, step in enumerate(self.step or (None,)):
+            for k, change in enumerate(step.boundary if step else ()):
+                if (change.body or names[0]) == body.name:
+                    now = body.model_copy(update={"boundary": tuple(known.values())})
+                    known = {**known, change.part: changed_condition(now, change, f"step[{s}].boundary[{k}]")}
+            result.append(known)
+        return result
+
+    def point_forces(self, number: int, step: int, factor: float) -> list[PointForce]:
+        """Point forces of a body at a load factor of a step (from 1), linear from the end of the step before."""
+        last = [f.model_copy(update={"force": (0.0,) * len(f.force)}) for f in self.body[number].point_force]
+        wanted = list(self.body[number].point_force)
+        for k in range(1, step + 1):
+            changes = {change.name: change.force for change in (self.step[k - 1].point_force if self.step else ())}
+            wanted = [f.model_copy(update={"force": changes.get(f.name, f.force)}) for f in wanted]
+            share = factor if k == step else 1.0
+            reached = [tuple((1.0 - share) * a + share * b for a, b in zip(x.force, y.force, strict=True))
+                       for x, y in zip(last, wanted, strict=True)]  # fmt: skip
+            last = [f.model_copy(update={"force": force}) for f, force in zip(wanted, reached, strict=True)]
+        return last
 
     @property
-    def plain(self) -> bool:
-        """Whether one solve with the methods of the paper answers it: bilateral Tresca contact, no load steps."""
-        return not self.step and all(c.plain for c in self.boundary if isinstance(c, Contact))
+    def material(self) -> Material:
+        """Of the one body; this and the next raise AttributeError where there are several."""
+        return self._one("material").material
+
+    @property
+    def geometry(self) -> Geometry:
+        """Of the one body."""
+        return self._one("geometry").geometry
+
+    @property
+    def mesh(self) -> MeshOptions:
+        """Of the one body."""
+        return self._one("mesh").mesh
+
+    @property
+    def boundary(self) -> tuple[Condition, ...]:
+        """Of the one body."""
+        return self._one("boundary").boundary
+
+    @property
+    def point_force(self) -> tuple[PointForce, ...]:
+        """Of the one body."""
+        return self._one("point_force").point_force
+
+    def _one(self, key: str) -> Body:
+        if len(self.body) > 1:
+            names = ", ".join(repr(body.name) for body in self.body)
+            raise AttributeError(f"{key}: the problem has the bodies {names}; take .body[0].{key} or that of another")
+        return self.body[0]
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """A copy with other values, which are not checked; keys of a body are those of the one body."""
+        changes = dict(update or {})
+        own = {key: changes.pop(key) for key in OWN if key in changes}
+        if own:
+            changes["body"] = (self._one(next(iter(own))).model_copy(update=own),)
+        return super().model_copy(update=changes, deep=deep)
+
+    def ignored(self, *, adaptive: bool = False) -> list[str]:
+        """Keys that are given, and that a solve, or an adaptive one, does not read."""
+        keys = [f"method.{key}" for key in self.method.ignored]
+        for k, body in enumerate(self.body if adaptive else ()):
+            place = "" if self._is_flat else f"body[{k}]."
+            keys += [f"{place}mesh.{key}" for key in MeshOptions.model_fields
+                     if key in body.mesh.model_fields_set and key != "graded_points"]  # fmt: skip
+        return keys
+
+    @property
+    def _is_flat(self) -> bool:
+        return len(self.body) == 1 and self.body[0].name == ONE_BODY
+
+    def toml(self) -> str:
+        """The whole problem as TOML, defaults filled in; one body called "body" stands at the top of the file."""
+        data = {key: value for key, value in self.model_dump(mode="json", exclude_none=True).items() if value != []}
+        bodies = data.pop("body")
+        title, units = data.pop("title"), data.pop("units")
+        own = {"body": bodies}
+        if self._is_flat:
+            own = {key: value for key, value in bodies[0].items() if key != "name" and (value != [] or key == "boundary")}
+        return tomli_w.dumps({"title": title, "units": units, **own, **data})
+
+    def __repr__(self) -> str:
+        lines = [f"  {name}: {text}" for name, text in summary(self)]
+        return "\n".join([f"<Problem {self.title!r}" if self.title else "<Problem", *lines]) + ">"
+
+    __str__ = __repr__
+
+    def _repr_html_(self) -> str:
+        """The same as a table, for notebooks."""
+        return html_table(self.title or "Problem", summary(self))
+
+
+def _distinct(key: str, names: list[str]) -> None:
+    for k, name in enumerate(names):
+        if name in names[:k]:
+            raise ValueError(f"{key}[{k}].name: {name!r} is taken already")
+
+
+__all__ = [
+    "ONE_BODY", "OWN", "Body", "Condition", "Contact", "Displacement", "Geometry", "Material", "Normal", "Obstacle",
+    "OneBody", "Pair", "PointForce", "Problem", "Traction", "changed_condition",
+]  # fmt: skip

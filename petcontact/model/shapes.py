@@ -15,7 +15,10 @@ from ..geometry.gmsh import gmsh_outline, read_msh
 from ..geometry.gmsh_surface import gmsh_surface, is_surface
 from ..geometry.outline import Outline, Side, arc, oriented
 from ..geometry.surface import BoxSurface, FacetSurface
-from .base import Finite, Model, Point, Positive, SpacePoint
+from .base import Finite, Model, Point, Positive, SpacePoint, regular_file
+
+LARGEST_MESH = 2_000_000_000
+"""Bytes of a mesh file."""
 
 
 class Rectangle(Model):
@@ -29,7 +32,7 @@ class Rectangle(Model):
         Opposite corners [length].
     """
 
-    shape: Literal["rectangle"] = "rectangle"
+    shape: Literal["rectangle"] = pydantic.Field(default="rectangle", kw_only=True)
     lower_left: Point
     upper_right: Point
 
@@ -58,7 +61,7 @@ class Polygon(Model):
         Names of the parts, one a side; side k starts at vertex k, and sides may share a name.
     """
 
-    shape: Literal["polygon"] = "polygon"
+    shape: Literal["polygon"] = pydantic.Field(default="polygon", kw_only=True)
     vertices: tuple[Point, ...] = pydantic.Field(min_length=3)
     parts: tuple[str, ...]
 
@@ -163,7 +166,7 @@ class SideBySide(Model):
         Whether the body is the infinite plate around the loops.
     """
 
-    shape: Literal["outline"] = "outline"
+    shape: Literal["outline"] = pydantic.Field(default="outline", kw_only=True)
     loops: tuple[tuple[OutlineSide, ...] | Circle, ...] = pydantic.Field(min_length=1)
     exterior: bool = False
 
@@ -203,7 +206,7 @@ class Box(Model):
         Opposite corners [length].
     """
 
-    shape: Literal["box"] = "box"
+    shape: Literal["box"] = pydantic.Field(default="box", kw_only=True)
     lower: SpacePoint
     upper: SpacePoint
 
@@ -233,7 +236,7 @@ class Gmsh(Model):
         Path of the file; in a config it is relative to the config's folder.
     """
 
-    shape: Literal["gmsh"] = "gmsh"
+    shape: Literal["gmsh"] = pydantic.Field(default="gmsh", kw_only=True)
     file: str = pydantic.Field(min_length=1)
 
     def outline(self) -> Outline | FacetSurface:
@@ -244,5 +247,5 @@ class Gmsh(Model):
         InputError
             If the file cannot be read, names no part somewhere, or its boundary lines or surface do not close.
         """
-        mesh = read_msh(self.file)
+        mesh = read_msh(str(regular_file(self.file, LARGEST_MESH)))
         return gmsh_surface(mesh, self.file) if is_surface(mesh) else gmsh_outline(mesh, self.file)

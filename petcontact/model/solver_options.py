@@ -1,4 +1,4 @@
-"""How a problem is solved: the method, its parameters, and the kind of operator."""
+"""How a problem is discretised and solved: the mesh, the kind of operator, the method and its parameters."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 import pydantic
 
-from .base import Model, Positive, one_of
+from .base import Model, Point, Positive, one_of
 
 METHODS = {
     "projection": "projection",
@@ -111,3 +111,69 @@ class Bem(Model):
     hodlr_tol: Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=1e-1)] = 1e-10
     hmatrix_tol: Annotated[float, pydantic.Field(strict=True, ge=1e-7, lt=1e-1)] = 1e-4
     hodlr_leaf: Annotated[int, pydantic.Field(ge=8, le=10**6, strict=True)] = 128
+
+
+Order = Annotated[int, pydantic.Field(ge=0, le=5, strict=True)]
+Ratio = Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=1.0)]
+
+
+class MeshOptions(Model):
+    """Element size, order and grading.
+
+    Attributes
+    ----------
+    element_size : float, optional
+        h: a side of length l has round(l/h) equal elements, at least one [length].
+    element_sizes : dict of part name to float
+        h of single parts, over `element_size`.
+    order : int, optional
+        Order of the elements, 0 (constant, as in the paper; the default where `element_size` is given) to 5.
+    grading : float, optional
+        Ratio in (0, 1) of neighbouring elements where the mesh is graded geometrically towards corners, ends of parts
+        and `graded_points`; by default no grading where `element_size` is given, else 0.35.
+    levels : int
+        Number of graded elements towards each such point.
+    graded_points : list of points
+        Further points of the boundary to grade towards [length]. On contact parts of adaptive solves they are a first
+        guess of transition points.
+    accuracy : float, optional
+        In the plane, where neither sizes nor order nor grading are given, the solve is adaptive: it refines until the
+        estimated relative error is below this [-]; of u_t of one body in bilateral contact (1e-4 by default), else of
+        pressure and shear (1e-2).
+    exponent : float, optional
+        In space: panels on the faces of a box shrink towards the edges with this power of their number, by default 1.4; 1
+        for equal ones.
+        Of the other keys `element_size` (a quarter of the shortest edge by default), `element_sizes` and `order` (0 to 3,
+        by default 2) count in space; on surfaces from files the facets are the panels.
+    """
+
+    element_size: Positive | None = None
+    element_sizes: dict[str, Positive] = {}  # noqa: RUF012 (frozen)
+    order: Order | None = None
+    grading: Ratio | None = None
+    levels: Annotated[int, pydantic.Field(ge=1, le=60, strict=True)] = 12
+    graded_points: tuple[Point, ...] = ()
+    accuracy: Annotated[float, pydantic.Field(gt=0.0, lt=1.0)] | None = None
+    exponent: Annotated[float, pydantic.Field(strict=True, ge=1.0, le=4.0)] | None = None
+
+    @property
+    def automatic(self) -> bool:
+        """Whether nothing is said of sizes, order and grading: order and grading follow `accuracy`."""
+        return self.element_size is None and not self.element_sizes and self.order is None and self.grading is None
+
+    @property
+    def graded(self) -> bool:
+        """Whether elements shrink towards singular points."""
+        return self.grading is not None or self.element_size is None
+
+    @property
+    def resolved_order(self) -> int:
+        """The order, its default filled in: 0 on uniform meshes as in the paper, 3 on graded ones."""
+        if self.order is not None:
+            return self.order
+        return 0 if self.element_size is not None else 3
+
+    @property
+    def resolved_grading(self) -> float:
+        """The ratio, its default filled in."""
+        return self.grading if self.grading is not None else 0.35

@@ -1,8 +1,8 @@
-"""Adaptive solution: solve, find the transition points, refine towards them, estimate, repeat.
+"""Adaptive solution: solve, find where the solution is singular, refine towards it, estimate, repeat.
 
 Meshes come from a ladder of gradings, each with an error about ten times smaller than the one before: more order and
-a milder grading where the solution is smooth, smaller elements of low order at corners and transition points. The
-solution of one rung places the transition points of the next one and is its start. The difference of two rungs is the
+a milder grading where the solution is smooth, smaller elements of low order at corners and edges of contact, stick and
+slip. The solution of one level places these edges for the next one and is its start. The difference of two levels is the
 error of the lower one; it is the estimate for the upper one, which is returned. What the ladder gains in its last step
 is not claimed: the pace of the steps before says little of it.
 """
@@ -11,55 +11,153 @@ from __future__ import annotations
 
 import math
 import time
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, Protocol
 
-import numpy as np
-
-from ..bem.boundary_data import evaluate_boundary
-from ..bem.compatibility import check_compatible
-from ..bem.kernels import kernel_for
-from ..bem.operators import BoundaryOperators
-from ..contact.rho_rules import Rule
-from ..contact.state import Monitor
+from ..contact.state import Start
 from ..errors import SolverError
-from ..geometry.outline import as_outline
-from ..mesh.curve_mesh import as_curve
-from ..model.case import Case
+from ..geometry.outline import Outline, as_outline
+from ..geometry.surface import Boundary
+from ..mesh.curve_mesh import CurveMesh
 from ..model.problem import Problem
-from ..refinement.contact_line import ContactLine, difference, largest, transition, without_specks
-from ..refinement.ladder import LADDER, MOST_GAIN, Rung, believed, check_accuracy
-from ..refinement.marks import Body
-from ..refinement.zones import Zone
+from ..refinement.ladder import Rung, check_accuracy
+from ..refinement.marks import Body, RungMesh
 from ..results.solution import Solution
 from ..runtime.petsc import petsc
-from .initial_state import carried_over
-from .prepare import prepare_operators
-from .run import probed, run
+from .assemble import Discrete, discretise
+from .increment import Monitor, PreparedProblem
+from .run import prepare, run
+from .sides import interfaces_of
+from .slip_quantity import Slip
+from .traction_quantity import Tractions, with_later_data
 
 DENSE_NODES = 2500
 """Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
-LEAST_SLIP = 1e-3
-"""‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""
-FIRST_LOOK = 12
-"""Least number of elements on a contact side when nothing is known of its zones."""
+
+
+class Quantity(Protocol):
+    """What an adaptive solve refines for: `Slip` or `Tractions`."""
+
+    differences: list[float]
+
+    @property
+    def accuracy(self) -> float: ...
+    @property
+    def levels(self) -> tuple[Rung, ...]: ...
+    @property
+    def attempts(self) -> int: ...
+    @property
+    def estimate(self) -> float: ...
+    def check(self, problem: Problem, body: Body) -> None: ...
+    def mesh(self, number: int, body: Body, level: Rung) -> RungMesh: ...
+    def start(self, problem: PreparedProblem) -> Start | None: ...
+    def observe(self, solution: Solution, level: Rung) -> None: ...
+    def is_vague(self) -> bool: ...
+    def info(self) -> dict[str, Any]: ...
+
+
+def quantity_for(problem: Problem) -> Quantity:
+    """u_t of one body in bilateral contact without load steps; p and q of everything else."""
+    slip = len(problem.body) == 1 and not problem.step and all(side.holds_normal for side in interfaces_of(problem))
+    return Slip() if slip else Tractions(problem)
+
+
+def can_adapt(problem: Problem) -> bool:
+    """Whether all bodies are plane ones."""
+    return all(isinstance(body.geometry.outline(), Outline) for body in problem.body)
+
+
+class AdaptiveSolve:
+    """Meshes one after another, and what the last one showed.
+
+    Attributes
+    ----------
+    quantity : Quantity
+    solutions : list of Solution
+        One a mesh.
+    discrete : Discrete or None
+        The problem on the last mesh.
+    missed : float
+        What its mesh leaves of the given data beyond what is asked (or 0) [-].
+    """
+
+    def __init__(self, problem: Problem, comm: Any, monitor: Monitor | None, law: Any) -> None:
+        method = problem.method.model_copy(update={
+            "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed"
+        })  # fmt: skip
+        self.problem, self.comm, self.monitor, self.law = problem.model_copy(update={"method": method}), comm, monitor, law
+        self.quantity = quantity_for(problem)
+        self.solutions: list[Solution] = []
+        self.discrete: Discrete | None = None
+        self.missed = 0.0
+        self._bodies: dict[int, Body] = {}
+
+    def climb(self, accuracy: float) -> str:
+        """Level after level until the estimate is below the accuracy; what kept a level from being solved, or nothing."""
+        quantity = self.quantity
+        for level in quantity.levels:
+            for attempt in range(quantity.attempts):
+                try:
+                    solution = self._solved(level)
+                except SolverError as error:
+                    if not self.solutions:
+                        raise
+                    return f"{error} (on the mesh after the last)"
+                self.solutions.append(solution)
+                if solution.status != "converged":
+                    return ""
+                quantity.observe(solution, level)
+                if not quantity.is_vague() or attempt == quantity.attempts - 1:
+                    break
+            if self.missed > 0.0 or quantity.estimate <= accuracy:
+                break
+        return ""
+
+    def _solved(self, level: Rung) -> Solution:
+        """The solution on the mesh of a level."""
+        self.missed = 0.0
+
+        def make(number: int, one: Problem, boundary: Boundary) -> CurveMesh:
+            if number not in self._bodies:
+                body = Body.of(one, as_outline(boundary, "--adapt").joined)
+                self.quantity.check(one, body)
+                self._bodies[number] = with_later_data(body, self.problem, number, one)
+            made = self.quantity.mesh(number, self._bodies[number], level)
+            self.missed = max(self.missed, made.missed)
+            return made.mesh
+
+        began = time.perf_counter()
+        discrete = discretise(self.problem, make, self.law)
+        if self.problem.bem.mat_type == "auto" and max(mesh.n_nodes for mesh in discrete.meshes) <= DENSE_NODES:
+            dense = self.problem.bem.model_copy(update={"mat_type": "dense"})
+            discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": dense}))
+        seconds = time.perf_counter() - began
+        problem = prepare(discrete.problem, self.comm, discrete)
+        problem.timings["mesh"] += seconds
+        try:
+            solution = run(replace(problem, start=self.quantity.start(problem)), monitor=self.monitor)
+        finally:
+            problem.close()
+        self.discrete = discrete
+        return replace(solution, problem=self.problem)
 
 
 def adapt(
-    case: Case | Problem,
-    accuracy: float,
-    *,
-    comm: Any = None,
-    monitor: Monitor | None = None,
-) -> Solution:
-    """The solution with an estimated error of u_t below a wanted one, on meshes that follow it.
+    problem: Problem, accuracy: float | None = None, *, method: Any = None, rule: Any = None, law: Any = None,
+    comm: Any = None, monitor: Monitor | None = None,
+) -> Solution:  # fmt: skip
+    """The solution with an estimated error below a wanted one, on meshes that follow it; of plane bodies.
 
     Parameters
     ----------
-    case : Case or Problem
-        Its `[mesh]` table only gives `graded_points`; its method, unless it names one, is semismooth Newton.
-    accuracy : float
-        Wanted error of u_t: relative, L2(Γ_C) [-].
+    problem : Problem
+        Of its `[mesh]` tables only `graded_points` count. The meshes are found with semismooth Newton; the problem's own
+        method, where it is another one, then solves on the last of them.
+    accuracy : float, optional
+        Wanted error, relative, L2 on the contact [-]: of u_t of one body in bilateral contact (by default the smallest
+        `mesh.accuracy`, or 1e-4), else of p and q at the ends of all steps (1e-2).
+    method, rule, law
+        As in `solve`.
     comm : PETSc.Comm, optional
         PETSc.COMM_WORLD by default.
     monitor : callable, optional
@@ -78,212 +176,44 @@ def adapt(
     InputError, SolverError
         As `solve`.
     """
+    comm, began = comm if comm is not None else petsc().COMM_WORLD, time.perf_counter()
+    work = AdaptiveSolve(problem, comm, monitor, law)
+    if accuracy is None:
+        given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
+        accuracy = min(given, default=work.quantity.accuracy)
     check_accuracy(accuracy)
-    case = Case.of(case)
-    method = case.method.model_copy(update={"name": "semismooth-newton", "rule": None, "start": "zero"})
-    case = case.model_copy(update={"method": method})
-    comm = comm if comm is not None else petsc().COMM_WORLD
-    began = time.perf_counter()
-    outline = as_outline(case.geometry.outline(), "--adapt").joined
-    check_compatible(case, outline)
-    body = Body.of(case, outline)
-    differences, estimate, trouble = list[float](), math.inf, ""
-    levels = [solve_level(case, body, LADDER[0], None, comm, monitor)]
-    for rung in LADDER[1:]:
-        if levels[-1].solution.status == "failed" or levels[-1].missed > 0.0 or estimate <= accuracy:
-            break
+    trouble = work.climb(accuracy)
+    solution = work.solutions[-1]
+    own = rule is not None or method is not None or problem.method.resolved_name != "semismooth-newton"
+    if own and solution.status == "converged" and work.discrete is not None:
+        last = replace(work.discrete, problem=problem)
+        prepared = prepare(problem, comm, last, method=method, rule=rule)
         try:
-            levels.append(solve_level(case, body, rung, levels[-1], comm, monitor))
-        except SolverError as error:
-            trouble = f"{error} (on the mesh after the last)"
-            break
-        differences.append(difference(levels[-2].lines, levels[-1].lines) / displacement_scale(levels[-1].solution))
-        truncation = [body.truncation(rung.resolved) for rung in LADDER[: len(levels)]]
-        estimate = estimated_error(differences, truncation)
-    return _finished(body, levels, accuracy, estimate, differences, time.perf_counter() - began, trouble)
+            solution = run(prepared, monitor=monitor)
+        finally:
+            prepared.close()
+    return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
 
 
-def solve_adaptively(
-    case: Case, *, rule: Rule | None = None, comm: Any = None, monitor: Monitor | None = None
-) -> Solution:
-    """The solution of a case whose mesh is left open: `adapt` to `mesh.accuracy`, then the case's own method on that mesh.
-
-    Raises
-    ------
-    InputError, SolverError
-        As `solve`.
-    """
-    found = adapt(case, case.mesh.accuracy, comm=comm, monitor=monitor)
-    if found.status == "failed" or (rule is None and case.method.resolved_name == "semismooth-newton"):
-        return found
-    mesh = as_curve(found.mesh)
-    operators = BoundaryOperators(mesh, evaluate_boundary(case, mesh), kernel_for(mesh, case.material))
-    prepared = prepare_operators(operators, case, comm if comm is not None else petsc().COMM_WORLD, dict(found.timings))
-    try:
-        solution = run(prepared, case, rule=rule, monitor=monitor)
-    finally:
-        prepared.close()
-    kept = {key: found.info[key] for key in ("accuracy", "estimated_error", "levels", "differences", "largest_slip",
-                                             "zone_errors")}  # fmt: skip
-    status, reason = solution.status, solution.reason
-    if status == "converged":
-        status, reason = found.status, reason if found.status == "converged" else found.reason
-    return replace(solution, info={**solution.info, **kept}, zones=found.zones, status=status, reason=reason)
-
-
-def estimated_error(differences: list[float], truncation: list[float]) -> float:
-    """Error of the last rung from the differences of neighbouring ones, infinite while there are fewer than two of them.
-
-    The last difference is the error of the last rung but one, and an estimate for the last one that does not flatter.
-    Two rungs may be alike by chance, or because elements at a corner are as small as they can be: no step is believed
-    to gain more than MOST_GAIN, and nothing more than the sizes of elements at corners allow: errors C T_k there show as
-    differences d_k = C (T_k - T_(k+1)).
-
-    Parameters
-    ----------
-    differences : list of k floats
-        Of rungs 0 and 1, 1 and 2, ...
-    truncation : list of k + 1 floats
-        T of each rung, see `Body.truncation`.
-    """
-    if len(differences) < 2:
-        return math.inf
-    least = [max(d, before / MOST_GAIN) for d, before in zip(differences, [0.0, *differences], strict=False)]
-    steps = zip(least, truncation[:-1], truncation[1:], strict=True)
-    # each difference bounds C, as far as its two meshes differ at corners at all
-    bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
-    left = truncation[-1] * min(bounds, default=0.0)
-    return max(believed(differences), left)
-
-
-def displacement_scale(solution: Solution) -> float:
-    """What errors of u_t are relative to: ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if that is larger.
-
-    Where almost all of Γ_C sticks the error relative to the slip alone would be that of nearly nothing.
-    """
-    mesh, contact = solution.mesh, solution.contact
-    mean_square = float(mesh.weight @ np.sum(solution.u**2, axis=1)) / float(mesh.weight.sum())
-    whole = math.sqrt(mean_square * float(contact.weight.sum()))
-    slip = math.sqrt(float(contact.weight @ np.sum(contact.u_t**2, axis=1)))
-    return max(slip, LEAST_SLIP * whole) or 1.0
-
-
-@dataclass(frozen=True)
-class Level:
-    """A rung solved: the solution, u_t and σ_t along each contact side, and the defect of the data beyond the wanted one."""
-
-    solution: Solution
-    operators: BoundaryOperators
-    lines: list[ContactLine]
-    missed: float
-
-
-def solve_level(
-    case: Case,
-    body: Body,
-    rung: Rung,
-    previous: Level | None,
-    comm: Any,
-    monitor: Monitor | None,
-) -> Level:
-    """Mesh for a rung and what the previous level showed, and its solution."""
-    began = time.perf_counter()
-    longest = [
-        side.length / FIRST_LOOK if contact and previous is None else np.inf
-        for side, contact in zip(body.outline.sides, body.contact, strict=True)
-    ]
-    made = body.mesh(rung, longest, previous.lines if previous is not None else None)
-    mesh = made.mesh
-    operators = BoundaryOperators(mesh, evaluate_boundary(case, mesh), kernel_for(mesh, case.material))
-    if case.bem.mat_type == "auto" and mesh.n_nodes <= DENSE_NODES:
-        case = case.model_copy(update={"bem": case.bem.model_copy(update={"mat_type": "dense"})})
-    prepared = prepare_operators(operators, case, comm, {"mesh": time.perf_counter() - began})
-    try:
-        start = None if previous is None else carried_over(mesh, previous.solution.contact, operators.data.contact_nodes)
-        solution = run(prepared, case, start=start, monitor=monitor, probe=False)
-    finally:
-        prepared.close()
-    return Level(solution, operators, contact_lines(body, solution), made.missed)
-
-
-def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
-    """u_t and σ_t along each contact side of a solution."""
-    mesh, contact = as_curve(solution.mesh), solution.contact
-    ends = np.cumsum([side.length for side in body.outline.sides])
-    side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
-    element = mesh.element[contact.nodes]
-    sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
-    lines = []
-    for k in np.flatnonzero(body.contact):
-        chosen = side_of_element[element] == k
-        # without friction there are no transitions: one zone, whatever the sign of u_t
-        free = chosen & (contact.friction_bound == 0.0)
-        sign[free] = 1 if contact.u_t[free, 0].sum() >= 0.0 else -1
-        mine = np.flatnonzero(side_of_element == k)
-        offset = mesh.side_start[mine[0]]
-        breaks = np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]]) - offset
-        lines.append(ContactLine(
-            contact.arc_length[chosen] - offset, contact.weight[chosen], element[chosen], breaks,
-            contact.u_t[chosen, 0], contact.sigma_t[chosen, 0], contact.friction_bound[chosen],
-            without_specks(sign[chosen], element[chosen]), body.kinks[k],
-        ))  # fmt: skip
-    return lines
-
-
-def transition_zones(body: Body, level: Level) -> list[Zone]:
-    """Zones of a level with their ends at the estimated transition points, by arc length along the part."""
-    zones: list[Zone] = []
-    offset: dict[str, float] = {}
-    lines = iter(level.lines)
-    for side, contact in zip(body.outline.sides, body.contact, strict=True):
-        start = offset.get(side.part, 0.0)
-        offset[side.part] = start + side.length
-        if not contact:
-            continue
-        line = next(lines)
-        # between the nodes that it parts, whatever an extrapolation says
-        found = [float(np.clip(transition(line, cut), line.s[cut - 1], line.s[cut])) for cut in line.cuts]
-        ends = [0.0, *found, side.length]
-        for zone, a, b in zip(line.zones(), ends[:-1], ends[1:], strict=True):
-            sign = int(line.sign[zone.start])
-            if zones and zones[-1].part == side.part and zones[-1].sign == sign and zones[-1].end == start + a:
-                a = zones.pop().start - start
-            zones.append(Zone(side.part, start + a, start + b, sign))
-    return zones
-
-
-def zone_errors(zones: list[Zone], before: list[Zone]) -> list[tuple[float, float]]:
-    """How far the ends of zones lie from the nearest ones of a coarser mesh, one pair a zone [length]."""
-    def moved(part: str, at: float) -> float:
-        ends = [end for zone in before if zone.part == part for end in (zone.start, zone.end)]
-        return min((abs(at - end) for end in ends), default=0.0)
-
-    return [(moved(zone.part, zone.start), moved(zone.part, zone.end)) for zone in zones]
-
-
-def _finished(
-    body: Body, levels: list[Level], accuracy: float, estimate: float, differences: list[float], seconds: float,
-    trouble: str,
-) -> Solution:
-    solution = probed(levels[-1].solution, levels[-1].operators)
-    zones = transition_zones(body, levels[-1])
+def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
+    quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
+    estimate = quantity.estimate if shown else math.inf
     info = {
-        **solution.info,
-        "accuracy": accuracy,
-        "estimated_error": estimate,
-        "levels": [level.solution.mesh.n_elements for level in levels],
-        "differences": differences,
-        "largest_slip": largest(levels[-1].lines),
-        "zone_errors": zone_errors(zones, transition_zones(body, levels[-2]) if len(levels) > 1 else []),
-    }
+        **solution.info, "accuracy": accuracy, "differences": quantity.differences,
+        "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
+        **(quantity.info() if shown else {}),
+    }  # fmt: skip
+    # where nothing carries anything there is no p whose error could be known
+    if solution.bilateral or any(pair.pressure.any() for step in solution.tried for pair in step.pairs.values()):
+        info["estimated_error"] = estimate
     status, reason = solution.status, solution.reason
-    if status == "converged" and levels[-1].missed > 0.0:
-        status, reason = "not converged", f"no mesh resolves the given data: {levels[-1].missed:.1e} of them is missed"
+    if status == "converged" and work.missed > 0.0:
+        status, reason = "not converged", f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
     elif status == "converged" and estimate > accuracy:
         status, reason = "not converged", trouble or f"estimated error {estimate:.1e} > {accuracy:g} on the finest mesh"
     timings: dict[str, float] = {}
-    for level in levels:
-        for name, value in level.solution.timings.items():
+    for found in {id(each): each for each in (*work.solutions, solution)}.values():
+        for name, value in found.timings.items():
             timings[name] = timings.get(name, 0.0) + value
     timings["adapt"] = max(0.0, seconds - sum(timings.values()))
-    return replace(solution, info=info, status=status, reason=reason, timings=timings, zones=zones)
+    return replace(solution, info=info, status=status, reason=reason, timings=timings)

@@ -7,19 +7,15 @@ from typing import Any
 
 import numpy as np
 
-from ..bem.boundary_data import evaluate_boundary
-from ..bem.kernels import kernel_for
-from ..bem.operators import BoundaryOperators
 from ..errors import PetcontactError
 from ..geometry.outline import Outline
 from ..mesh.curve_mesh import CurveMesh, build_mesh
-from ..model.case import Case
 from ..refinement.contact_line import difference
 from ..refinement.marks import Body
 from ..results.solution import Solution
-from .adaptive import contact_lines, displacement_scale
-from .prepare import prepare_operators
-from .run import run
+from .assemble import discretise
+from .run import prepare, run
+from .slip_quantity import contact_lines, displacement_scale
 
 CHEAP = 1200
 """Nodes up to which a quarter more of assembly is nothing to wait for."""
@@ -33,32 +29,30 @@ def with_estimate(solution: Solution, comm: Any) -> Solution:
     What two meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of
     the finer one, of elements of higher order more.
     """
-    outline = solution.case.geometry.outline()
-    mesh = solution.mesh
-    if not isinstance(outline, Outline) or not isinstance(mesh, CurveMesh) or not solution.converged or comm.getSize() > 1:
+    problem = solution.problem
+    if not solution.bilateral or "estimated_error" in solution.info or not solution.converged or comm.getSize() > 1:
+        return solution
+    outline, mesh = problem.geometry.outline(), solution.mesh
+    if not isinstance(outline, Outline) or not isinstance(mesh, CurveMesh):
         return solution
     if not FEWEST <= mesh.n_elements <= mesh.n_nodes <= CHEAP:
         return solution
-    method = solution.case.method.model_copy(update={
+    method = problem.method.model_copy(update={
         "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed"
     })  # fmt: skip
-    case = solution.case.model_copy(update={"method": method})
+    problem = problem.model_copy(update={"method": method})
     try:
-        other = _solved(case, joined(mesh, outline), comm)
+        discrete = discretise(problem, lambda number, one, boundary: joined(mesh, outline))
+        prepared = prepare(problem, comm, discrete)
+        try:
+            other = run(prepared, checked=False)
+        finally:
+            prepared.close()
+        body = Body.of(problem, outline)
     except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold
         return solution
-    body = Body.of(case, outline)
     error = difference(contact_lines(body, other), contact_lines(body, solution)) / displacement_scale(solution)
     return replace(solution, info={**solution.info, "estimated_error": error})
-
-
-def _solved(case: Case, mesh: CurveMesh, comm: Any) -> Solution:
-    operators = BoundaryOperators(mesh, evaluate_boundary(case, mesh), kernel_for(mesh, case.material))
-    prepared = prepare_operators(operators, case, comm, {})
-    try:
-        return run(prepared, case, probe=False)
-    finally:
-        prepared.close()
 
 
 def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:

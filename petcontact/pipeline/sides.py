@@ -1,4 +1,4 @@
-"""Which parts of an assembly are in contact, and whether its parts and vectors fit the bodies."""
+"""Which parts of a problem are in contact, and whether its parts and vectors fit the bodies."""
 
 from __future__ import annotations
 
@@ -11,9 +11,8 @@ import numpy as np
 from ..arrays import Array
 from ..errors import InputError
 from ..geometry.surface import Boundary
-from ..model.assembly import ONE_BODY, Assembly, Body
 from ..model.base import nearest
-from ..model.problem import Contact, Problem, Traction
+from ..model.problem import ONE_BODY, Body, Contact, Problem, Traction
 
 
 @dataclass(frozen=True)
@@ -43,31 +42,40 @@ class Side:
     law: Any
     direction: Array | None
 
+    @property
+    def holds_normal(self) -> bool:
+        """Whether it is in contact with fixed ground that it cannot leave, and its friction does not depend on pressure.
 
-def interfaces_of(assembly: Assembly) -> list[Side]:
+        Then u_n = gap is known data of the body, and a method looks for tangential tractions only, as in the paper.
+        """
+        return (self.primary is None and self.obstacle is None and self.direction is None
+                and self.law.normal != "unilateral" and self.law.friction_coefficient is None)  # fmt: skip
+
+
+def interfaces_of(problem: Problem) -> list[Side]:
     """Contact conditions and contact pairs, in the order of the config."""
     result = []
-    several = len(assembly.body) > 1 or assembly.body[0].name != ONE_BODY
-    for b, body in enumerate(assembly.body):
+    several = len(problem.body) > 1 or problem.body[0].name != ONE_BODY
+    for b, body in enumerate(problem.body):
         for k, condition in enumerate(body.boundary):
             if isinstance(condition, Contact):
                 name = f"{body.name}.{condition.part}" if several else condition.part
                 key = f"body[{b}].boundary[{k}]" if several else f"boundary[{k}]"
                 result.append(Side(name, f"{key} ({condition.part})", b, condition.part, None, None, condition, None))
-    obstacles = [o.name for o in assembly.obstacle]
-    for k, pair in enumerate(assembly.contact):
+    obstacles = [o.name for o in problem.obstacle]
+    for k, pair in enumerate(problem.contact):
         key = f"contact[{k}]"
-        a, part = assembly.side(f"{key}.secondary", pair.secondary)
+        a, part = problem.side(f"{key}.secondary", pair.secondary)
         direction = None if pair.direction is None else np.array(pair.direction) / np.linalg.norm(pair.direction)
         if pair.primary in obstacles:
             result.append(Side(pair.name, key, a, part, None, obstacles.index(pair.primary), pair, direction))
         else:
-            primary = assembly.side(f"{key}.primary", pair.primary, obstacles)
+            primary = problem.side(f"{key}.primary", pair.primary, obstacles)
             result.append(Side(pair.name, key, a, part, primary, None, pair, direction))
     return result
 
 
-def check_parts(assembly: Assembly, boundaries: list[Boundary], sides: list[Side]) -> None:
+def check_parts(problem: Problem, boundaries: list[Boundary], sides: list[Side]) -> None:
     """Refuse parts that do not exist or have two conditions, bodies of different dimensions, and vectors that do not fit.
 
     Raises
@@ -75,19 +83,19 @@ def check_parts(assembly: Assembly, boundaries: list[Boundary], sides: list[Side
     InputError
     """
     d = boundaries[0].dim
-    for body, boundary in zip(assembly.body, boundaries, strict=True):
+    for body, boundary in zip(problem.body, boundaries, strict=True):
         if boundary.dim != d:
-            raise InputError(f"body {body.name!r}: has {boundary.dim} dimensions, body {assembly.body[0].name!r} has {d}")
+            raise InputError(f"body {body.name!r}: has {boundary.dim} dimensions, body {problem.body[0].name!r} has {d}")
         for k, point in enumerate(body.point_force):
             _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
             _check_components(f"body {body.name!r}: point_force[{k}].force", point.force, d)
     for side in sides:
         if side.direction is not None:
             _check_components(f"{side.key}.direction", side.direction, d)
-    for k, step in enumerate(assembly.step):
+    for k, step in enumerate(problem.step):
         for j, force in enumerate(step.point_force):
             _check_components(f"step[{k}].point_force[{j}].force", force.force, d)
-    for b, (body, boundary) in enumerate(zip(assembly.body, boundaries, strict=True)):
+    for b, (body, boundary) in enumerate(zip(problem.body, boundaries, strict=True)):
         taken: list[str] = []
         for k, condition in enumerate(body.boundary):
             _known_part(f"body {body.name!r}: boundary[{k}].part", condition.part, boundary.parts)
@@ -106,7 +114,7 @@ def check_parts(assembly: Assembly, boundaries: list[Boundary], sides: list[Side
         faces = [(s.body, s.part) for s in sides] + [s.primary for s in sides if s.primary]
         met = [*taken, *(part for number, part in faces if number == b)]
         missing = [part for part in boundary.parts if part not in met]
-        if missing and body.name == ONE_BODY and len(assembly.body) == 1:
+        if missing and body.name == ONE_BODY and len(problem.body) == 1:
             raise InputError(f"boundary: part {missing[0]!r} has no condition; each of {', '.join(boundary.parts)} needs "
                              "one or a [[contact]] (only parts of a [[body]] are free of traction without)")  # fmt: skip
 

@@ -13,9 +13,9 @@ from ..arrays import Array, Index, Mask
 from ..geometry.arcs import on_arcs
 from ..geometry.outline import Outline, Side
 from ..mesh.basis import gauss, lagrange
-from ..model.expression_features import features, uniform
 from ..model.expressions import Value, evaluate
 from ..model.problem import Condition, Displacement, Problem, Traction
+from .expression_features import features, uniform
 
 ORDER = 5
 """Largest order of an element."""

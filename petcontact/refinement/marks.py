@@ -35,6 +35,8 @@ UNSEEN = 24
 """Least number of elements on a contact side whose transition points nobody has told."""
 
 
+ACCURACY = 1e-4
+"""Of u_t, of meshes for which none is named."""
 TOUCH = 1e-6
 """Smallest elements where a gap is least, of a side, while nobody knows how much of it closes."""
 NEAR_END = 1e-4
@@ -174,7 +176,7 @@ class RungMesh:
 
 def default_mesh(problem: Problem, outline: Outline) -> CurveMesh:
     """The mesh of a problem that names no element size, order or grading: a rung of the ladder, with the points given."""
-    body, rung = Body.of(problem, outline), LADDER[first_rung(problem.mesh.accuracy)]
+    body, rung = Body.of(problem, outline), LADDER[first_rung(problem.mesh.accuracy or ACCURACY)]
     largest = [
         side.length / UNSEEN if contact and not len(given) else np.inf
         for side, contact, given in zip(outline.sides, body.contact, body.given, strict=True)

@@ -16,8 +16,8 @@ from ..mesh.grading import mesh_outline
 from ..mesh.panelling import box_mesh, facet_mesh
 from ..mesh.panels import HIGHEST_ORDER
 from ..mesh.surface_mesh import SurfaceMesh
-from ..model.mesh_options import MeshOptions
 from ..model.problem import Problem
+from ..model.solver_options import MeshOptions
 from .marks import default_mesh
 
 LARGEST_MESH = 400_000

@@ -1,12 +1,9 @@
-"""Result files: HDF5 that h5py alone can read, written whole or not at all."""
+"""Result files: HDF5 that h5py alone can read, one layout for every problem, written whole or not at all."""
 
 from __future__ import annotations
 
-import contextlib
-import hashlib
 import json
-import os
-from collections.abc import Callable, Iterator
+import tomllib
 from pathlib import Path
 from typing import Any
 
@@ -14,59 +11,43 @@ import h5py
 import numpy as np
 
 from ..contact.state import COLUMNS, History
-from ..errors import PetcontactError, ResultError
-from ..mesh.storage import read_mesh, write_mesh
+from ..errors import ResultError
+from ..mesh.storage import demand, read_mesh, write_mesh
+from ..model.assembly import Assembly
 from ..model.base import parse
-from ..model.case import Case
 from ..model.units import Units
-from ..refinement.zones import Zone
-from ..runtime.atomic_write import temporary_name
-from .checks import check_contact, check_fields, check_group, check_history, check_link, read_table
-from .solution import ContactFields, Solution
-from .steps.solution import AssemblySolution
+from .data import SolutionData
+from .format.checks import check_fields, check_group, check_history, check_link, check_pair, read_table
+from .format.container import opened, write_atomically
+from .format.descriptions import FIELDS
+from .format.format1 import read_format1
+from .records import BodyResult, ObstacleResult, PairResult, StepResult
 
 FORMAT = "petcontact result"
-FORMAT_VERSION = 1
-SEAL = b"\npetcontact sha256\n"
-"""What stands after the HDF5 file, which does not mind, before the hash of its bytes: HDF5 may crash on damaged ones."""
+FORMAT_VERSION = 3
 PROVENANCE = ("argv", "petsc_options", "versions")
 """Entries of `info` that are attributes of their own as well."""
-DESCRIPTIONS = {
-    "boundary/x": ("length", "nodes"),
-    "boundary/normal": ("1", "outward unit normals"),
-    "boundary/weight": ("length", "quadrature weights: the sum of weight * f(x) is the integral of f"),
-    "boundary/u": ("length", "displacement"),
-    "boundary/traction": ("stress", "traction on the body"),
-    "boundary/part": ("1", "name of the part of each node"),
-    "contact/nodes": ("1", "numbers of the contact nodes among those of /boundary"),
-    "contact/x": ("length", "contact nodes"),
-    "contact/tangent": ("1", "tangents; in the plane the outward normal turned by +90 degrees"),
-    "contact/weight": ("length", "quadrature weights"),
-    "contact/arc_length": ("length", "arc length along the part, 0 in space"),
-    "contact/u_t": ("length", "displacement along the tangents"),
-    "contact/sigma_t": ("stress", "traction along the tangents"),
-    "contact/sigma_n": ("stress", "traction along the outward normal, negative in compression"),
-    "contact/friction_bound": ("stress", "g, the largest |sigma_t|"),
-    "contact/state": ("1", "0 stick, 1 slip, 2 open"),
-    "contact/part": ("1", "name of the part of each contact node"),
-    "history/rho": ("stress/length", "Robin parameter of the step"),
-    "history/w": ("stress/length", "change of sigma_t over change of u_t in the step"),
-    "history/change": ("1", "relative change in the step, which the stopping criterion looks at"),
-    "history/residual": ("stress*length^(1/2)", "norm of the friction residual of the iterate that the step starts from"),
-    "history/ksp_iterations": ("1", "KSP iterations of the step"),
-    "history/exchanged": ("1", "nodes on the wrong side after each Newton step, the last rows"),
-}
-"""Unit and meaning of the datasets of a result."""
+RESIDUALS = ("normal", "tangential", "balance", "elastic")
+"""Columns of the table of increments."""
+MEASURES = ("equilibrium", "elimination", "overlap")
+"""What else an increment is judged by, attributes only."""
+STILL = ("x", "normal", "tangent", "weight", "arc_length")
+"""Of an interface what no increment changes: stored once, by several names."""
+MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "state")
+RESULTANTS = ("force", "moment", "dissipated", "dissipated_error", "force_primary", "moment_primary")
+PLACES = ("displacement", "rotation", "force", "moment")
+ONE_BODY = ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state",
+            "pressure", "gap", "slip", "part")  # fmt: skip
+"""Of /contact."""
 
 
-def write_solution(path: str | Path, solution: Solution | AssemblySolution, *, replace: bool = True) -> None:
+def write_solution(path: str | Path, solution: SolutionData, *, replace: bool = True) -> None:
     """Write a result file: to a temporary name, flushed to the disk, then renamed.
 
     Parameters
     ----------
     path : str or Path
-    solution : Solution or AssemblySolution
-        Written in format 1 or 2.
+    solution : Solution
     replace : bool
         Whether a file of that name may be replaced; if not, and there is one, the result is kept beside it.
 
@@ -76,186 +57,222 @@ def write_solution(path: str | Path, solution: Solution | AssemblySolution, *, r
         If the file cannot be written (folder missing or read-only, disk full), then nothing is left behind; or if it is
         kept under another name.
     """
-    from .steps.hdf5 import fill
-
-    if isinstance(solution, AssemblySolution):
-        write_atomically(path, lambda file: fill(file, solution), replace=replace)
-    else:
-        write_atomically(path, lambda file: write_group(file, solution), replace=replace)
+    write_atomically(path, lambda file: write_group(file, solution), replace=replace)
 
 
-def write_atomically(path: str | Path, fill: Callable[[h5py.File], None], *, replace: bool = True) -> None:
-    """Let `fill` write an HDF5 file that appears under its name only when it is whole and on the disk."""
-    with temporary_name(path, replace=replace) as temporary:
-        # built in memory: HDF5 crashes the process when the disk fills up under a file of its own
-        with h5py.File("result", "w", driver="core", backing_store=False, track_order=True) as file:
-            fill(file)
-            file.flush()
-            image = file.id.get_file_image()
-        temporary.write_bytes(image + SEAL + hashlib.sha256(image).digest())
-
-
-def write_group(group: Any, solution: Solution) -> None:
-    """One case into an HDF5 file or group."""
-    mesh, contact, history = solution.mesh, solution.contact, solution.history
-    names = np.array(mesh.part_names, dtype=object)
-    text = h5py.string_dtype()
-    boundary = group.create_group("boundary")
-    for key, value in (("x", mesh.x), ("normal", mesh.normal), ("weight", mesh.weight), ("u", solution.u),
-                       ("traction", solution.traction)):  # fmt: skip
-        boundary[key] = value
-    boundary.create_dataset("part", data=names[mesh.node_part], dtype=text)
-    write_mesh(group.create_group("mesh"), mesh)
-    contacts = group.create_group("contact")
-    for key in ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state"):
-        values = getattr(contact, key)
-        # a single tangent has no axis of its own
-        contacts[key] = values[:, 0] if key == "tangent" and values.shape[1] == 1 else values
-    contacts.create_dataset("part", data=contact.part.astype(object), dtype=text)
-    rows = group.create_group("history")
-    for key in COLUMNS:
-        rows[key] = np.array(getattr(history, key), dtype=int if key == "ksp_iterations" else float)
-    if history.exchanged:
-        rows["exchanged"] = np.array(history.exchanged, dtype=int)
-    describe_all(group, solution.case.units)
+def write_group(group: Any, solution: SolutionData) -> None:
+    """One solution into an HDF5 file or group."""
+    for name, mesh in solution.meshes.items():
+        place = _ordered(group, f"bodies/{name}")
+        write_mesh(place.create_group("mesh"), mesh)
+        for key in ("x", "normal", "weight"):
+            place[key] = getattr(mesh, key)
+        _write_names(place, "part", np.array(mesh.part_names, dtype=object)[mesh.node_part])
+    for name, nodes in solution.nodes.items():
+        place = _ordered(group, f"pairs/{name}")
+        place["nodes"] = nodes
+        place.attrs.update({"body": solution.sides[name][0], "part": solution.sides[name][1]})
+        for key in STILL:
+            place[key] = getattr(solution.last.pairs[name], key)
+    steps = group.create_group("steps")
+    for k, step in enumerate(solution.steps, 1):
+        _write_step(group, steps.create_group(f"{k}"), step)
+    if solution.failed is not None:
+        _write_step(group, group.create_group("failed"), solution.failed)
+    _write_tables(group, solution.tried)
     group.attrs.update({
-        "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.case.toml(), "status": solution.status,
-        "reason": solution.reason, "iterations": solution.iterations, "rho": solution.rho,
-        "residual": solution.residual, "elastic_residual": solution.elastic_residual,
-        "timings": json.dumps(solution.timings), "info": json.dumps(solution.info),
-        **zone_attributes(solution.zones), **{key: str(solution.info.get(key, "")) for key in PROVENANCE},
+        "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.problem.toml(), "status": solution.status,
+        "reason": solution.reason, "iterations": solution.iterations, "rho": solution.rho, "residual": solution.residual,
+        "elastic_residual": solution.elastic_residual, "timings": json.dumps(solution.timings),
+        "info": json.dumps(solution.info), **{key: str(solution.info.get(key, "")) for key in PROVENANCE},
     })  # fmt: skip
+    if len(solution.meshes) == 1:
+        _write_one_body(group, solution)
+    group.visititems(lambda path, item: describe(item, path, solution.problem.units))
 
 
-def zone_attributes(zones: list[Zone]) -> dict[str, Any]:
-    """Attributes `zones` (k, 3): start, end [length], sign; and `zone_parts`, their parts as JSON."""
-    return {"zones": np.array([[z.start, z.end, z.sign] for z in zones]).reshape(-1, 3),
-            "zone_parts": json.dumps([z.part for z in zones])}  # fmt: skip
+def _ordered(group: Any, path: str) -> Any:
+    """A group that is listed where it was made, as in the config, and not by the alphabet; its parents, too."""
+    for name in path.split("/"):
+        group = group[name] if name in group else group.create_group(name, track_order=True)
+    return group
 
 
-def describe_all(group: Any, units: Units) -> None:
-    """Describe the datasets of DESCRIPTIONS that there are."""
-    for path, meaning in DESCRIPTIONS.items():
-        if path in group:
-            describe(group[path], meaning, units)
+def _write_names(group: Any, key: str, names: Any) -> None:
+    group.create_dataset(key, data=np.asarray(names, dtype=object), dtype=h5py.string_dtype())
 
 
-def describe(item: Any, meaning: tuple[str, str] | None, units: Units) -> None:
+def _write_tables(group: Any, steps: list[StepResult]) -> None:
+    """/increments, a row an increment, and /history, a row an iteration; one that failed comes last."""
+    table = group.create_group("increments")
+    for key in ("step", "load_factor", "iterations", "rho", "residual"):
+        table[key] = np.array([getattr(step, key) for step in steps])
+    for key in RESIDUALS:
+        table[key] = np.array([step.residuals[key] for step in steps])
+    rows = group.create_group("history")
+    rows["increment"] = np.repeat(np.arange(1, len(steps) + 1), [len(step.history) for step in steps])
+    for key in COLUMNS:
+        values = [value for step in steps for value in getattr(step.history, key)]
+        rows[key] = np.array(values, dtype=int if key == "ksp_iterations" else float)
+    # Newton's are the last rows of an increment
+    exchanged = [[-1] * (len(step.history) - len(step.history.exchanged)) + step.history.exchanged for step in steps]
+    rows["exchanged"] = np.array([count for row in exchanged for count in row], dtype=int)
+
+
+def _write_step(group: Any, place: Any, step: StepResult) -> None:
+    facts = {"name": step.name, "step": step.step, "load_factor": step.load_factor, "status": step.status,
+             "reason": step.reason, "iterations": step.iterations, "rho": step.rho, "residual": step.residual,
+             **{f"residual_{key}": value for key, value in step.residuals.items()}}  # fmt: skip
+    place.attrs.update({key: value for key, value in facts.items() if value == value})  # what was not computed is not there
+    place["alpha"] = step.alpha
+    for name, pair in step.pairs.items():
+        here = _ordered(place, f"contact/{name}")
+        for key in STILL:
+            here[key] = group[f"pairs/{name}/{key}"]
+        for key in MOVING:
+            here[key] = getattr(pair, key)
+        known = {key: getattr(pair, key) for key in (*RESULTANTS, "area")}
+        here.attrs.update({key: value for key, value in known.items() if value is not None})
+    for name, body in step.bodies.items():
+        here = _ordered(place, f"body/{name}")
+        for key in ("x", "normal", "weight", "part"):
+            here[key] = group[f"bodies/{name}/{key}"]
+        here["u"], here["traction"] = body.u, body.traction
+    for name, obstacle in step.obstacles.items():
+        _ordered(place, f"obstacle/{name}").attrs.update({key: getattr(obstacle, key) for key in PLACES})
+
+
+def _write_one_body(group: Any, solution: SolutionData) -> None:
+    """/mesh, /boundary and /contact of the last increment, and its zones: second names of a part of it."""
+    (name,) = solution.meshes
+    last = f"steps/{len(solution.steps)}" if solution.steps else "failed"
+    group["mesh"], group["boundary"] = group[f"bodies/{name}/mesh"], group[f"{last}/body/{name}"]
+    if solution.nodes:
+        contact = group.create_group("contact")
+        for key, values in _contact(solution).items():
+            if key == "part":
+                _write_names(contact, key, values)
+            else:
+                contact[key] = values
+    zones = solution.zones
+    group.attrs.update({"zones": np.array([[z.start, z.end, z.sign] for z in zones]).reshape(-1, 3),
+                        "zone_parts": json.dumps([z.part for z in zones])})  # fmt: skip
+
+
+def _contact(solution: SolutionData) -> dict[str, Any]:
+    """The columns of /contact, by number of the node."""
+    columns = solution.columns()
+    order = np.argsort(columns["nodes"], kind="stable")
+    found = {key: columns[key][order] for key in ONE_BODY}
+    if found["tangent"].shape[1] == 1:  # a single tangent has no axis of its own
+        found["tangent"] = found["tangent"][:, 0]
+    return found
+
+
+def _check_one_body(group: Any, solution: SolutionData, source: str) -> None:
+    """Refuse second names that are not those of the last increment: other programs read them."""
+    demand({"mesh", "boundary"} <= set(group), f"{source}: damaged (/mesh or /boundary is missing)")
+    for key, values in _contact(solution).items() if solution.nodes else ():
+        stored = group[f"contact/{key}"][()]
+        if key == "part":
+            same = stored.tolist() == [name.encode() for name in values.tolist()]
+        else:
+            scale = float(np.abs(values[np.isfinite(values)]).max(initial=0.0))
+            same = stored.shape == values.shape and np.allclose(stored, values, rtol=1e-9, atol=1e-12 * scale)
+        demand(same, f"{source}: damaged (contact/{key} is not that of the last increment)")
+
+
+def describe(item: Any, path: str, units: Units) -> None:
     """Attributes `unit` and `description` of a dataset; the unit is the user's name for it, where there is one."""
-    if meaning is not None and isinstance(item, h5py.Dataset):
+    *_, folder, name = f"/{path}".split("/")
+    known = FIELDS.get(f"{folder}/{name}") or FIELDS.get(name)
+    if known and isinstance(item, h5py.Dataset):
+        unit, meaning = known
         names = {"length": units.length, "stress": units.stress, "stress/length": units.stiffness}
-        item.attrs.update({"unit": names.get(meaning[0]) or meaning[0], "description": meaning[1]})
+        item.attrs.update({"unit": names.get(unit) or unit, "description": meaning})
 
 
-def read_result(path: str | Path, group: str = "/") -> Solution | AssemblySolution:
-    """What a result file of either format holds.
-
-    Raises
-    ------
-    ResultError
-        As `read_solution`.
-    """
-    from .steps.hdf5 import FORMAT_VERSION as WITH_STEPS
-    from .steps.hdf5 import read_assembly
-
-    with opened(path) as file:
-        if group in file and file[group].attrs.get("format_version") == WITH_STEPS:
-            return read_assembly(file[group], f"{path}")
-    return read_solution(path, group)
-
-
-def read_solution(path: str | Path, group: str = "/") -> Solution:
-    """A solution of the paper's problem, one body and no steps, from a result file.
+def read_data(path: str | Path, group: str = "/") -> SolutionData:
+    """What a result file of any format holds.
 
     Raises
     ------
     ResultError
-        If the file is missing, truncated, not HDF5, not ours, or of another format version.
+        If the file is missing, truncated, not HDF5, not ours, or of a later format version.
     """
     with opened(path) as file:
         if group not in file:
             raise ResultError(f"{path}: no case {group!r}; there are {', '.join(file)}")
         check_link(file, group, f"{path}")
-        return read_group(file[group], f"{path}")
+        return _read_group(file[group], f"{path}")
 
 
-@contextlib.contextmanager
-def opened(path: str | Path) -> Iterator[h5py.File]:
-    """An HDF5 file of ours, opened for reading; whatever is wrong with it is a `ResultError` of one line."""
-    try:
-        if not Path(path).is_file():
-            raise ResultError(f"{path}: no such file")
-        _check_seal(Path(path))
-        with h5py.File(path, "r") as file:
-            yield file
-    except PetcontactError:
-        raise
-    except (OSError, RuntimeError, KeyError, ValueError) as error:
-        reason = " ".join(str(error).split())
-        raise ResultError(f"{path}: not a whole HDF5 file ({reason})") from None
-
-
-def _check_seal(path: Path) -> None:
-    """Refuse a file whose bytes are not those that were written; one without a hash (older, or changed by h5py) passes."""
-    length = len(SEAL) + hashlib.sha256().digest_size
-    with open(path, "rb") as file:
-        size = file.seek(0, os.SEEK_END) - length
-        file.seek(max(size, 0))
-        tail = file.read()
-        cut = SEAL in tail[1:] or any(tail.endswith(SEAL[:k]) for k in range(4, len(SEAL)))
-        if not (cut or tail.startswith(SEAL)):
-            return
-        file.seek(0)
-        found, left = hashlib.sha256(), size
-        while not cut and left > 0 and (block := file.read(min(left, 1 << 20))):
-            found.update(block)
-            left -= len(block)
-    if cut or found.digest() != tail[len(SEAL) :]:
-        raise ResultError(f"{path}: damaged (its bytes are not those that were written)")
-
-
-def read_group(group: Any, source: str) -> Solution:
-    """A solution from an HDF5 group."""
+def _read_group(group: Any, source: str) -> SolutionData:
     attributes = dict(group.attrs)
+    version = attributes.get("format_version")
     if attributes.get("format") != FORMAT:
         raise ResultError(f"{source}: not a result of petcontact")
-    if attributes.get("format_version") != FORMAT_VERSION:
-        found = attributes.get("format_version")
-        hint = "; read_result reads bodies and load steps" if found == 2 else ""
-        raise ResultError(f"{source}: format version {found}, this is {FORMAT_VERSION}{hint}")
-    if "boundary" not in group:
-        raise ResultError(f"{source}: holds no fields, the case failed ({attributes.get('reason')})")
+    if version not in (1, 2, FORMAT_VERSION):
+        raise ResultError(f"{source}: format version {version}, this is {FORMAT_VERSION}")
     try:
-        return _read(group, attributes, source)
+        check_group(group, source)
+        return (read_format1 if version == 1 else _read)(group, attributes, source)
     except ResultError:
         raise
     except Exception as error:  # whatever damaged bytes make of h5py and numpy
         raise ResultError(f"{source}: damaged ({type(error).__name__}: {' '.join(str(error).split())})") from error
 
 
-def _read(group: Any, attributes: dict[str, Any], source: str) -> Solution:
-    import tomllib
+def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
+    """A group of format 3, or of format 2, which lacks ρ and its residual and lists by the alphabet."""
+    problem: Assembly = parse(Assembly, tomllib.loads(attributes["config"]), source)
+    meshes = {body.name: read_mesh(group[f"bodies/{body.name}/mesh"], source) for body in problem.body}
+    nodes = {name: place["nodes"][()] for name, place in group.get("pairs", {}).items()}
+    sides = {name: (str(p.attrs["body"]), str(p.attrs["part"])) for name, p in group.get("pairs", {}).items()}
+    count = len(group["steps"]) if "steps" in group else 0
+    rows = {key: values[()] for key, values in group["history"].items()}
+    check_history(rows, source)
+    steps = [_read_step(group[f"steps/{k}"], _read_history(rows, k)) for k in range(1, count + 1)]
+    failed = _read_step(group["failed"], _read_history(rows, count + 1)) if "failed" in group else None
+    if not steps and failed is None:
+        raise ResultError(f"{source}: damaged (it holds no increment)")
+    for step in steps if failed is None else [*steps, failed]:
+        for name, body in step.bodies.items():
+            check_fields(meshes[name], {f"{name}/u": body.u, f"{name}/traction": body.traction}, source)
+        for name, pair in step.pairs.items():
+            check_pair(meshes[sides[name][0]], nodes[name], vars(pair), f"{source}: contact/{name}")
+    found = SolutionData(
+        problem, meshes, nodes, sides, steps, str(attributes["status"]), str(attributes["reason"]),
+        read_table(attributes["timings"], f"{source}: timings", numbers=True),
+        read_table(attributes["info"], f"{source}: info"), failed,
+    )  # fmt: skip
+    if attributes["format_version"] == FORMAT_VERSION and len(meshes) == 1:
+        _check_one_body(group, found, source)
+    return found
 
-    check_group(group, source)
-    mesh = read_mesh(group["mesh"], source)
-    stored = group["contact"]
-    x = stored["x"][()]
-    contact = ContactFields(**{
-        key: np.array([name.decode() for name in stored[key][()]]) if key == "part" else stored[key][()]
-        for key in ContactFields.__dataclass_fields__ if key != "tangent"
-    }, tangent=stored["tangent"][()].reshape(len(x), -1, x.shape[1]))  # fmt: skip
-    check_contact(mesh, vars(contact), source)
-    fields = {key: group[f"boundary/{key}"][()] for key in ("u", "traction")}
-    check_fields(mesh, fields, source)
-    rows = group["history"]
-    history = History(**{key: rows[key][()].tolist() for key in (*COLUMNS, *["exchanged"] * ("exchanged" in rows))})
-    check_history(vars(history), source)
-    parts = json.loads(attributes["zone_parts"])
-    zones = [Zone(part, float(a), float(b), int(s)) for part, (a, b, s) in zip(parts, attributes["zones"], strict=True)]
-    case: Case = parse(Case, tomllib.loads(attributes["config"]), source)
-    return Solution(
-        case, mesh, fields["u"], fields["traction"], contact, zones, history,
-        str(attributes["status"]), str(attributes["reason"]), float(attributes["rho"]), float(attributes["residual"]),
-        float(attributes["elastic_residual"]), read_table(attributes["timings"], f"{source}: timings", numbers=True),
-        read_table(attributes["info"], f"{source}: info"),
+
+def _read_history(rows: dict[str, Any], increment: int) -> History:
+    """The iterations of one increment; files of 0.2.0 have none."""
+    if "increment" not in rows:
+        return History()
+    mine = rows["increment"] == increment
+    exchanged = rows["exchanged"][mine] if "exchanged" in rows else np.empty(0, dtype=int)
+    return History(**{key: rows[key][mine].tolist() for key in COLUMNS}, exchanged=exchanged[exchanged >= 0].tolist())
+
+
+def _read_step(place: Any, history: History) -> StepResult:
+    facts = place.attrs
+    pairs = {
+        name: PairResult(**{key: here[key][()] for key in (*STILL, *MOVING)},
+                         **{key: here.attrs[key] for key in RESULTANTS if key in here.attrs})
+        for name, here in place.get("contact", {}).items()
+    }  # fmt: skip
+    bodies = {name: BodyResult(here["u"][()], here["traction"][()]) for name, here in place.get("body", {}).items()}
+    obstacles = {name: ObstacleResult(*(here.attrs[key] for key in PLACES))
+                 for name, here in place.get("obstacle", {}).items()}  # fmt: skip
+    residuals = {key: float(facts.get(f"residual_{key}", np.nan)) for key in (*RESIDUALS, *MEASURES)}
+    return StepResult(
+        str(facts["name"]), int(facts["step"]), float(facts["load_factor"]), str(facts["status"]), str(facts["reason"]),
+        int(facts["iterations"]), residuals, pairs, bodies, obstacles, place["alpha"][()],
+        float(facts.get("rho", np.nan)), float(facts.get("residual", np.nan)), history,
     )  # fmt: skip

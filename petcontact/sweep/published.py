@@ -33,8 +33,10 @@ def published_count(case: Case) -> int | None:
     readings of the text can be compared with the same numbers.
     """
     number = example_number(case)
+    if number is None:
+        return None
     h, rule = case.mesh.element_size, case.method.rule
-    if number is None or h is None or rule is None or case.mesh.graded or case.mesh.resolved_order != 0:
+    if h is None or rule is None or case.mesh.graded or case.mesh.resolved_order != 0:
         return None
     # twelve digits: 0.1 and 0.30000000000000004 - 0.2 are one h
     return published_counts().get((number, rule, float(f"{case.method.rho:.12g}"), float(f"{h:.12g}")))
@@ -42,13 +44,15 @@ def published_count(case: Case) -> int | None:
 
 def example_number(case: Case) -> int | None:
     """1 or 2 if a case poses an example of the paper, else None."""
+    if len(case.body) > 1 or case.step or case.contact or case.obstacle or case.point_force:
+        return None
     if case.geometry.shape != "rectangle" or case.material.plane != "strain" or case.mesh.element_sizes:
         return None
     given = {b.part: b for b in case.boundary}
     if set(given) - {"bottom", "right", "top", "left"}:
         return None
     bottom, top = given.get("bottom"), given.get("top")
-    if bottom is None or bottom.condition != "contact" or top is None or top.condition != "displacement":
+    if bottom is None or bottom.condition != "contact" or not bottom.plain or top is None or top.condition != "displacement":
         return None
     sides = {}
     for name in ("left", "right"):

@@ -13,13 +13,11 @@ import numpy as np
 
 from ..arrays import Array, States
 from ..errors import InputError
-from ..mesh.curve_mesh import as_curve
-from ..model.case import Case
-from ..results.steps.solution import AssemblySolution
-from .problems import AnyCase, AnySolution
+from ..model.problem import Problem
+from ..results.solution import Solution
 from .published import published_count
 
-Quantity = Callable[[AnySolution], float]
+Quantity = Callable[[Solution], float]
 OPEN, SLIP = 2, 1
 
 
@@ -52,22 +50,15 @@ class ContactState:
     dissipated: float
 
 
-def contact_of(solution: AnySolution) -> ContactState:
+def contact_of(solution: Solution) -> ContactState:
     """The contact state that a solution ends with."""
-    if isinstance(solution, AssemblySolution):
-        pairs = solution.last.pairs
-        columns = (np.concatenate([getattr(pair, key) for pair in pairs.values()])
-                   for key in ("weight", "slip", "sigma_t", "pressure", "state"))  # fmt: skip
-        weight, slip, sigma_t, pressure, state = columns
-        dissipated = sum(pair.dissipated for step in solution.steps for pair in step.pairs.values())
-        return ContactState(weight, slip, sigma_t, -pressure, state, {n: p.force for n, p in pairs.items()}, dissipated)
-    contact = solution.contact
-    traction = contact.weight[:, None] * solution.traction[contact.nodes]
-    force = {part: traction[contact.part == part].sum(axis=0) for part in dict.fromkeys(contact.part.tolist())}
+    columns = solution.columns()
+    steps = solution.steps or solution.tried
     return ContactState(
-        contact.weight, contact.u_t, contact.sigma_t, contact.sigma_n, contact.state, force,
-        float(-(contact.weight[:, None] * contact.sigma_t * contact.u_t).sum()),
-    )  # fmt: skip
+        columns["weight"], columns["slip"], columns["sigma_t"], columns["sigma_n"], columns["state"],
+        {name: pair.force for name, pair in solution.pairs.items()},
+        sum(pair.dissipated for step in steps for pair in step.pairs.values()),
+    )
 
 
 def max_u_t(contact: ContactState) -> float:
@@ -115,7 +106,7 @@ QUANTITIES = {
 """Of every case."""
 
 
-def von_mises_at(solution: AnySolution, points: Sequence[Sequence[float]]) -> dict[str, float]:
+def von_mises_at(solution: Solution, points: Sequence[Sequence[float]]) -> dict[str, float]:
     """The von Mises stress at points inside the body [stress]: von_mises_1, von_mises_2, ...
 
     Raises
@@ -125,13 +116,8 @@ def von_mises_at(solution: AnySolution, points: Sequence[Sequence[float]]) -> di
     """
     if not points:
         return {}
-    if isinstance(solution, AssemblySolution):
-        raise InputError("von_mises: points are those of one body, this problem has several or load steps")
-    from ..fields.interior import field_at, normal_stress_out_of_plane, von_mises
-
-    material = solution.case.material
-    _, stress = field_at(as_curve(solution.mesh), solution.u, solution.traction, material, np.array(points))
-    values = von_mises(stress, normal_stress_out_of_plane(stress, material))
+    solution.only_body("von_mises")
+    values = solution.von_mises_at(points)
     return {f"von_mises_{number}": float(value) for number, value in enumerate(values, 1)}
 
 
@@ -166,7 +152,7 @@ def users(names: Sequence[str], folder: Path) -> dict[str, Quantity]:
 
 
 def row_of(
-    id_: str, coordinates: Mapping[str, Any], solution: AnySolution, *,
+    id_: str, coordinates: Mapping[str, Any], solution: Solution, *,
     points: Sequence[Sequence[float]] = (), more: Mapping[str, Quantity] | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """A row of the table: coordinates, how the solve ended, and the quantities; von Mises stress at `points`, and `more`."""
@@ -178,21 +164,16 @@ def row_of(
     }  # fmt: skip
 
 
-def _facts(solution: AnySolution) -> dict[str, Any]:
-    if isinstance(solution, AssemblySolution):
-        return {
-            "published": None, "iterations": solution.iterations, "final_rho": None,
-            "residual": solution.last.residuals["tangential"], "elastic_residual": solution.last.residuals["elastic"],
-            "iterate_seconds": solution.timings["steps"],
-        }  # fmt: skip
+def _facts(solution: Solution) -> dict[str, Any]:
+    seconds, case = solution.timings, solution.case
     return {
-        "published": published_count(solution.case), "iterations": solution.iterations, "final_rho": solution.rho,
-        "residual": solution.residual, "elastic_residual": solution.elastic_residual,
-        "iterate_seconds": solution.timings["iterate"],
+        "published": published_count(case) if isinstance(case, Problem) else None, "iterations": solution.iterations,
+        "final_rho": solution.rho, "residual": solution.residual, "elastic_residual": solution.elastic_residual,
+        "iterate_seconds": seconds["steps"] if "steps" in seconds else seconds["iterate"],
     }  # fmt: skip
 
 
-def failed_row(id_: str, coordinates: Mapping[str, Any], case: AnyCase | None, reason: str) -> dict[str, Any]:
+def failed_row(id_: str, coordinates: Mapping[str, Any], case: Problem | None, reason: str) -> dict[str, Any]:
     """The row of a case that has no solution."""
-    published = published_count(case) if isinstance(case, Case) else None
+    published = published_count(case) if isinstance(case, Problem) else None
     return {"id": id_, **coordinates, "status": "failed", "published": published, "iterations": 0, "reason": reason}

@@ -11,12 +11,14 @@ import numpy as np
 
 from ..arrays import Index
 from ..errors import PetcontactError
+from ..pipeline.increment import PreparedProblem
+from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
 from ..runtime.petsc import petsc
 from ..runtime.signals import Interrupted
 from .design.identity import Identity
 from .design.sweep import Sweep
-from .problems import AnySolution, Shared, prepare_group, release, run_case
+from .problems import prepare_group, release, run_case
 from .progress import Progress
 from .quantities import Quantity, failed_row, row_of, users
 from .schedule.chunks import Chunks, claimed, make_chunks
@@ -145,7 +147,7 @@ class _Run:
         self.costs: list[Cost] = []
         self._name = name
         self._group, self._reason = -1, ""
-        self._prepared: Shared | None = None
+        self._prepared: PreparedProblem | None = None
 
     def plan(self, to_do: Sequence[int]) -> tuple[Chunks, list[Cost]]:
         """The chunks, the same on every rank, and the cost of each group; every rank meshes its share."""
@@ -213,7 +215,7 @@ class _Run:
             chosen = self.sweep[place]
         except PetcontactError as error:  # of a sweep too large to be validated before
             chosen, prepared, reason = None, None, str(error)
-        solution: AnySolution | None = None
+        solution: Solution | None = None
         if prepared is not None and chosen is not None:
             solution, reason = self.team.attempt(lambda: run_case(prepared, chosen.case))
         if solution is not None:

@@ -8,6 +8,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from petcontact.pipeline.prepare import discretise
 
 from petcontact import (
     Contact,
@@ -23,7 +24,6 @@ from petcontact import (
 )
 from petcontact.bem.boundary_data import _contact_frame, evaluate_boundary, rigid_modes
 from petcontact.mesh.grading import mesh_outline
-from petcontact.pipeline.prepare import discretise
 
 BOX = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 1.0))
 STEEL = Material(young_modulus=1.0, poisson_ratio=0.3)

@@ -7,11 +7,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.pipeline.prepare import discretise
 
 from petcontact import MeshOptions, solve
 from petcontact.bem.kelvin2d.kernel import Kelvin2D
 from petcontact.bem.kernels import KERNELS, kernel_for
-from petcontact.pipeline.prepare import discretise
 
 
 @dataclass(frozen=True)

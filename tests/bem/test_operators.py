@@ -7,11 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.pipeline.prepare import discretise
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Traction
 from petcontact.bem.boundary_data import evaluate_boundary
 from petcontact.bem.dense_assembly import assemble_dense
-from petcontact.pipeline.prepare import discretise
 
 PENTAGON = Polygon(vertices=((0, 0), (3, 0.2), (3.5, 2), (1.4, 3.1), (-0.4, 1.3)), parts=("a", "b", "c", "d", "e"))
 

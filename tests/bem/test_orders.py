@@ -7,13 +7,13 @@ import pytest
 from conftest import example
 
 from petcontact import (
-    Case,
     Contact,
     Displacement,
     Material,
     MeshOptions,
     Method,
     OutlineSide,
+    Problem,
     Rectangle,
     SideBySide,
     Traction,
@@ -40,7 +40,7 @@ def error_of(order: int, size: float, geometry, formulation: str = "condensed") 
     """
     a, two_mu = 1.4, 1000.0 / 1.3
     grow, xx, xy = "exp(1.4*x)", f"{a * two_mu}*exp(1.4*x)*cos(1.4*y)", f"(-{a * two_mu})*exp(1.4*x)*sin(1.4*y)"
-    case = Case(
+    case = Problem(
         material=Material(young_modulus=1000.0, poisson_ratio=0.3),
         geometry=geometry,
         mesh=MeshOptions(element_size=size, order=order),

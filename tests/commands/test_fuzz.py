@@ -14,14 +14,14 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from petcontact.pipeline.prepare import discretise
+from petcontact.pipeline.probe import ELASTIC_LIMIT
 
 from petcontact import InputError, SolverError
 from petcontact.commands.main import main
-from petcontact.model.case import load, parse_case
+from petcontact.model.case import load, parse_problem
 from petcontact.model.expressions import evaluate
-from petcontact.pipeline.prepare import discretise
-from petcontact.pipeline.run import solve
-from petcontact.pipeline.trust.elastic import ELASTIC_LIMIT
+from petcontact.pipeline.solve import solve
 
 EXAMPLE = tomllib.loads((Path(__file__).parents[2] / "configs" / "example1.toml").read_text())
 EXAMPLE["mesh"]["element_size"] = 1.0
@@ -72,7 +72,7 @@ def one_line(call):
 
 
 def discretised(data):
-    case = parse_case(data, "c.toml", {}, Path())
+    case = parse_problem(data, "c.toml", {}, Path())
     return discretise(case)
 
 
@@ -128,7 +128,7 @@ def test_any_bytes_as_a_file(tmp_path_factory, content):
 @PATIENT
 @given(st.text(max_size=30), values)
 def test_any_dotted_key(key, value):
-    one_line(lambda: parse_case(copy.deepcopy(EXAMPLE), "c.toml", {key: value}, Path()))
+    one_line(lambda: parse_problem(copy.deepcopy(EXAMPLE), "c.toml", {key: value}, Path()))
 
 
 powers = st.integers(-60, 60).map(lambda k: 10.0**k)
@@ -146,7 +146,7 @@ powers = st.integers(-60, 60).map(lambda k: 10.0**k)
 }))  # fmt: skip
 def test_badly_scaled_problems_end(comm, changes):
     """A solution whose status says what was checked, or one line; no warning of numpy, no exception of another kind."""
-    solution = one_line(lambda: solve(parse_case(copy.deepcopy(EXAMPLE), "c.toml", changes, Path()), comm=comm))
+    solution = one_line(lambda: solve(parse_problem(copy.deepcopy(EXAMPLE), "c.toml", changes, Path()), comm=comm))
     if solution is not None and solution.converged:
         assert solution.elastic_residual <= ELASTIC_LIMIT and np.isfinite(solution.relative_residual)
         assert np.all(np.isfinite(solution.u)) and np.all(np.isfinite(solution.traction))

@@ -12,7 +12,9 @@ import h5py
 import numpy as np
 import pytest
 
+from petcontact import load
 from petcontact.commands.main import COMMANDS, main, split_arguments
+from petcontact.commands.solve import report_ignored
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = (ROOT / "configs" / "example1.toml").read_text()
@@ -210,6 +212,15 @@ def test_options_of_a_ksp_that_solves_nothing_are_named(folder):
 def test_keys_that_are_not_read_are_named(folder, words, said):
     done = solve(folder, *words)
     assert done.returncode in (0, 3) and done.stderr == (f"petcontact: {said}\n" if said else "")
+
+
+def test_keys_that_load_steps_do_not_read_are_named(capsys):
+    case = load(ROOT / "configs" / "wedge.toml", {"formulation": "full", "start": "frictionless", "omega": 1.0})
+    report_ignored(case, None)
+    said = "petcontact: semismooth-newton does not use method.omega, method.formulation, method.start\n"
+    assert capsys.readouterr().err == said
+    report_ignored(load(ROOT / "configs" / "stack.toml", {"body.1.mesh.order": 2}), 1e-3)
+    assert "an adaptive solve does not use" in (said := capsys.readouterr().err) and "body[1].mesh.order" in said
 
 
 def test_monitor_prints_a_line_an_iteration(folder):

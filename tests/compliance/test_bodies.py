@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 import scipy
 from conftest import example
+from petcontact.compliance.body.compressed import CompressedBody
 
-from petcontact import Assembly, AssemblySolution, InputError, Solution, Traction, load_assembly, solve
+from petcontact import Assembly, InputError, Solution, Traction, load_assembly, solve
 from petcontact.compliance.body import compressed
 from petcontact.compliance.body.base import BodyOperators, free_motions
-from petcontact.compliance.body.compressed import CompressedBody
 from petcontact.compliance.body.dense import DenseBody
 from petcontact.linalg.bordered import BorderedKrylov, Elimination
 from petcontact.model.base import parse
@@ -51,7 +51,7 @@ def random_pair(seed):
     return parse(Assembly, {"body": [upper, lower], "contact": [contact]}, "test")
 
 
-def difference(one: AssemblySolution, other: AssemblySolution) -> float:
+def difference(one: Solution, other: Solution) -> float:
     """Largest difference of p and q over the largest p, over all steps and pairs."""
     worst = 0.0
     for a, b in zip(one.steps, other.steps, strict=True):
@@ -165,9 +165,9 @@ def test_solve_takes_all_that_a_file_can_say():
     fixed = {c.part for c in plain.boundary if c.condition == "displacement"}
     loads = [Traction(part=c.part, value=(0.0, 0.0)) if c.part in fixed else c for c in plain.boundary]
     loose = solve(plain.model_copy(update={"boundary": tuple(loads)}), method=Method())
-    assert isinstance(loose, AssemblySolution) and loose.info["motions"] == {"body": 3}
+    assert isinstance(loose, Solution) and loose.info["motions"] == {"body": 3}
     stepped = solve(config("wedge"))
-    assert isinstance(stepped, AssemblySolution) and stepped.status == "converged"
+    assert isinstance(stepped, Solution) and stepped.status == "converged"
     with pytest.raises(InputError, match="rule: bodies"):
         solve(config("wedge"), rule=object())
     with pytest.raises(InputError, match="tao"):

@@ -9,15 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import example
-
-from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
 from petcontact.compliance.compressed import CompressedSystem
 from petcontact.compliance.condensed import CondensedSystem
+from petcontact.pipeline.prepare import discretise, prepare
+from petcontact.pipeline.probe import elastic_residual
+
+from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline.choice import resolved_bem
-from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.pipeline.run import run
-from petcontact.pipeline.trust.elastic import elastic_residual
 from petcontact.runtime.petsc import options
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.schedule.groups import make_groups

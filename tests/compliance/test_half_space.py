@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from petcontact.pipeline.prepare import prepare
 
 from petcontact.compliance.half_space import HalfSpace
 from petcontact.contact.criterion import Criterion
@@ -13,7 +14,6 @@ from petcontact.contact.iteration import Iteration
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.operator_robin import OperatorRobin
 from petcontact.model.case import load
-from petcontact.pipeline.prepare import prepare
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 SMALL = {"mesh.element_size": 2.0}

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from petcontact.compliance.condensed import CondensedSystem
+from petcontact.pipeline.prepare import discretise, prepare
 
 from petcontact import InputError, SolverError, load
-from petcontact.compliance.condensed import CondensedSystem
 from petcontact.compliance.hierarchical.system import HierarchicalSystem
 from petcontact.compression.hmatrix.matrix import HMatrix
 from petcontact.model.solver_options import Bem
-from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.pipeline.run import solve
 from petcontact.runtime.petsc import options, petsc
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 import scipy.integrate
 from conftest import example
+from petcontact.pipeline.prepare import discretise, prepare
 
 import petcontact.compliance.layer.strips
 from petcontact import Contact, Displacement, MeshOptions, Polygon
@@ -14,7 +15,6 @@ from petcontact.compliance.layer.kernel import Strip, body_thickness, layer_matr
 from petcontact.compliance.layer.operator import LayerOperator, robin_preconditioner
 from petcontact.compliance.layer.strips import FourierStrip
 from petcontact.mesh.basis import gauss, lagrange
-from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.runtime.petsc import petsc
 
 GRADED = MeshOptions(order=3)

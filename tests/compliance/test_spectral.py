@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
-
-from petcontact import MeshOptions
 from petcontact.compliance.compressed import CompressedSystem
 from petcontact.compliance.condensed import CondensedSystem
+from petcontact.pipeline.prepare import discretise, prepare
+
+from petcontact import MeshOptions
 from petcontact.compliance.spectral import SpectralSystem
 from petcontact.model.solver_options import Bem
-from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import options
 

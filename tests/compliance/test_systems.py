@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
-
-from petcontact import MeshOptions, SolverError
 from petcontact.compliance.condensed import CondensedSystem
 from petcontact.compliance.full import FullSystem
 from petcontact.pipeline.prepare import discretise
+
+from petcontact import MeshOptions, SolverError
 from petcontact.runtime.petsc import options
 
 

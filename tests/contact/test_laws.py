@@ -7,8 +7,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from petcontact.contact.equilibrium import directions, unheld
-from petcontact.contact.laws import Frictional, Stacked, Tresca, law_residual
+from petcontact.contact.equilibrium import directions, unbalanced_load
+from petcontact.contact.law_protocol import Admissible, bound_excess, friction_bound, law_residual
+from petcontact.contact.laws import SignoriniCoulomb, Tresca
 from petcontact.contact.system import Modes
 
 SEEDS = st.integers(0, 10_000)
@@ -18,20 +19,19 @@ def random_law(rng, m, k):
     kind = rng.integers(0, 4, m)
     coefficient = np.where(kind % 2 == 0, rng.choice([0.0, 0.3, 2.0], m), np.inf)
     bound = np.where(kind == 0, np.inf, rng.choice([0.0, 0.5, 1.5], m))
-    return Frictional(coefficient, bound, rng.random(m) < 0.7, k, rng.random(m) < 0.1)
+    return SignoriniCoulomb(coefficient, bound, rng.random(m) < 0.7, k, rng.random(m) < 0.1)
 
 
-@given(SEEDS, st.sampled_from([2, 3]))
-def test_the_derivative_is_that_of_the_projection(seed, k):
+@given(SEEDS, st.sampled_from([2, 3]), st.booleans())
+def test_the_derivative_is_that_of_the_projection(seed, k, tresca):
     rng = np.random.default_rng(seed)
-    law, tau = random_law(rng, 8, k), 2.0 * rng.standard_normal((8, k))
-    # not across an edge of the law
-    law = Stacked([law, Tresca(rng.random(4), k)], [8, 4])
-    tau = np.concatenate([tau, rng.standard_normal((4, k))])
+    law = Tresca(rng.random(8), k) if tresca else random_law(rng, 8, k)
+    tau = 2.0 * rng.standard_normal((8, k))
     step, derivative = 1e-6, law.linearise(tau)
     for b in range(k):
         moved = np.zeros(k)
         moved[b] = step
+        # not across an edge of the law
         same = law.states(tau + moved) == law.states(tau - moved)
         numeric = (law.project(tau + moved) - law.project(tau - moved)) / (2.0 * step)
         near_cap = np.abs(numeric - derivative[:, :, b]).max(axis=1) > 1e-4
@@ -43,7 +43,7 @@ def test_what_satisfies_the_conditions_has_no_residual_and_conversely(seed, k, r
     """Signorini with Coulomb friction, written out node by node."""
     rng = np.random.default_rng(seed)
     m, mu = 12, 0.4
-    law = Frictional(np.full(m, mu), np.full(m, np.inf), np.ones(m, dtype=bool), k)
+    law = SignoriniCoulomb(np.full(m, mu), np.full(m, np.inf), np.ones(m, dtype=bool), k)
     closed = rng.random(m) < 0.7
     slips = closed & (rng.random(m) < 0.5)
     pressure = np.where(closed, rng.random(m) + 0.1, 0.0)
@@ -65,7 +65,7 @@ def test_what_satisfies_the_conditions_has_no_residual_and_conversely(seed, k, r
 
 def test_bonded_bilateral_frictionless_and_absent_nodes():
     tau = np.array([[3.0, -2.0]] * 5)
-    law = Frictional(
+    law = SignoriniCoulomb(
         np.array([np.inf, np.inf, 0.5, 0.5, 0.5]), np.array([np.inf, 0.0, np.inf, 0.25, np.inf]),
         np.array([False, False, False, True, False]), 2, np.array([False, False, False, False, True]),
     )  # fmt: skip
@@ -73,32 +73,100 @@ def test_bonded_bilateral_frictionless_and_absent_nodes():
     assert law.states(tau).tolist() == [0, 1, 1, 2, 2]
 
 
-def test_stacked_laws_are_one_law():
-    rng = np.random.default_rng(4)
-    tau = rng.standard_normal((7, 3))
-    one, two = (Frictional(np.full(n, mu), np.full(n, np.inf), np.ones(n, dtype=bool), 3) for n, mu in ((3, 0.2), (4, 0.7)))
-    whole = Frictional(np.array([0.2] * 3 + [0.7] * 4), np.full(7, np.inf), np.ones(7, dtype=bool), 3)
-    stacked = Stacked([one, two], [3, 4])
-    assert np.array_equal(stacked.project(tau), whole.project(tau))
-    assert np.array_equal(stacked.linearise(tau), whole.linearise(tau))
-    assert np.array_equal(stacked.states(tau), whole.states(tau)) and stacked.groups == whole.groups
-
-
 @pytest.mark.parametrize("k", [2, 3])
 def test_loads_that_no_traction_holds_are_known_beforehand(k):
     """A block on a floor: pushed within the cone of friction, beyond it, and lifted."""
     m, mu = 5, 0.3
-    law = Frictional(np.full(m, mu), np.full(m, np.inf), np.ones(m, dtype=bool), k)
+    law = SignoriniCoulomb(np.full(m, mu), np.full(m, np.inf), np.ones(m, dtype=bool), k)
     motion = np.broadcast_to(np.eye(k), (m, k, k)).copy()
 
     def modes(*load):
         return Modes(motion, np.moveaxis(motion, 2, 0), np.array([load[0], *[0.0] * (k - 2), load[1]]))
 
     # v_n is the overlap: a force of +1 along it presses
-    assert unheld(None, law) is None and unheld(modes(0.29, 1.0), law) is None
-    assert unheld(modes(0.0, -1.0), law)[-1] == pytest.approx(-1.0)
-    push = unheld(modes(0.5, 1.0), law)
+    assert unbalanced_load(None, law) is None and unbalanced_load(modes(0.29, 1.0), law) is None
+    assert unbalanced_load(modes(0.0, -1.0), law)[-1] == pytest.approx(-1.0)
+    push = unbalanced_load(modes(0.5, 1.0), law)
     assert push[0] == pytest.approx(0.2) and np.abs(push[1:]).max() < 1e-9
+
+
+def floor(k, m=5):
+    """M and E of a block that translates over m nodes; a force of +1 along the last axis presses."""
+    motion = np.broadcast_to(np.eye(k), (m, k, k)).copy()
+    return lambda *load: Modes(motion, np.moveaxis(motion, 2, 0), np.array(load))
+
+
+@pytest.mark.parametrize("k", [1, 2])
+def test_tresca_holds_its_bound_and_no_more(k):
+    law, push = Tresca(np.full(5, 2.0), k), floor(k)
+    along = np.full(k, 1.0) / np.sqrt(k)
+    assert unbalanced_load(push(*(9.99 * along)), law) is None
+    left = unbalanced_load(push(*(10.1 * along)), law)
+    assert np.abs(left).sum() == pytest.approx(0.1 * np.sqrt(k), rel=1e-3)  # the least sum of components beyond the disk
+
+
+def test_bilateral_contact_holds_friction_in_tension_too():
+    """|σ_t| <= µ|p|: a load that pulls at a bilateral contact is held, and is not said to be more than it can hold."""
+    m = 5
+    law = SignoriniCoulomb(np.full(m, 0.3), np.full(m, np.inf), np.zeros(m, dtype=bool), 2)
+    assert unbalanced_load(floor(2)(0.29, -1.0), law) is None
+
+
+class Glued:
+    """Contact that carries up to a tensile strength and slips nowhere; what it allows is told where asked."""
+
+    k, groups = 2, (slice(0, 1), slice(1, 2))
+
+    def __init__(self, strength):
+        self.strength = strength
+
+    def project(self, tau):
+        return np.where(self._closed(tau), tau, 0.0)
+
+    def linearise(self, tau):
+        return np.eye(2) * self._closed(tau)[:, :, None]
+
+    def states(self, tau):
+        return np.where(self._closed(tau)[:, 0], 0, 2).astype(np.int8)
+
+    def _closed(self, tau):
+        return tau[:, -1:] > -self.strength[:, None]
+
+
+class ToldGlue(Glued):
+    def admissible(self):
+        none = np.full(len(self.strength), np.inf)
+        return Admissible(none, none, np.zeros(len(none)), self.strength, none)
+
+    def bound_at(self, sigma):
+        return np.full(len(sigma), np.inf)
+
+
+def test_limits_of_a_law_of_ones_own_are_used_where_it_tells_them():
+    strength, sigma = np.full(5, 0.2), np.zeros((5, 2))
+    push = floor(2)
+    assert unbalanced_load(push(3.0, -0.99), ToldGlue(strength)) is None
+    assert unbalanced_load(push(3.0, -1.5), ToldGlue(strength)) == pytest.approx([0.0, -0.5])
+    # nothing is said of a law that does not tell, not even of loads that are far beyond it
+    assert unbalanced_load(push(3.0, -1.5), Glued(strength)) is None
+    assert np.isnan(friction_bound(Glued(strength), sigma)).all()
+    assert np.isinf(friction_bound(ToldGlue(strength), sigma)).all()
+
+
+@given(SEEDS, st.sampled_from([2, 3]), st.sampled_from([1e-6, 1.0, 1e6]))
+def test_excess_is_relative_to_the_bound_of_each_node(seed, k, size):
+    """What the law allows has none; what is beyond by a share has that share, however large other nodes' tractions are."""
+    rng = np.random.default_rng(seed)
+    law = SignoriniCoulomb(np.full(6, 0.3), np.full(6, np.inf), np.ones(6, dtype=bool), k)
+    pressure = size * 10.0 ** rng.uniform(-4, 0, 6)
+    direction = rng.standard_normal((6, k - 1))
+    direction /= np.linalg.norm(direction, axis=1)[:, None]
+    sigma = np.column_stack([0.3 * pressure[:, None] * direction, -pressure])
+    assert bound_excess(law, sigma) <= 1e-12
+    sigma[2, :-1] *= 1.0 + 1e-3
+    assert bound_excess(law, sigma) == pytest.approx(1e-3, rel=1e-6)
+    sigma[2] = [*[0.0] * (k - 1), 0.5 * size]
+    assert bound_excess(law, sigma) == pytest.approx(0.5 * size / np.delete(pressure, 2).max())
 
 
 def test_polygons_of_the_cone_are_regular():

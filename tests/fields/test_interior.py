@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import shapely
 from conftest import example
+from petcontact.pipeline.prepare import discretise
 from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 
 import petcontact.fields.interior
@@ -23,9 +24,9 @@ from petcontact import (
 from petcontact.fields.interior import Field, field_at, field_on_grid, principal_stresses, von_mises
 from petcontact.fields.interior_grid import triangulate
 from petcontact.fields.smoothing import smoothed
-from petcontact.pipeline.prepare import discretise
-from petcontact.results.field_figure import deformed_figure
-from petcontact.results.vtu import write_boundary_vtu, write_vtu
+from petcontact.results.figures.stress import deformed_figure
+from petcontact.results.vtu.boundary import write_boundary_vtu
+from petcontact.results.vtu.inside import write_vtu
 
 POINTS = np.array([[2.5, 0.5], [1.0, 0.3], [3.9, 1.99], [0.31, 0.31], [2.0, 0.55], [0.001, 1.5], [3.3, 1e-4], [1.58, 1.0]])
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.compliance.condensed import ByKSP, ByLapack, CondensedSystem
+from petcontact.pipeline.prepare import discretise
 
 from petcontact import MeshOptions, SolverError
 from petcontact.bem.dense_assembly import assemble_dense
-from petcontact.compliance.condensed import ByKSP, ByLapack, CondensedSystem
 from petcontact.compliance.contact_vectors import ContactVectors
 from petcontact.linalg.elimination import Elimination
-from petcontact.pipeline.prepare import discretise
 from petcontact.runtime.petsc import options, petsc
 
 

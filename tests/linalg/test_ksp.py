@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.compliance.condensed import CondensedSystem
+from petcontact.pipeline.prepare import discretise
 
 from petcontact import InputError, MeshOptions
-from petcontact.compliance.condensed import CondensedSystem
 from petcontact.linalg.ksp import LinearSolver
-from petcontact.pipeline.prepare import discretise
 from petcontact.runtime.petsc import options, petsc
 
 

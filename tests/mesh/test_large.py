@@ -7,14 +7,14 @@ import re
 
 import numpy as np
 import pytest
+from petcontact.pipeline.prepare import discretise, prepare
 
-from petcontact import Bem, Case, InputError, MeshOptions, Polygon, load
+from petcontact import Bem, InputError, MeshOptions, Polygon, Problem, load
 from petcontact.commands.solve import announcer
 from petcontact.mesh.hp_grading import _distance_limits
 from petcontact.model.base import parse
 from petcontact.model.case import DEEPEST, set_key
 from petcontact.pipeline import choice
-from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.refinement.meshes import mesh_of
 
 
@@ -22,7 +22,7 @@ def many_sided(sides, **mesh):
     """A polygon with that many vertices on a circle."""
     angle = 2.0 * math.pi * np.arange(sides) / sides
     parts = ["c" if 0.5 < a < 1.5 else "d" if a > 4.0 else "f" for a in angle]
-    return Case(
+    return Problem(
         material={"young_modulus": 1.0, "poisson_ratio": 0.3}, mesh=MeshOptions(**mesh),
         geometry=Polygon(vertices=[(10.0 * math.cos(a), 10.0 * math.sin(a)) for a in angle], parts=parts),
         boundary=[
@@ -88,7 +88,7 @@ def test_what_takes_a_while_is_announced(comm, capsys):
     foot = [{"part": "bottom", "condition": "contact", "friction_bound": 1.0}]
     data = {"material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": space, "boundary": [*top, *sides, *foot],
             "mesh": {"element_size": 0.34}, "bem": {"mat_type": "hmatrix"}}  # fmt: skip
-    prepare(parse(Case, data, "test"), comm, announce=announce).close()
+    prepare(parse(Problem, data, "test"), comm, announce=announce).close()
     assert re.fullmatch(r"matrix: \d+%, about \d+ s left", lines[0]) and lines[-1].startswith("matrix: 100%, about 0 s")
     size = f"{mesh.n_nodes} nodes, {2 * mesh.n_nodes} unknowns"
     assert capsys.readouterr().err == f"petcontact: {size}: about 14 s to eliminate\n"

@@ -1,15 +1,16 @@
-"""TOML to a Case: what is read, and every mistake in one line that names file, key, what was given, what is allowed."""
+"""TOML to a problem: what is read, and every mistake in one line that names file, key, what was given, what is allowed."""
 
 from __future__ import annotations
 
 import copy
+import os
 import tomllib
 from pathlib import Path
 
 import pytest
 
-from petcontact import Case, InputError, Material, Polygon, load
-from petcontact.model.case import parse_case, read_toml
+from petcontact import InputError, Material, Polygon, Problem, load
+from petcontact.model.case import parse_problem, read_toml
 
 EXAMPLE = Path(__file__).parents[2] / "configs" / "example1.toml"
 
@@ -31,7 +32,7 @@ def data(key=None, value=None):
 
 def message(content) -> str:
     with pytest.raises(InputError) as caught:
-        parse_case(content, "c.toml", {}, Path())
+        parse_problem(content, "c.toml", {}, Path())
     text = str(caught.value)
     assert text.startswith("c.toml: ") and "\n" not in text and len(text) < 400
     return text.removeprefix("c.toml: ")
@@ -46,7 +47,7 @@ def test_example_1_is_read():
 
 def test_a_case_survives_its_own_toml():
     case = load(EXAMPLE, {"petsc.ksp_type": "gmres", "mesh.order": 2, "title": 'quotes " and \\ and ρ'})
-    again = parse_case(tomllib.loads(case.toml()), "again", {}, Path())
+    again = parse_problem(tomllib.loads(case.toml()), "again", {}, Path())
     assert again == case
 
 
@@ -117,7 +118,7 @@ def test_a_long_value_is_cut():
         (lambda: Material(young_modulus=1.0), "poisson_ratio: this key is required"),
         (lambda: Material(young_modulus=1.0, poisson_ratio=0.3, nu=1), "nu: unknown key"),
         (lambda: Polygon(vertices=[(0, 0), (1, 0)], parts=["a", "b"]), "vertices: array must have at least 3 items"),
-        (lambda: Case(material=3), "material: must be a table, got 3"),
+        (lambda: Problem(material=3), "material: must be a table, got 3"),
     ],
 )
 def test_the_same_lines_from_python(build, wanted):
@@ -154,6 +155,17 @@ def test_names_that_are_no_config(name):
     with pytest.raises(InputError) as caught:
         load(name)
     assert "\n" not in str(caught.value)
+
+
+def test_a_config_may_come_through_a_pipe():
+    """As in `petcontact solve <(sed ... block.toml)`."""
+    end, start = os.pipe()
+    os.write(start, EXAMPLE.read_bytes())
+    os.close(start)
+    try:
+        assert load(f"/dev/fd/{end}") == load(EXAMPLE)
+    finally:
+        os.close(end)
 
 
 def test_dotted_keys_make_tables_and_reach_into_arrays():

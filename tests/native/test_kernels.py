@@ -9,12 +9,12 @@ import sys
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.pipeline.prepare import discretise
 
 from petcontact import Displacement, MeshOptions, native
 from petcontact.bem import operators
 from petcontact.bem.kelvin2d import integrals as module
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
-from petcontact.pipeline.prepare import discretise
 
 compiled = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
 

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from petcontact.pipeline.prepare import discretise
 
 from petcontact import native
 from petcontact.bem import operators
@@ -13,7 +14,6 @@ from petcontact.bem.kelvin3d import integrals as module
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.mesh.panels import make_panels
 from petcontact.model.case import load
-from petcontact.pipeline.prepare import discretise
 
 pytestmark = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
 CONFIGS = Path(__file__).parents[2] / "configs"

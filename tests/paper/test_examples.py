@@ -83,8 +83,7 @@ def test_formulations_and_solvers_agree(number):
 @pytest.mark.parametrize("rule", ["self-adaptive", "modified"])
 def test_every_initial_rho_converges(number, rule):
     """The paper's observation; and the modified rule needs fewer iterations on the mean."""
-    from petcontact.pipeline.prepare import prepare
-    from petcontact.pipeline.run import run
+    from petcontact.pipeline.run import prepare, run
 
     case = example(number, mesh=MeshOptions(element_size=0.2))
     prepared = prepare(case)

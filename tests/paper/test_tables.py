@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from petcontact.pipeline.prepare import prepare
-from petcontact.pipeline.run import run
+from petcontact.pipeline.run import prepare, run
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.published import published_counts
 from petcontact.sweep.report.pivot import make_tables

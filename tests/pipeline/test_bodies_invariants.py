@@ -7,7 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from petcontact import Assembly, InputError, solve_assembly
+from petcontact import InputError, Problem, solve
 from petcontact.model.base import parse
 
 TWO = """
@@ -55,7 +55,7 @@ USUAL = {"e": 1.0, "e2": 3.0, "x0": -2.0, "x1": 2.0, "y0": -2.0, "y1": 0.0, "y2"
 
 def solved(**changes):
     text = TWO.format(**{**USUAL, **changes})
-    solution = solve_assembly(parse(Assembly, tomllib.loads(text), "test"))
+    solution = solve(parse(Problem, tomllib.loads(text), "test"))
     assert solution.converged, solution.reason
     return solution
 
@@ -93,7 +93,7 @@ def test_a_far_larger_friction_than_needed_is_bonding():
     pressures = []
     for normal, friction in (("bonded", ""), ("bilateral", "\nfriction_bound = 1e6")):
         text = flat.format(**{**USUAL, "normal": normal, "friction": friction})
-        pressures.append(fields(solve_assembly(parse(Assembly, tomllib.loads(text), "test"))))
+        pressures.append(fields(solve(parse(Problem, tomllib.loads(text), "test"))))
     for a, b in zip(*pressures, strict=True):
         assert np.allclose(a, b, atol=1e-9 * np.abs(a).max())
 
@@ -125,7 +125,7 @@ secondary = "a.top"
 primary = "b.bottom"
 normal = "bonded"
 """
-    solution = solve_assembly(parse(Assembly, tomllib.loads(text), "test"))
+    solution = solve(parse(Problem, tomllib.loads(text), "test"))
     assert solution.converged and solution.info["motions"] == {"a": 1, "b": 3}
     pair = solution.last.pairs["glue"]
     assert np.allclose(pair.pressure, 2.0, atol=1e-9) and np.allclose(pair.sigma_t, 0.0, atol=1e-9)
@@ -180,7 +180,7 @@ gap = "0.02 - 0.02*x"
 def test_two_obstacles_on_one_part():
     """Where both might close at a node, the steps' equations are singular; the answer is not."""
     base = STAMP[: STAMP.index("[[obstacle]]")].replace("0.2, order", "0.1, order")
-    solution = solve_assembly(parse(Assembly, tomllib.loads(base + ROOF), "test"))
+    solution = solve(parse(Problem, tomllib.loads(base + ROOF), "test"))
     assert solution.converged, solution.reason
     left, right = (solution.last.pairs[name] for name in "lr")
     assert np.allclose(left.force, right.force, rtol=1e-9) and left.force[1] < 0.0
@@ -202,14 +202,14 @@ geometry = { shape = "rectangle", lower_left = [-1, 0], upper_right = [1, 1] }
     first = '[[contact]]\nname = "first"\nsecondary = "base.top"\nprimary = "lid.bottom"\n'
     text = lid + STAMP.replace("LAW", "") + first + f'[[contact]]\nname = "again"\n{second}\n'
     with pytest.raises(InputError, match=r"contact\[2\]: .* are in contact already, as '(first|foot)'"):
-        parse(Assembly, tomllib.loads(text), "test")
+        parse(Problem, tomllib.loads(text), "test")
 
 
 @pytest.mark.parametrize("law", ['normal = "bonded"',
                                  'normal = "bilateral"\nfriction_bound = 5.0', "friction_coefficient = 0.9"])  # fmt: skip
 def test_a_free_obstacle_may_stick_everywhere(law):
     """v = 0 and u_0 = 0: the problem is linear, and nothing but Sσ says how large a displacement is."""
-    solution = solve_assembly(parse(Assembly, tomllib.loads(STAMP.replace("LAW", law)), "test"))
+    solution = solve(parse(Problem, tomllib.loads(STAMP.replace("LAW", law)), "test"))
     assert solution.converged, solution.reason
     assert solution.iterations <= 2
     assert np.allclose(solution.last.pairs["foot"].force, [0.1, -2.0], rtol=1e-12)
@@ -234,7 +234,7 @@ def test_random_loads_and_coefficients(seed):
         "radius": float(rng.uniform(1.0, 6.0)), "down": float(rng.uniform(-0.4, -0.1)),
         "right": float(rng.uniform(-0.3, 0.3)), "press": int(rng.integers(1, 3)), "push": int(rng.integers(1, 4)),
     }).replace("friction_coefficient = 0.4", f"friction_coefficient = {mu!r}")  # fmt: skip
-    solution = solve_assembly(parse(Assembly, tomllib.loads(text), "test"))
+    solution = solve(parse(Problem, tomllib.loads(text), "test"))
     assert solution.converged, solution.reason
     for step in solution.steps:
         pair = step.pairs["pair"]
@@ -261,7 +261,7 @@ def test_action_is_reaction_on_an_arc_and_a_line(secondary, primary, direction, 
     material, mesh = {"young_modulus": 1.0, "poisson_ratio": 0.3}, {"element_size": 0.1, "order": order}
     disc = {"shape": "outline", "loops": [{"part": "rim", "center": [0.0, 1.0], "radius": 1.0}]}
     block = {"shape": "rectangle", "lower_left": [-2.0, -2.0], "upper_right": [2.0, 0.0]}
-    solution = solve_assembly(parse(Assembly, {
+    solution = solve(parse(Problem, {
         "body": [{"name": "disc", "material": material, "mesh": mesh, "geometry": disc,
                   "point_force": [{"at": [0.0, 1.0], "force": [0.0, -0.03]}]},
                  {"name": "block", "material": material, "mesh": mesh, "geometry": block,

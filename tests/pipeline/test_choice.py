@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from petcontact import Bem, Case, Circle, MeshOptions, Rectangle, SideBySide, solve
+from petcontact import Bem, Circle, MeshOptions, Problem, Rectangle, SideBySide, solve
 from petcontact.mesh.grading import mesh_outline
 from petcontact.pipeline import choice
 
@@ -33,7 +33,7 @@ def test_the_cheaper_operator_is_taken(geometry, mesh, compressed):
 
 @pytest.fixture
 def case():
-    return Case(
+    return Problem(
         material={"young_modulus": 1000.0, "poisson_ratio": 0.3}, geometry=BOX, mesh=MeshOptions(**GRADED),
         boundary=[
             {"part": "bottom", "condition": "contact", "friction_bound": 1.0},
@@ -56,6 +56,7 @@ def test_a_compression_that_misses_is_replaced_by_itself(case, monkeypatch, comm
 
 def test_a_compression_that_raises_is_replaced_too(case, monkeypatch, comm):
     from petcontact.compliance.compressed import CompressedSystem
+
     from petcontact.errors import SolverError
 
     def refuse(self, *words):

@@ -16,8 +16,7 @@ from conftest import example
 from petcontact import MeshOptions, Method
 from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.rho_rules import make_rule
-from petcontact.pipeline.prepare import prepare
-from petcontact.pipeline.run import iterate
+from petcontact.pipeline.run import iterate, prepare
 
 RULES = ("fixed", "self-adaptive", "modified", "modified-safeguarded")
 ROUND_OFF = 1e-11

@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from petcontact import Assembly, InputError, adapt_assembly, read_result, solve_assembly, write_solution
+from petcontact import InputError, Problem, adapt, read_result, solve, write_solution
 from petcontact.commands.main import main
 from petcontact.model.base import parse
 
@@ -162,7 +162,7 @@ def assembly(text, **changes):
         for name in path:
             here = here[int(name)] if name.isdigit() else here[name]
         here[int(last) if last.isdigit() else last] = value
-    return parse(Assembly, data, "test")
+    return parse(Problem, data, "test")
 
 
 def mean(solution, step, body, part):
@@ -180,7 +180,7 @@ def ends(pair, state):
 
 def test_a_parabola_pressed_and_pushed():
     """Shared reference B2: a prototype's converged values."""
-    solution = solve_assembly(assembly(PUNCH))
+    solution = solve(assembly(PUNCH))
     assert solution.converged, solution.reason
     press, push = (step.pairs["interface"] for step in solution.steps)
     assert press.force == pytest.approx([0.0, -0.095474262], rel=2e-4, abs=1e-12)
@@ -196,7 +196,7 @@ def test_a_parabola_pressed_and_pushed():
 
 def test_edges_of_the_parabola_are_found_through_both_steps():
     """The digits of the prototype: N, T and the edges of contact and stick."""
-    solution = adapt_assembly(assembly(PUNCH), 2e-3)
+    solution = adapt(assembly(PUNCH), 2e-3)
     assert solution.converged, solution.reason
     press, push = (step.pairs["interface"] for step in solution.steps)
     assert press.force == pytest.approx([0.0, -0.095474262], abs=2e-7)
@@ -208,7 +208,7 @@ def test_edges_of_the_parabola_are_found_through_both_steps():
 
 def test_a_free_block_on_a_rough_floor():
     """Prototype and scikit-fem P2 with 20 610 unknowns agree to 2e-6; the block is held by contact only."""
-    solution = solve_assembly(assembly(BLOCK))
+    solution = solve(assembly(BLOCK))
     assert solution.converged and max(step.residuals["balance"] for step in solution.steps) < 1e-12
     wanted = [(0.0, -0.008675694), (0.009916782, -0.008677332), (0.000023606, -0.008677357)]
     for step, value in enumerate(wanted):
@@ -218,7 +218,7 @@ def test_a_free_block_on_a_rough_floor():
 
 def test_a_stack_of_three():
     """Mean displacement of the top and the slip below, by a prototype."""
-    solution = solve_assembly(assembly(STACK))
+    solution = solve(assembly(STACK))
     assert solution.converged, solution.reason
     wanted = [(0.0, -0.036363294), (0.067824742, -0.035955851), (0.004622117, -0.036322897)]
     slips = [7.43673e-5, 6.312650e-4, 5.01182e-4]
@@ -231,7 +231,7 @@ def test_a_stack_of_three():
 @pytest.mark.parametrize(("mu", "sunk", "half"), [(0.0, -0.134777303, 0.23646), (0.2, -0.134400039, 0.23266)])
 def test_a_free_disc_between_rigid_plates(mu, sunk, half):
     """A disc held by two contacts only, the upper plate free under its load."""
-    solution = solve_assembly(assembly(DISC, contact__0__friction_coefficient=mu, contact__1__friction_coefficient=mu))
+    solution = solve(assembly(DISC, contact__0__friction_coefficient=mu, contact__1__friction_coefficient=mu))
     assert solution.converged, solution.reason
     plate = solution.last.obstacles["plate"]
     assert plate.displacement == pytest.approx([0.0, sunk], abs=1e-5)
@@ -241,24 +241,24 @@ def test_a_free_disc_between_rigid_plates(mu, sunk, half):
 
 def test_loads_without_equilibrium_are_named():
     """Coulomb's cone holds 0.3 of the pressure."""
-    solution = solve_assembly(assembly(BLOCK, step__1__boundary__0__value=[0.35, -1.0]))
+    solution = solve(assembly(BLOCK, step__1__boundary__0__value=[0.35, -1.0]))
     assert solution.status == "not converged"
     assert "body 'block' cannot be held: the load pushes it along +x" in solution.reason
     assert [step.status for step in solution.steps[:1]] == ["converged"]
 
 
 def test_the_file_holds_every_step_and_is_read_back(tmp_path):
-    solution = solve_assembly(assembly(PUNCH, body__0__mesh={"element_size": 0.25}))
+    solution = solve(assembly(PUNCH, body__0__mesh={"element_size": 0.25}))
     write_solution(tmp_path / "result.h5", solution)
     with h5py.File(tmp_path / "result.h5") as file:
-        assert file.attrs["format_version"] == 2 and list(file["steps"]) == ["1", "2"]
+        assert file.attrs["format_version"] == 3 and list(file["steps"]) == ["1", "2"]
         pair, m = file["steps/2/contact/interface"], len(solution.nodes["interface"])
         shapes = {"x": (m, 2), "weight": (m,), "pressure": (m,), "sigma_t": (m, 1), "tangent": (m, 1, 2), "gap": (m,),
                   "slip": (m, 1), "slip_increment": (m, 1), "state": (m,)}  # fmt: skip
         assert {key: pair[key].shape for key in shapes} == shapes
         assert set(pair.attrs) == {"force", "moment", "area", "dissipated", "dissipated_error"}
         assert np.isclose(pair["weight"] @ pair["pressure"][()], -pair.attrs["force"][1])
-        assert set(file["steps/1/body/block"]) == {"x", "normal", "weight", "u", "traction"}
+        assert set(file["steps/1/body/block"]) == {"x", "normal", "weight", "part", "u", "traction"}
         assert set(file["steps/1/obstacle/punch"].attrs) == {"displacement", "rotation", "force", "moment"}
         assert {"name", "load_factor", "status", "iterations"} <= set(file["steps/1"].attrs)
         assert np.array_equal(file["contact/pressure"], pair["pressure"]) and set(file["contact/state"]) <= {0, 1, 2}
@@ -271,7 +271,8 @@ def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
     assert main(["solve", str(tmp_path / "case.toml"), "-o", str(tmp_path / "r.h5")]) == 0
     text = capsys.readouterr().out
     assert "converged: residuals" in text and "interface: force (0, -0.09" in text
-    assert len(list(tmp_path.glob("r-*.png"))) == 4
+    kinds = ("deformed", "displacement", "traction", "normal", "gap", "history", "hysteresis")
+    assert {path.stem for path in tmp_path.glob("r-*.png")} == {f"r-{kind}" for kind in kinds}
     assert main(["plot", str(tmp_path / "r.h5")]) == 0
     for key, value, wanted in (
         ("contact.0.secondary", '"block.tip"', "no part 'tip', did you mean 'top'?"),
@@ -286,7 +287,7 @@ def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
 
 
 def test_no_contact_is_told():
-    solution = solve_assembly(assembly(PUNCH, step=[], obstacle__0__displacement=[0.0, 3.2]))
+    solution = solve(assembly(PUNCH, step=[], obstacle__0__displacement=[0.0, 3.2]))
     assert solution.converged and "no contact anywhere (pair 'interface' lies" in solution.reason
 
 
@@ -294,13 +295,13 @@ def test_several_bodies_need_a_body_name():
     with pytest.raises(InputError, match=r"step\[1\].boundary\[0\].body: this key is required"):
         data = tomllib.loads(STACK)
         del data["step"][1]["boundary"][0]["body"]
-        parse(Assembly, data, "test")
+        parse(Problem, data, "test")
 
 
 def test_tresca_friction_that_is_too_small_is_named():
     """A bound of 0.2 over a length of 2 holds less than a pull of 0.5, whatever the pressure."""
     text = BLOCK.replace("friction_coefficient = 0.3", "friction_bound = 0.2").replace("levels = 9", "levels = 4")
-    solution = solve_assembly(assembly(text))
+    solution = solve(assembly(text))
     assert "body 'block' cannot be held: the load pushes it along +x" in solution.reason
 
 
@@ -309,27 +310,27 @@ def test_a_solve_goes_on_from_any_increment_of_a_file(tmp_path, after):
     """A cycle in one go, and one that begins where an increment of it ended, also inside a step."""
     text = PUNCH.replace('name = "push"', 'name = "push"\nincrements = 4')
     mesh = {"element_size": 0.25}
-    whole = solve_assembly(assembly(text, body__0__mesh=mesh))
+    whole = solve(assembly(text, body__0__mesh=mesh))
     write_solution(tmp_path / "r.h5", whole)
-    again = solve_assembly(assembly(text, body__0__mesh=mesh, method={"start": f"{tmp_path / 'r.h5'}{after}"}))
+    again = solve(assembly(text, body__0__mesh=mesh, method={"start": f"{tmp_path / 'r.h5'}{after}"}))
     assert again.converged and [s.load_factor for s in again.steps] == [s.load_factor for s in whole.steps]
     one, other = (s.last.pairs["interface"] for s in (whole, again))
     assert np.allclose(one.sigma_t, other.sigma_t, atol=1e-12) and np.allclose(one.slip, other.slip, atol=1e-12)
 
 
 def test_a_file_of_another_mesh_is_refused(tmp_path):
-    write_solution(tmp_path / "r.h5", solve_assembly(assembly(PUNCH, body__0__mesh={"element_size": 0.5})))
+    write_solution(tmp_path / "r.h5", solve(assembly(PUNCH, body__0__mesh={"element_size": 0.5})))
     with pytest.raises(InputError, match="holds other bodies, pairs or meshes"):
-        solve_assembly(assembly(PUNCH, body__0__mesh={"element_size": 0.25}, method={"start": str(tmp_path / "r.h5")}))
+        solve(assembly(PUNCH, body__0__mesh={"element_size": 0.25}, method={"start": str(tmp_path / "r.h5")}))
 
 
 def test_a_wedge_that_jams_is_told():
     """Driven and let go: the warning names the pair; while a load is left there is none."""
     text = (ROOT / "configs" / "wedge.toml").read_text().replace("levels = 6, order = 3", "levels = 4, order = 2")
-    told = solve_assembly(parse(Assembly, tomllib.loads(text), "wedge")).info["warnings"]
+    told = solve(parse(Problem, tomllib.loads(text), "wedge")).info["warnings"]
     assert len(told) == 2 and all("stays pressed after step 'let go'" in line and "jams" in line for line in told)
-    held = parse(Assembly, tomllib.loads(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]")), "wedge")
-    assert solve_assembly(held).info["warnings"] == []
+    held = parse(Problem, tomllib.loads(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]")), "wedge")
+    assert solve(held).info["warnings"] == []
 
 
 def test_parts_of_a_one_body_file_need_a_condition(tmp_path, capsys):
@@ -359,7 +360,7 @@ normal = "unilateral"
 def held_and_freed(first, second, normal="bonded", **method):
     """A block on the ground whose top is held in one way, then in another."""
     change = {"part": "top", "value": second}
-    return parse(Assembly, {
+    return parse(Problem, {
         "body": [{"name": "block", "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
                   "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
                   "mesh": {"element_size": 0.2, "order": 2},
@@ -376,8 +377,8 @@ def held_and_freed(first, second, normal="bonded", **method):
 def test_components_are_held_and_freed_by_steps(values):
     """Bonded, so that the way does not matter: the end is that of its own condition alone, the start that of the step before
     (to the discretisation error of equilibrium where only contact holds a component)."""
-    solution = solve_assembly(held_and_freed(*values))
-    alone = solve_assembly(held_and_freed(values[1], values[1])).last
+    solution = solve(held_and_freed(*values))
+    alone = solve(held_and_freed(values[1], values[1])).last
     assert solution.converged, solution.reason
     for key in ("u", "traction"):
         found, wanted = getattr(solution.last.bodies["block"], key), getattr(alone.bodies["block"], key)
@@ -388,11 +389,11 @@ def test_components_are_held_and_freed_by_steps(values):
 
 def test_going_on_behind_a_step_that_holds_what_was_free(tmp_path):
     assembly = held_and_freed(["free", -0.02], [0.01, -0.02], "unilateral")
-    whole = solve_assembly(assembly)
+    whole = solve(assembly)
     assert whole.converged and whole.last.pairs["sole"].force[0] < 0.0
     write_solution(tmp_path / "whole.h5", whole)
     for count in (1, 2):
         start = f"{tmp_path}/whole.h5:{count}"
-        rest = solve_assembly(held_and_freed(["free", -0.02], [0.01, -0.02], "unilateral", start=start))
+        rest = solve(held_and_freed(["free", -0.02], [0.01, -0.02], "unilateral", start=start))
         assert rest.converged and len(rest.steps) == 3
         assert np.allclose(rest.last.bodies["block"].u, whole.last.bodies["block"].u, atol=1e-11)

@@ -10,10 +10,12 @@ import meshio
 import numpy as np
 import pytest
 import scipy
+from petcontact.pipeline.prepare import prepare
+from petcontact.results.steps.vtu import write_collection
 
 from petcontact import solve_assembly
-from petcontact.contact.equilibrium import unheld
-from petcontact.contact.laws import Frictional
+from petcontact.contact.equilibrium import unbalanced_load
+from petcontact.contact.laws import SignoriniCoulomb
 from petcontact.contact.system import Modes
 from petcontact.errors import InputError
 from petcontact.geometry.rotation import rigid_motions
@@ -21,11 +23,9 @@ from petcontact.geometry.surface import BOX_PARTS, BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.assembly import assembly_of
 from petcontact.model.case import load, parse_any
-from petcontact.pipeline.prepare import prepare
 from petcontact.pipeline.run import run
 from petcontact.results.figures import plot_all
 from petcontact.results.hdf5 import read_result, write_solution
-from petcontact.results.steps.vtu import write_collection
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FREE = "".join(f'[[boundary]]\npart = "{part}"\ncondition = "traction"\nvalue = [0.0, 0.0, 0.0]\n'
@@ -187,11 +187,11 @@ def test_polygons_get_the_sides_that_are_asked_for(angle):
     x = np.array([(a, b, 0.0) for a in np.linspace(-1, 1, 7) for b in np.linspace(-1, 1, 7)])
     frame = np.array([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, -1.0]])
     motion = np.einsum("kc,mcr->mkr", frame, rigid_motions(x))
-    law = Frictional(np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3)
+    law = SignoriniCoulomb(np.full(len(x), 0.3), np.full(len(x), np.inf), np.ones(len(x), dtype=bool), 3)
     for share, slides in ((0.999, False), (1.001, True)):
         push = 0.3 * share * np.array([np.cos(np.radians(angle)), np.sin(np.radians(angle))])
         modes = Modes(motion, np.moveaxis(motion, 2, 0) / len(x), np.array([*push, -1.0, 0.0, 0.0, 0.0]))
-        assert (unheld(modes, law) is not None) == slides
+        assert (unbalanced_load(modes, law) is not None) == slides
 
 
 def written_as_facets(path, turn):
@@ -298,7 +298,8 @@ def test_a_stack_files_figures_and_fields(tmp_path):
     with pytest.raises(InputError, match="no body 'blok', did you mean 'block'"):
         again.at(inside, "blok")
     figures = {path.stem for path in plot_all(again, tmp_path, "stack")}
-    assert figures == {f"stack-{kind}" for kind in ("surface", "history", "pair-traction", "pair-motion", "pair-states")}
+    kinds = ("surface", "displacement", "traction", "normal", "states", "history")
+    assert figures == {f"stack-{kind}" for kind in kinds}
     files = write_collection(tmp_path / "stack.vtu", again, (3, 3, 3))
     assert [path.suffix for path in files] == [".vtu"] * 4 + [".pvd"]
     assert set(meshio.read(files[3]).point_data) == {"displacement", "stress", "von_mises"}

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
+
 import numpy as np
 import pytest
 
-from petcontact import InputError, adapt_assembly, load_assembly, solve
+import petcontact as pc
+from petcontact import InputError, adapt, solve
 from petcontact.mesh.thickness import slenderness
 
 CYLINDER = """
@@ -73,9 +77,12 @@ def loaded(tmp_path):
     def load(template, **values):
         path = tmp_path / "case.toml"
         path.write_text(template.format(**values))
-        return load_assembly(path)
+        return pc.load(path)
 
     return load
+
+
+PUSHES = (1e-4, 1e-6, 1e-8, 1e-10)
 
 
 def light(load, push, *, unit=1.0, modulus=1.0, mesh=None):
@@ -87,15 +94,21 @@ def light(load, push, *, unit=1.0, modulus=1.0, mesh=None):
 
 def test_light_contact_carries_its_load(loaded):
     """Contact is like Hertz's: the force falls a little faster than the push, whatever the push is next to the gaps."""
-    force = [solve(light(loaded, push)) for push in (1e-4, 1e-6, 1e-8, 1e-12)]
+    force = [solve(light(loaded, push)) for push in PUSHES]
     assert all(solution.converged for solution in force)
     pair = [solution.last.pairs["bottom"] for solution in force]
-    stiffness = np.array([p.force[1] for p in pair]) / [1e-4, 1e-6, 1e-8, 1e-12]
+    stiffness = np.array([p.force[1] for p in pair]) / PUSHES
     assert np.all(np.diff(stiffness) < 0.0) and np.all(stiffness > 0.1)
     # half the squared half-width of Hertz's contact is 4 (1 - ν²) F R / (π E) / 2
     closed = pair[1].weight[pair[1].state != 2].sum()
     assert closed == pytest.approx(2.0 * np.sqrt(4.0 * 0.91 * pair[1].force[1] / np.pi), rel=0.2)
-    assert all(p.gap.min() > -1e-6 * push for p, push in zip(pair, (1e-4, 1e-6, 1e-8, 1e-12), strict=True))
+    assert all(p.gap.min() > -1e-6 * push for p, push in zip(pair, PUSHES, strict=True))
+
+
+def test_contact_that_no_digit_sees_is_not_converged(loaded):
+    """A push of 1e-12 next to gaps of .6: the force is there, or the overlap is reported."""
+    solution = solve(light(loaded, 1e-12))
+    assert solution.last.pairs["bottom"].force[1] > 1e-14 or "surfaces overlap" in solution.reason
 
 
 @pytest.mark.parametrize(("unit", "modulus"), [(1e3, 1e-6), (1e-3, 1e12)])
@@ -124,7 +137,7 @@ def test_thin_bodies_are_right_or_refused(loaded, width, height, order):
 @pytest.mark.parametrize(("size", "order"), [(1e4, 2), (1e6, 1), (1e6, 2)])
 def test_an_elimination_without_digits_is_not_converged(loaded, monkeypatch, size, order):
     """The same without the look at the mesh: the elastic residual is small where p is off by its own size."""
-    monkeypatch.setattr("petcontact.pipeline.assemble.check_meshes", lambda *bodies: [])
+    monkeypatch.setattr("petcontact.pipeline.eliminate.check_meshes", lambda *bodies: [])
     solution = solve(loaded(LOAD, width=size, height=1.0, size=size / 40.0, order=order))
     off = np.abs(solution.tried[-1].pairs["bottom"].pressure - 1.0).max()
     assert not solution.converged or off < 1e-3
@@ -141,7 +154,7 @@ def test_size_over_thickness(loaded):
 
 def test_adaptive_solve_without_contact_tells_no_error(loaded):
     """Nothing is closed: there is no pressure whose error could be 0."""
-    apart = adapt_assembly(loaded(CYLINDER, modulus=1.0, left=-1.0, right=1.0, height=1.0, push=0.0, mesh="",
+    apart = adapt(loaded(CYLINDER, modulus=1.0, left=-1.0, right=1.0, height=1.0, push=0.0, mesh="",
                                   gap="1e-3 + x**2"), 1e-3)  # fmt: skip
     assert apart.converged and "error of p and q: not known, nothing is closed" in apart.verdict()
 
@@ -190,3 +203,27 @@ def test_energy_dissipated_does_not_depend_on_increments(loaded):
     last = pairs[-1]
     work = -float(last.weight @ np.sum(last.sigma_t * last.slip, axis=1))
     assert spent == pytest.approx([0.5 * work] * 3, rel=1e-6)
+
+
+PEAK = """
+import re, sys
+from pathlib import Path
+import petcontact as pc
+from petcontact.pipeline.choice import dense_memory
+status = lambda key: 1024 * int(re.search(key + r":\\s*(\\d+)", Path("/proc/self/status").read_text())[1])
+problem = pc.load(sys.argv[1])
+before = status("VmRSS")
+solution = pc.solve(problem)
+(mesh,), m = solution.meshes.values(), sum(len(nodes) for nodes in solution.nodes.values())
+print(solution.converged, (status("VmHWM") - before) / dense_memory([2 * mesh.n_nodes], [2 * m], 2 * m))
+"""
+
+
+def test_memory_is_predicted(tmp_path):
+    """The peak of a solve with a third of 2000 nodes in contact is within a fifth of what is said before."""
+    case = tmp_path / "case.toml"
+    case.write_text(PRESSED.format(increments=1).replace("element_size = 0.25", "element_size = 0.006") +
+                    '\n[bem]\nmat_type = "dense"\n')
+    found = subprocess.run([sys.executable, "-c", PEAK, case], capture_output=True, text=True, timeout=300, check=True)
+    converged, ratio = found.stdout.split()
+    assert converged == "True" and 0.8 < float(ratio) < 1.2, found.stdout

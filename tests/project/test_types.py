@@ -8,12 +8,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 import petcontact
 
 ROOT = Path(__file__).parents[2]
 SCRIPT = """\
 import petcontact
-from petcontact import Case, Solution, load, solve
+from petcontact import Case, Contact, Displacement, Material, Problem, Rectangle, Solution, load, solve
 
 reveal_type(solve)
 solution = solve(load("case.toml"), petsc_options={"ksp_type": "gmres"})
@@ -22,6 +24,14 @@ reveal_type(solution.contact.u_t)
 reveal_type(petcontact.__version__)
 solve("case.toml")
 solution.no_such_field
+block = Problem(
+    material=Material(1e4, 0.3), geometry=Rectangle((0, 0), (8, 4)),
+    boundary=[Contact("bottom", friction_bound=1.0), Displacement("top", (0, "free"))],
+)
+reveal_type(block.material)
+old: Case = block
+Contact(3)
+Problem(materal=Material(1e4, 0.3))
 """
 
 
@@ -32,12 +42,21 @@ def test_mypy_knows_the_signatures_in_a_users_script(tmp_path):
         cwd=tmp_path, env=os.environ | {"MYPYPATH": str(ROOT)}, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     by_line = {int(line.split(":")[1]): line for line in done.stdout.splitlines() if line.startswith("script.py")}
-    assert set(by_line) == {4, 7, 8, 9, 10}, done.stdout + done.stderr
-    case, problem, solution = ("model.case.Case", "model.problem.Problem", "results.solution.Solution")
-    assert f"case: petcontact.{case} | petcontact.{problem}" in by_line[4] and f"-> petcontact.{solution} |" in by_line[4]
+    assert set(by_line) == {4, 7, 8, 9, 10, 15, 17, 18}, done.stdout + done.stderr
+    problem, solution = ("petcontact.model.problem.Problem", "petcontact.results.solution.Solution")
+    assert f"problem: {problem} | " in by_line[4] and f"-> {solution}" in by_line[4]
     assert "numpy.ndarray" in by_line[7]
     assert "str" in by_line[8]
     assert "incompatible type" in by_line[9] and "no_such_field" in by_line[10]
+    assert "bodies.Material" in by_line[15]
+    assert "incompatible type" in by_line[17] and "\"materal\"" in done.stdout
+
+
+@pytest.mark.parametrize(("old", "new"), petcontact.RENAMED.items())
+def test_a_name_of_before_warns_and_is_the_new_one(old, new):
+    with pytest.warns(DeprecationWarning, match=f"petcontact.{old} is petcontact.{new} now"):
+        assert getattr(petcontact, old) is getattr(petcontact, new)
+    assert old not in petcontact.__all__
 
 
 def test_every_typed_name_is_there_and_none_else():

@@ -16,8 +16,9 @@ from petcontact.fields.peak import corners, largest
 from petcontact.mesh.curve_mesh import build_mesh
 from petcontact.model.shapes import Rectangle
 from petcontact.model.units import Units
-from petcontact.results import figures
-from petcontact.results.hdf5 import read_solution, write_solution
+from petcontact.results.figures import curves, plane
+from petcontact.results.hdf5 import write_solution
+from petcontact.results.solution import read_solution
 from petcontact.runtime.figure_style import label
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -59,10 +60,10 @@ def test_all_figures_in_all_formats_and_the_same_bytes_again(solution, tmp_path)
 
 def test_units_stand_on_every_axis(solution):
     labels = {
-        figures.draw_deformed: ["x [mm]", "y [mm]"],
-        figures.draw_displacement: ["arc length along bottom [mm]", "tangential displacement [mm]"],
-        figures.draw_traction: ["arc length along bottom [mm]", "tangential traction [N/mm²]"],
-        figures.draw_normal: ["arc length along bottom [mm]", "normal traction [N/mm²]"],
+        plane.draw_deformed: ["x [mm]", "y [mm]"],
+        plane.draw_displacement: ["arc length along bottom [mm]", "tangential displacement [mm]"],
+        plane.draw_traction: ["arc length along bottom [mm]", "tangential traction [N/mm²]"],
+        plane.draw_normal: ["arc length along bottom [mm]", "normal traction [N/mm²]"],
     }
     for draw, expected in labels.items():
         axes = drawn(draw, solution).axes[0]
@@ -72,7 +73,7 @@ def test_units_stand_on_every_axis(solution):
 
 def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
     assert solution.history.exchanged[-1] == 0 and len(solution.history.exchanged) == solution.iterations
-    left, right = drawn(figures.draw_history, solution).axes
+    left, right = drawn(curves.draw_history, solution).axes
     assert right.get_title() == "set of sticking nodes"
     assert np.array_equal(right.lines[0].get_ydata(), solution.history.exchanged)
     assert left.lines[0].get_ydata()[-1] <= 1e-12 and len(left.lines) == 1
@@ -81,12 +82,12 @@ def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
 
 
 def test_the_projection_methods_history_shows_rho():
-    left, right = drawn(figures.draw_history, solve(example(1, mesh=COARSE))).axes
+    left, right = drawn(curves.draw_history, solve(example(1, mesh=COARSE))).axes
     assert right.get_title() == "Robin parameter" and len(left.lines) == 3
 
 
 def test_arcs_are_round_and_outlines_closed(plate):
-    initial, _ = figures.outlines(plate.mesh, plate.u, 1.0)[1]
+    initial, _ = plane.outlines(plate.mesh, plate.u, 1.0)[1]
     centre = 0.5 * (initial.min(axis=0) + initial.max(axis=0))
     radius = np.hypot(*(initial - centre).T)
     assert np.ptp(radius) < 1e-9 * radius.mean() and len(initial) > 100
@@ -97,14 +98,14 @@ def test_outlines_run_round_over_elements_of_mixed_orders():
     square = Rectangle(lower_left=(0.0, 0.0), upper_right=(2.0, 2.0)).outline()
     orders = [np.array(side) for side in ([2, 0, 1], [1, 0, 3], [1, 1, 0, 2], [4])]
     mesh = build_mesh(square, [np.linspace(0.0, 1.0, len(side) + 1) for side in orders], orders)
-    ((initial, deformed),) = figures.outlines(mesh, mesh.x, 0.5)  # grows by half: area 9
+    ((initial, deformed),) = plane.outlines(mesh, mesh.x, 0.5)  # grows by half: area 9
     for curve, area in ((initial, 4.0), (deformed, 9.0)):
         (x, y), (x_after, y_after) = curve[:-1].T, curve[1:].T
         assert 0.5 * np.sum(x * y_after - x_after * y) == pytest.approx(area, rel=1e-12)
 
 
 def test_states_differ_by_shape_and_colour(plate):
-    axes = drawn(figures.draw_deformed, plate).axes[0]
+    axes = drawn(plane.draw_deformed, plate).axes[0]
     lines = {line.get_label(): line for line in axes.lines if line.get_label() in ("stick", "slip")}
     assert {line.get_marker() for line in lines.values()} == {"s", "o"} and len({*map(str, (
         line.get_color() for line in lines.values()))}) == 2  # fmt: skip

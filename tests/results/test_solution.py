@@ -89,7 +89,7 @@ def test_files_and_pickles_hold_all_of_it(solution, tmp_path):
 
 def test_datasets_say_what_they_are_and_in_which_unit(solution, tmp_path):
     units = Units(length="mm", stress="MPa")
-    replace(solution, case=solution.case.model_copy(update={"units": units})).save(tmp_path / "r.h5")
+    replace(solution, problem=solution.problem.model_copy(update={"units": units})).save(tmp_path / "r.h5")
     solution.save(tmp_path / "plain.h5")
     with h5py.File(tmp_path / "r.h5") as file, h5py.File(tmp_path / "plain.h5") as plain:
         datasets = [file[group][name] for group in ("boundary", "contact", "history") for name in file[group]]

@@ -11,10 +11,12 @@ import pytest
 
 from petcontact.commands.main import main
 from petcontact.model.case import load
-from petcontact.pipeline.prepare import prepare
-from petcontact.pipeline.run import run
-from petcontact.results.hdf5 import read_solution, write_solution
-from petcontact.results.surface_vtu import write_surface_vtu, write_volume_vtu
+from petcontact.pipeline.run import prepare, run
+from petcontact.results.hdf5 import write_solution
+from petcontact.results.records import BodyResult
+from petcontact.results.solution import read_solution
+from petcontact.results.vtu.boundary import write_boundary_vtu
+from petcontact.results.vtu.inside import field_inside, grid_inside, write_vtu
 
 CONFIG = Path(__file__).parents[2] / "configs" / "space_b.toml"
 
@@ -43,8 +45,9 @@ def test_constant_stress(solution, tmp_path: Path) -> None:
     strain = np.array([[1.0, 0.2, 0.0], [0.2, -0.5, 0.3], [0.0, 0.3, 0.1]])
     mu, nu = material.shear_modulus, material.poisson_ratio
     stress = 2.0 * mu * (strain + nu / (1.0 - 2.0 * nu) * np.trace(strain) * np.eye(3))
-    patch = dataclasses.replace(solution, u=mesh.x @ strain, traction=mesh.normal @ stress)
-    write_volume_vtu(tmp_path / "v.vtu", patch, (3, 2, 2))
+    step = dataclasses.replace(solution.last, bodies={"body": BodyResult(mesh.x @ strain, mesh.normal @ stress)})
+    patch = dataclasses.replace(solution, steps=[step])
+    write_vtu(tmp_path / "v.vtu", field_inside(patch, grid_inside(mesh, (3, 2, 2)), "body"))
     volume = meshio.read(tmp_path / "v.vtu")
     np.testing.assert_allclose(volume.point_data["displacement"], volume.points @ strain, atol=1e-9)
     wanted = stress[[0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]]
@@ -52,7 +55,7 @@ def test_constant_stress(solution, tmp_path: Path) -> None:
     assert len(volume.cells_dict["hexahedron"]) == 12
     inside = patch.stress_at([[4.0, 2.0, 2.0]])[0]
     np.testing.assert_allclose(inside, stress[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]], atol=1e-6 * mu)
-    write_surface_vtu(tmp_path / "s.vtu", patch)
+    write_boundary_vtu(tmp_path / "s.vtu", patch)
     surface = meshio.read(tmp_path / "s.vtu")
     np.testing.assert_allclose(surface.point_data["displacement"], surface.points @ strain, atol=1e-9)
 

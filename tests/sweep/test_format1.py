@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from sweep_files import quietly, sweep_file
 
-from petcontact.pipeline.prepare import prepare
-from petcontact.pipeline.run import run
+from petcontact.pipeline.run import prepare, run
 from petcontact.results.hdf5 import write_group, write_solution
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.store.case_table import read_case_table

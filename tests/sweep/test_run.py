@@ -18,8 +18,8 @@ from petcontact import load_case, load_sweep
 from petcontact.errors import InputError, ResultError, SolverError
 from petcontact.pipeline import prepare as preparation
 from petcontact.pipeline import run as pipeline
-from petcontact.pipeline.prepare import prepare
-from petcontact.pipeline.run import solve
+from petcontact.pipeline.run import prepare
+from petcontact.pipeline.solve import solve
 from petcontact.sweep.design.sweep import build_sweep, read_sweep
 from petcontact.sweep.design.sweep_file import read_files
 from petcontact.sweep.schedule import cost as costs

@@ -12,7 +12,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from petcontact import Assembly, Step
+from petcontact import Problem, Step
 from petcontact.model.base import parse
 from petcontact.pipeline import adaptive_assembly, assemble
 from petcontact.pipeline.load_steps import prepare_assembly, run_steps
@@ -93,7 +93,7 @@ def blocks(**mesh):
     data = tomllib.loads(TEXT)
     for body in data["body"]:
         body["mesh"] = mesh
-    return parse(Assembly, data, "exact blocks")
+    return parse(Problem, data, "exact blocks")
 
 
 def errors(solution):
@@ -148,7 +148,7 @@ def test_a_cycle_dissipates_what_its_loop_encloses(increments):
 def test_edges_are_found(monkeypatch):
     """Joints go to the edges of contact and stick, mesh after mesh; the estimate is honest."""
     monkeypatch.setattr(adaptive_assembly, "discretise", discretise)
-    solution = adaptive_assembly.adapt_assembly(blocks(), 2e-4)
+    solution = adaptive_assembly.adapt(blocks(), 2e-4)
     assert solution.converged and np.all(errors(solution) < (5e-6, 2e-5))
     assert errors(solution).max() < solution.info["estimated_error"] <= 2e-4
     assert np.allclose(np.array(solution.info["edges"]["pair"]) - 3.0, [-1.0, -0.6, 0.6, 1.0], atol=1e-6)

@@ -10,7 +10,7 @@ import itertools
 import numpy as np
 import pytest
 
-from petcontact import Case, Contact, Displacement, Material, MeshOptions, Method, SideBySide, Traction, solve
+from petcontact import Contact, Displacement, Material, MeshOptions, Method, Problem, SideBySide, Traction, solve
 from petcontact.fields.interior import field_at
 
 STEEL = Material(young_modulus=200.0, poisson_ratio=0.3)
@@ -112,7 +112,7 @@ class Kirsch:
 
 def measure(problem, **mesh):
     """Relative errors: u and traction in L2(Γ), u and stress at points inside (largest)."""
-    case = Case(material=STEEL, geometry=problem.body, mesh=MeshOptions(**mesh), boundary=problem.boundary, method=METHOD)
+    case = Problem(material=STEEL, geometry=problem.body, mesh=MeshOptions(**mesh), boundary=problem.boundary, method=METHOD)
     solution = solve(case)
     assert solution.converged
     m = solution.mesh

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from petcontact import Case, Contact, Displacement, Material, MeshOptions, Method, SideBySide, Traction, solve
+from petcontact import Contact, Displacement, Material, MeshOptions, Method, Problem, SideBySide, Traction, solve
 from petcontact.fields.interior import field_at
 
 POINTS = ((1.0, 0.0), (6.0, 0.0), (7.0, 2.5), (4.0, 2.0), (3.0, 4.5), (0.5, 3.0))
@@ -30,7 +30,7 @@ def slipping(material, *, order, hole, size=0.6):
     xx, yy, xy = 2.0 * mu * along + trace, 2.0 * mu * upwards + trace, mu * shear
     pull = (f"{xx!r}*nx + {xy!r}*ny", f"{xy!r}*nx + {yy!r}*ny")
     parts = [*NAMES[1:], *(["hole"] if hole else [])]
-    case = Case(
+    case = Problem(
         material=material,
         geometry=body(hole),
         mesh=MeshOptions(element_size=size, order=order),
@@ -79,7 +79,7 @@ def test_rigid_rotation_of_a_sector_about_its_centre():
             ({"part": "start", "to": (2, 0)}, {"part": "arc", "to": (0, 2), "radius": 2.0}, {"part": "end", "to": (0, 0)}),
         )
     )
-    case = Case(
+    case = Problem(
         material=Material(young_modulus=1000.0, poisson_ratio=0.3),
         geometry=sector,
         mesh=MeshOptions(element_size=0.3, order=5),

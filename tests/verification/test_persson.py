@@ -9,9 +9,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from petcontact import Assembly, solve_assembly
+from petcontact import Problem, solve
 from petcontact.model.base import parse
-from petcontact.pipeline.adaptive_assembly import adapt_assembly
+from petcontact.pipeline.adaptive import adapt
 
 E, NU = 100.0, 0.3
 
@@ -32,7 +32,7 @@ def pin(angle, **mesh):
         "contact": [{"name": "fit", "secondary": "pin.rim", "primary": "plate.hole",
                      "gap": f"{float(play)!r}*(1 + sin(atan2(y, x)))"}],
     }  # fmt: skip
-    return parse(Assembly, data, "pin")
+    return parse(Problem, data, "pin")
 
 
 def error(solution, angle):
@@ -47,7 +47,7 @@ def error(solution, angle):
 @pytest.mark.parametrize("degrees", [20.0, 60.0, 84.0])
 def test_pressure_and_angle_are_found(degrees):
     angle = np.radians(degrees)
-    solution = adapt_assembly(pin(angle), 1e-5)
+    solution = adapt(pin(angle), 1e-5)
     assert solution.converged and error(solution, angle) < 2e-6 < solution.info["estimated_error"]
     edges = np.degrees(solution.info["edges"]["fit"])
     assert edges == pytest.approx([270.0 - degrees, 270.0 + degrees], abs=2e-6)
@@ -60,7 +60,7 @@ def test_elements_of_a_ten_millionth_add_no_rotation():
     """
     angle = np.radians(84.0)
     edges = [[-np.sin(angle), -np.cos(angle)], [np.sin(angle), -np.cos(angle)]]
-    solution = solve_assembly(pin(angle, levels=12, order=5, grading=0.3, graded_points=edges))
+    solution = solve(pin(angle, levels=12, order=5, grading=0.3, graded_points=edges))
     assert solution.converged and error(solution, angle) < 5e-6
     assert np.abs(solution.last.alpha[2]) < 1e-12
     assert solution.last.pairs["fit"].pressure.max() < 0.65

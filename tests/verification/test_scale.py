@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from petcontact import (
-    Case,
     Circle,
     Contact,
     Displacement,
@@ -40,7 +39,7 @@ def toe(length, stress, **mesh):
         side("back", 0, 0),
     )
     free = (Traction(part=part, value=(0.0, 0.0)) for part in ("toe", "front"))
-    return Case(
+    return Problem(
         material=Material(young_modulus=1e10 * stress, poisson_ratio=0.3),
         geometry=SideBySide(loops=(loop,)),
         mesh=MeshOptions(**{key: value * length if key == "element_size" else value for key, value in mesh.items()}),

@@ -14,8 +14,7 @@ from petcontact.contact.methods.projection import Projection
 from petcontact.contact.rho_rules import Modified, SelfAdaptive
 from petcontact.errors import InputError
 from petcontact.model.case import load
-from petcontact.pipeline.prepare import prepare
-from petcontact.pipeline.run import run
+from petcontact.pipeline.run import prepare, run
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 # three finest meshes of a prototype (N = 3240 to 98 010 nodes); this mesh of 360 nodes is 0.3 to 2 % off

@@ -13,12 +13,12 @@ import tomllib
 import numpy as np
 import pytest
 
-from petcontact import Assembly
+from petcontact import Problem
 from petcontact.mesh.basis import gauss
 from petcontact.model.base import parse
-from petcontact.model.case import parse_any
+from petcontact.model.case import parse_problem
 from petcontact.pipeline import assemble
-from petcontact.pipeline.load_steps import prepare_assembly, run_steps, solve_assembly
+from petcontact.pipeline.load_steps import prepare_assembly, run_steps, solve
 
 MU, STICK, HALF = 0.4, 0.6, 1.5
 HELD = {"lower": ("left", "right", "front", "back", "bottom"), "upper": ("left", "right", "front", "back", "top")}
@@ -57,7 +57,7 @@ def block(name, nu, h, order):
 
 def solved(data, states):
     """The problem with displacements states[b](x) (K, n, 3) of body b on all held parts in its load states."""
-    assembly = parse(Assembly, data, "exact blocks in space")
+    assembly = parse(Problem, data, "exact blocks in space")
     discrete = assemble.discretise(assembly)
     for mesh, loading, exact in zip(discrete.meshes, discrete.loadings, states, strict=True):
         held = ~loading.traction_known.any(axis=1)
@@ -183,7 +183,7 @@ def test_plane_strain_between_rollers_is_that_of_the_plane():
         grading="exponent = 1.0", zero=[0.0, 0.0, 0.0], rollers=roller.format("front") + roller.format("back"),
         down=[0.0, 0.0, -0.15], right=[0.06, 0.0, -0.15],
     )  # fmt: skip
-    plane, space = (solve_assembly(parse_any(tomllib.loads(text), "test", {}, ".")) for text in (flat, deep))
+    plane, space = (solve(parse_problem(tomllib.loads(text), "test", {}, ".")) for text in (flat, deep))
     assert plane.converged and space.converged
     for one, other in zip(plane.steps, space.steps, strict=True):
         pushed, wanted = other.pairs["top"].force / 0.5, one.pairs["top"].force

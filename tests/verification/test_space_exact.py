@@ -159,7 +159,7 @@ def test_linear_fields_in_random_boxes(seed: int) -> None:
             boundary.append({"part": part, "condition": "displacement", "value": moved})
         else:
             boundary.append({"part": part, "condition": "traction", "value": (sign * stress[axis]).tolist()})
-    solution = petcontact.solve(petcontact.Case.model_validate({**table, "boundary": boundary}))
+    solution = petcontact.solve(petcontact.Problem.model_validate({**table, "boundary": boundary}))
     assert solution.converged, solution.reason
     exact_u, exact_t = solution.mesh.x @ gradient.T, solution.mesh.normal @ stress
     assert np.abs(solution.u - exact_u).max() < 1e-9 * np.abs(exact_u).max()

@@ -7,6 +7,8 @@ the system with columns of equal length (N. J. Higham, Accuracy and stability of
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ...arrays import Array
@@ -14,9 +16,10 @@ from ...arrays import Array
 SEED = 1912
 
 
-def known_solution(columns: Array) -> Array:
-    """Unknowns (q,) of random sign, inverse to the lengths of their columns, the rows of `columns` (q, q)."""
-    length = np.sqrt(np.einsum("ij,ij->i", columns, columns))
+def known_solution(columns: Array, comm: Any) -> Array:
+    """Unknowns (q,) of random sign, inverse to the lengths of their columns; of each column (q, rows) this rank's rows."""
+    squares = np.einsum("ij,ij->i", columns, columns)
+    length = np.sqrt(squares if comm.getSize() == 1 else comm.tompi4py().allreduce(squares))
     sign = np.random.default_rng(SEED).choice([-1.0, 1.0], len(columns))
     return np.asarray(sign / np.where(length > 0.0, length, 1.0))
 

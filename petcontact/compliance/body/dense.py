@@ -1,4 +1,4 @@
-"""A body eliminated by a dense factorisation."""
+"""A body eliminated by a dense factorisation: LAPACK's on one rank, or the KSP of prefix `elastic_` over any number."""
 
 from __future__ import annotations
 
@@ -6,16 +6,29 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array
-from ...bem.operators import BLOCK
+from ...arrays import Array, Index
+from ...bem.dense_assembly import fill_dense
+from ...bem.operators import BoundaryOperators
+from ...linalg.elimination import Elimination
 from ...linalg.ksp import LinearSolver
-from ...runtime.petsc import petsc
-from .base import BodyCompliance, BodyOperators, gauge
+from ...linalg.row_layout import node_ranges
+from ...runtime.petsc import petsc, stage
+from .base import ElasticBody, gauge
 from .conditioning import forward_error, known_solution
 
+PREFIX = "elastic_"
+"""Of the options of the elimination's KSP."""
 
-class DenseBody(BodyCompliance):
-    """One LU of the bordered system, on one rank, for all load states and contact tractions.
+
+class DenseBody(ElasticBody):
+    """One factorisation of the bordered system for all load states and contact tractions.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+    modes : (n, d, r) array
+    comm : PETSc.Comm
+        Its ranks share the rows of the system; each has S.
 
     Raises
     ------
@@ -24,73 +37,125 @@ class DenseBody(BodyCompliance):
     """
 
     compliance: Array
-    digits_lost: float
 
-    def __init__(self, operators: BodyOperators, modes: Array) -> None:
+    def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
         super().__init__(operators, modes)
-        n, r, count = operators.n_unknowns, modes.shape[2], int(operators.of_contact.sum())
-        matrix, rhs = _assembled(operators, r)
-        matrix[n:, :n] = modes.reshape(n, r).T
-        matrix[:n, n:] = gauge(self.mesh, self.loading.traction_known, modes).T
-        # `matrix` holds columns of the system as rows: what PETSc calls a matrix by columns
-        known = known_solution(matrix)
-        rhs[-1] = known @ matrix
-        solution = _solved(matrix, rhs)
-        self.digits_lost = forward_error(solution[-1], known)
-        solution[:count] /= operators.traction_scale
-        self._influence, self._rest = solution[:count].T, solution[count:-1].T
-        places = operators.data.contact_unknowns
-        self.compliance = self._influence[places]
-        self.u_0 = self._rest[places].T.reshape(-1, *operators.data.contact_directions.shape)
+        with stage("assemble"):
+            system = DenseRows(operators, modes, comm)
+        kept = operators.data.contact_unknowns
+        with stage("factor"):
+            by_ksp = comm.getSize() > 1 or _wants_ksp()
+            self._solved: Elimination | _ByKSP = _ByKSP(system, comm) if by_ksp else Elimination(*system.transposed, kept)
+            influence, at_rest = self._solved.influence, self._solved.at_rest
+            if isinstance(self._solved, _ByKSP):
+                influence, at_rest = (self._solved.everywhere(rows[system.own(kept)]) for rows in (influence, at_rest))
+        self.compliance = influence / operators.traction_scale
+        at_rest = at_rest[:, :-1]
+        self.digits_lost = self._error_of_known(system.known)
+        self.u_0 = at_rest.T.reshape(-1, *operators.data.contact_shape) + operators.data.sliding
 
     def apply(self, traction: Array) -> Array:
         """S t."""
         return np.asarray(self.compliance @ traction)
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """From the solutions of all load states and unit tractions."""
-        return np.asarray(self._rest @ shares + self._influence @ traction.ravel())
+        """One back substitution."""
+        return self._solved.unknowns(np.append(shares, 0.0), traction.ravel() / self.operators.traction_scale)
+
+    def _error_of_known(self, known: Array) -> float:
+        """What the last load, whose solution is known, comes to."""
+        alone = np.zeros(self.data.states + 1)
+        alone[-1] = 1.0
+        return forward_error(self._solved.unknowns(alone, np.zeros(self.data.contact_directions.size)), known)
 
     def describe(self) -> str:
-        """Dense."""
-        return "dense"
+        """Eliminated once, dense."""
+        return "condensed, dense"
 
 
-def _assembled(operators: BodyOperators, r: int) -> tuple[Array, Array]:
-    """The system by columns (d n + r, d n + r), zero beyond d n, and contact columns, loads, and a row to come,
-    (d m + K + 1, d n + r)."""
-    n, d = operators.mesh.n_nodes, operators.kernel.dim
-    size, of_contact, amplitudes = d * n + r, operators.of_contact, operators.amplitudes
-    matrix, rhs = np.zeros((size, size)), np.zeros((int(of_contact.sum()) + amplitudes.shape[1] + 1, size))
-    system = matrix[: d * n, : d * n].reshape(n, d, n, d)
-    blocks = operators.blocks(operators.right_hand_sides)
-    for first in range(0, n, BLOCK[0]):
-        rows = np.arange(first, min(first + BLOCK[0], n))
-        beside = np.zeros((len(of_contact), len(rows), d))
-        for block in blocks:
-            operators.fill(rows, block, system=system[:, :, rows[0] : rows[-1] + 1], right_hand_sides=beside)
-        columns = beside.reshape(len(of_contact), -1)
-        loads = amplitudes[~of_contact].T @ columns[~of_contact]
-        rhs[:-1, d * rows[0] : d * (rows[-1] + 1)] = np.concatenate([columns[of_contact], loads])
-    rhs[-1 - amplitudes.shape[1] : -1, : d * n] += operators.point_loads.T
-    return matrix, rhs
+class DenseRows:
+    """This rank's rows of the bordered system, its contact columns and loads; the rows of the border are the last rank's.
+
+    Attributes
+    ----------
+    system : (d n + r, rows) array
+        By columns.
+    contact, loads : (m k, rows), (K + 1, rows) arrays
+        The last load has a solution that is known.
+    known : (d n + r,) array
+        That one.
+    """
+
+    def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
+        mesh, data, (n, d, r) = operators.mesh, operators.data, modes.shape
+        rank, ranks = comm.getRank(), comm.getSize()
+        first, last = node_ranges(n, ranks)[rank]
+        inner, border = d * (last - first), r if rank == ranks - 1 else 0
+        self._first, self._last, self.size = d * first, d * last, d * n + r
+        rows = inner + border
+        # every entry of A_0 is written
+        self.system = np.empty((self.size, rows)) if not r else np.zeros((self.size, rows))
+        m, k = data.contact_shape
+        self.contact, self.loads = np.zeros((m * k, rows)), np.zeros((data.states + 1, rows))
+        blocks = [array[:, :inner].reshape(len(array), last - first, d) for array in (self.contact, self.loads[:-1])]
+        inside = self.system[: d * n, :inner].reshape(n, d, last - first, d)
+        fill_dense(operators, np.arange(first, last), inside, *blocks)
+        blocks[1] += operators.point_loads[self._first : self._last].T.reshape(blocks[1].shape)
+        self.system[d * n :, :inner] = modes.reshape(d * n, r)[self._first : self._last].T
+        if border:
+            self.system[: d * n, inner:] = gauge(mesh, data, modes).T
+        self.known = known_solution(self.system, comm)
+        self.loads[-1] = self.known @ self.system
+
+    @property
+    def transposed(self) -> tuple[Array, Array, Array]:
+        """System, contact columns and loads, by rows and columns as one writes them."""
+        return self.system.T, self.contact.T, self.loads.T
+
+    def own(self, unknowns: Index) -> Index:
+        """Places in this rank's rows of those of some unknowns that are among them."""
+        mine: Index = unknowns[(unknowns >= self._first) & (unknowns < self._last)]
+        return np.asarray(mine - self._first, dtype=np.int64)
 
 
-def _solved(columns: Array, rhs: Array) -> Array:
-    """Rows x_k with system · x_k = rhs_k, in place; the system's columns are the rows of `columns`, overwritten, too."""
-    module = petsc()
-    comm = module.COMM_SELF
-    size, count = len(columns), len(rhs)
-    system = module.Mat().createDense((size, size), array=columns.T, comm=comm)
-    right = module.Mat().createDense((size, count), array=rhs.T, comm=comm)
-    system.assemble()
-    right.assemble()
-    solver = LinearSolver(comm, "elastic_", "factor", in_place=True)
-    solver.set_operator(system)
-    solution: Any = solver.solve_many(right)
-    solver.close()
-    for matrix in (right, system):
-        matrix.destroy()
-    rhs[:] = solution.getDenseArray().T
-    solution.destroy()
-    return rhs
+class _ByKSP:
+    """All columns of the solution by a KSP.
+
+    Attributes
+    ----------
+    influence, at_rest : (rows, m k), (rows, K) arrays
+        This rank's rows of A⁻¹ B and A⁻¹ b.
+    """
+
+    def __init__(self, rows: DenseRows, comm: Any) -> None:
+        self._mpi = comm.tompi4py() if comm.getSize() > 1 else None
+        module, local = petsc(), rows.system.shape[1]
+        columns = rows.contact.shape[0] + rows.loads.shape[0]
+        system = module.Mat().createDense(((local, rows.size), (local, rows.size)), array=rows.system.T, comm=comm)
+        both = np.asfortranarray(np.vstack([rows.contact, rows.loads]).T)
+        right = module.Mat().createDense(((local, rows.size), (module.DECIDE, columns)), array=both, comm=comm)
+        system.assemble()
+        right.assemble()
+        solver = LinearSolver(comm, PREFIX, "factor", in_place=True)
+        solver.set_operator(system)
+        solution: Any = solver.solve_many(right)
+        self.influence, self.at_rest = np.split(np.array(solution.getDenseArray()), [rows.contact.shape[0]], axis=1)
+        solver.close()
+        for matrix in (solution, right, system):
+            matrix.destroy()
+
+    def everywhere(self, local: Array) -> Array:
+        """All rows from each rank's."""
+        if self._mpi is None:
+            return local
+        whole: Array = np.concatenate(self._mpi.allgather(local))
+        return whole
+
+    def unknowns(self, shares: Array, y: Array) -> Array:
+        """As of `Elimination`."""
+        return self.everywhere(self.at_rest @ shares + self.influence @ y)
+
+
+def _wants_ksp() -> bool:
+    """Whether options speak of the KSP, -help among them, which lists what there is."""
+    return any(name == "help" or name.startswith(PREFIX) for name in petsc().Options().getAll())

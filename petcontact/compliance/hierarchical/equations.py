@@ -90,9 +90,7 @@ class MixedEquations:
         self._node, self._slot = place, d * place[:, None] + operators.data.contact_directions
         self._beside = self.entries.beside[place][:, None] + np.arange(self._slot.shape[1])
         self._count = int(self.entries.beside[-1])
-        loads = np.ones(self._count, dtype=bool)
-        loads[self._beside] = False
-        self._loads = loads * self._operators.load_scale
+        self._loads = self._operators.amplitudes
         layout = (int(mine[1] - mine[0]), self.size)
         self._petsc_matrix = petsc().Mat().createPython((layout, layout), context=self, comm=comm)
         self._petsc_matrix.setUp()
@@ -140,8 +138,8 @@ class MixedEquations:
         """Nothing moves."""
         return State(np.zeros(self.size), np.zeros(self._slot.shape), np.zeros(self._slot.shape))
 
-    def solve(self, relation: Relation, start: State, loaded: bool, rtol: float, forcing: float) -> tuple[State, float]:
-        """The solution, and what residual is left, relative to the right-hand side.
+    def solve(self, relation: Relation, start: State, shares: Array, rtol: float, forcing: float) -> tuple[State, float]:
+        """The solution for load states weighted by `shares` (K,), and the residual left, relative to the right-hand side.
 
         The Krylov method reduces the residual at the start to `forcing` of it, but not below rtol of the right-hand side.
         """
@@ -150,7 +148,9 @@ class MixedEquations:
         both = np.concatenate([columns.n_u, columns.n_t], axis=1)
         before = np.concatenate([start.u - relation.u_0, start.t - relation.t_0], axis=1)
         z[self._slot] = np.einsum("mij,mj->mi", np.linalg.pinv(both), before)
-        known = self.matrix.mult(self._right_hand_side(relation, loaded))
+        known = self.matrix.mult(self._right_hand_side(relation, shares))
+        if self._operators.data.point.size:
+            known = known + self._operators.point_loads[self.own] @ shares
         residual = known - self._product(columns, z)
         scale, left = self._norm(known), self._norm(residual)
         target = max(rtol * scale, forcing * left)
@@ -163,12 +163,11 @@ class MixedEquations:
         z[self._slot] = u
         return State(z, u, t), left / scale if scale > 0.0 else 0.0
 
-    def _right_hand_side(self, relation: Relation, loaded: bool) -> Array:
+    def _right_hand_side(self, relation: Relation, shares: Array) -> Array:
         """Factors of all columns whose product is what does not depend on the unknowns."""
         factors = np.zeros(self.matrix.shape[1])
         factors[self._slot] = -relation.u_0
-        if loaded:
-            factors[self.size :] = self._loads
+        factors[self.size :] = self._loads @ shares
         factors[self.size + self._beside] = relation.t_0
         return factors
 

@@ -85,24 +85,21 @@ class Strip:
 
 
 def strips(
-    operators: BoundaryOperators, nodes: Index | None = None, directions: Array | None = None,
-    others: tuple[tuple[float, float], ...] = (),
+    operators: BoundaryOperators, nodes: Index, directions: Array, others: tuple[tuple[float, float], ...] = ()
 ) -> list[Strip]:  # fmt: skip
     """One strip for each direction and smooth stretch of contact elements, over several parts where they go on.
 
     Parameters
     ----------
     operators : BoundaryOperators
-    nodes : (m,) array, optional
-        Contact nodes, increasing; all by default.
-    directions : (m, k, d) array, optional
-        Of the tractions at each of them; those of the operators by default.
+    nodes : (m,) array
+        Contact nodes, increasing.
+    directions : (m, k, d) array
+        Of the tractions at each of them.
     others : tuple of (float, float)
         Layers of bodies that feel the same tractions.
     """
-    mesh, data = as_curve(operators.mesh), operators.data
-    if nodes is None or directions is None:
-        nodes, directions = data.contact_nodes, data.contact_frame
+    mesh = as_curve(operators.mesh)
     result = []
     for elements in smooth_stretches(mesh, nodes):
         counts = mesh.order[elements] + 1

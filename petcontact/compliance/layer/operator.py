@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from typing import Any, Protocol
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...bem.operators import BoundaryOperators
-from ..contact_vectors import ContactVectors
 from .kernel import Strip
-from .kernel import strips as strips_of
 from .strips import FourierStrip, StripOperator, strip_operator
 
 TIGHT = 1e-11
@@ -44,12 +40,6 @@ class LayerOperator:
                 last = strip, strip_operator(strip, weight[strip.nodes], x[strip.nodes])
             self._parts.append((strip.nodes, strip.component, last[1]))
         self.fast = all(isinstance(part, FourierStrip) for *_, part in self._parts)
-
-    @classmethod
-    def of(cls, operators: BoundaryOperators) -> LayerOperator:
-        """That of one body."""
-        nodes = operators.data.contact_nodes
-        return cls(strips_of(operators), operators.mesh.weight[nodes], operators.mesh.x[nodes])
 
     def apply(self, x: Array) -> Array:
         """T x, (m, k) [length]."""
@@ -102,43 +92,3 @@ def fitted(weight: Array, sigma: Array, ours: Array, displacement: Array) -> flo
     own, other = (float(np.sum(weight @ (sigma * moved))) for moved in (ours, displacement))
     apart = own > 0.0 and other > 0.0 and not 1.0 / SPREAD < other / own < SPREAD
     return float(np.sqrt(other / own)) if apart else 1.0
-
-
-class DistributedSystem(Protocol):
-    """A contact system with its communicator and the layout of contact vectors; all of the package's are."""
-
-    operators: BoundaryOperators
-    contact: ContactVectors
-    comm: Any
-
-
-class RobinPreconditioner:
-    """(I + ρT)⁻¹ as a PETSc preconditioner of type python for I + ρS; ρ may change between solves."""
-
-    def __init__(self, layer: LayerOperator, contact: ContactVectors, rho: float) -> None:
-        self.layer, self.contact, self.rho = layer, contact, rho
-
-    def apply(self, pc: Any, x: Any, y: Any) -> None:
-        """y = (I + ρT)⁻¹ x."""
-        whole = self.contact.everywhere(x.getArray(readonly=True)).reshape(-1, 1)
-        y.setArray(self.layer.solve(whole, self.rho)[self.contact.owned])
-
-    def view(self, pc: Any, viewer: Any) -> None:
-        """The line of -ksp_view."""
-        viewer.printfASCII("    (I + rho T)^-1, T the operator of an elastic layer\n")
-
-
-def robin_preconditioner(system: DistributedSystem, rho: float, pc: Any) -> RobinPreconditioner:
-    """Make the PC of a KSP over I + ρS the layer's; returns its context, whose `rho` may be changed between solves.
-
-    Parameters
-    ----------
-    system : CondensedSystem, FullSystem or CompressedSystem
-    rho : float
-        [stress/length]
-    pc : PETSc.PC
-    """
-    context = RobinPreconditioner(LayerOperator.of(system.operators), system.contact, rho)
-    pc.setType("python")
-    pc.setPythonContext(context)
-    return context

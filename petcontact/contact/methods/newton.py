@@ -1,4 +1,4 @@
-"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0, its sets predicted by the stand-in T.
+"""Semismooth Newton (primal-dual active set) on v = u_0 + S σ + M α, E σ + f = 0, its sets predicted by the surrogate T.
 
 Each iteration solves the linear equations of `active_set`. Which nodes stick, slip or open is foretold, where a solve with
 S costs more than T, by the contact problem of T through the last iterate, v + T(q - σ): its set is nearly the right
@@ -10,21 +10,25 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ...arrays import Array
 from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
-from ..active_set import LinearSolver, Pieces, Pivot, Predictor, box_problem, next_tau, pivots
+from ..active_set.monolithic import MonolithicSolver
+from ..active_set.pivots import LinearSolver, Pivot, Predictor, box_problem, next_tau, pivots
+from ..active_set.rigid_modes import RigidModeConstraint
+from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import equilibrium_defect
+from ..equilibrium import unbalanced_load
 from ..iteration import Iteration, Recorder
-from ..laws import OPEN, SLIP, ContactLaw
-from ..mixed import MixedCompliance
-from ..restricted import Border, LayerCompliance, restricted_to
+from ..law_protocol import OPEN, SLIP, ContactLaw
+from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
-from ..system import ContactSystem, MixedSystem, Surrogate
+from ..system import ContactSystem, MonolithicSystem, Surrogate
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
@@ -67,16 +71,16 @@ class SemismoothNewton:
         if predict is None:
             predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
         # a mixed system's step costs no more than T does to set up
-        mixed = isinstance(system, MixedSystem)
-        layer = system.surrogate() if not mixed and (system.matrix_free or (predict and not late)) else None
-        if layer is not None:
-            layer.rtol = LOOSE
-        foretell = _Foresight(system, law, layer) if predict and (late or layer is not None) else None
+        mixed = isinstance(system, MonolithicSystem)
+        surrogate = system.surrogate() if not mixed and (system.matrix_free or (predict and not late)) else None
+        if surrogate is not None:
+            surrogate.rtol = LOOSE
+        foretell = _Foresight(system, law, surrogate) if predict and (late or surrogate is not None) else None
         solver: LinearSolver
-        if isinstance(system, MixedSystem):
-            solver = MixedCompliance(system, iteration.criterion.tolerance)
+        if isinstance(system, MonolithicSystem):
+            solver = MonolithicSolver(system, iteration.criterion.tolerance)
         else:
-            solver = restricted_to(system, layer)
+            solver = active_set_solver(system, surrogate)
         try:
             first = _first_guess(system, law, iteration, solver, foretell)
             return _Run(system, law, iteration, solver, foretell).state(first)
@@ -89,40 +93,42 @@ def build(options: Method, rule: Rule | None) -> SemismoothNewton:
     return SemismoothNewton()
 
 
-def first_guess(system: ContactSystem, layer: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
+def first_guess(system: ContactSystem, surrogate: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
     """σ and v that T gives for full stick; T is scaled to S on it."""
     base, modes = system.u_0, system.modes
-    stuck = Pieces.stuck(base)
-    border = Border(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
-    sigma, coordinates = Elimination(layer.solve, *border.spread(stuck.seen))(-base, border.rhs)
+    stuck = Linearisation.all_stick(base)
+    constraint = RigidModeConstraint(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
+    sigma, coordinates = Elimination(surrogate.solve, *constraint.spread(stuck.active))(-base, constraint.rhs)
     displacement = solver.apply(sigma)
-    layer.fit(sigma, displacement)
+    surrogate.fit(sigma, displacement)
     v = base + displacement
-    return sigma, v if modes is None else v + modes.motion @ border.motion(coordinates)
+    return sigma, v if modes is None else v + modes.motion @ constraint.motion(coordinates)
 
 
 class _Foresight:
     """Sets by the contact problem of T through an iterate; where T is still to be made, from the LATE-th step on."""
 
-    def __init__(self, system: ContactSystem, law: ContactLaw, layer: Surrogate | None) -> None:
-        self.layer, self._system, self._law = layer, system, law
-        self._wait = 0 if layer is not None else LATE
+    def __init__(self, system: ContactSystem, law: ContactLaw, surrogate: Surrogate | None) -> None:
+        self.surrogate, self._system, self._law = surrogate, system, law
+        self._wait = 0 if surrogate is not None else LATE
 
     def __call__(self, step: Pivot) -> tuple[Array, Array]:
         """τ and σ of the prediction."""
         self._wait -= 1
         if self._wait > 0 or step.wrong == 0:
             return step.tau, step.sigma
-        if self.layer is None:
-            self.layer = self._system.surrogate()
-        return (step.tau, step.sigma) if self.layer is None else self.through(self.layer, step.sigma, step.v, step.tau)
+        if self.surrogate is None:
+            self.surrogate = self._system.surrogate()
+        if self.surrogate is None:
+            return step.tau, step.sigma
+        return self.through(self.surrogate, step.sigma, step.v, step.tau)
 
-    def through(self, layer: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
+    def through(self, surrogate: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
         """The same from any σ, v and τ."""
-        modes, base = self._system.modes, v - layer.apply(sigma)
-        last = box_problem(LayerCompliance(layer), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
+        modes, base = self._system.modes, v - surrogate.apply(sigma)
+        last = box_problem(SurrogateActiveSetSolver(surrogate), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
         if last.wrong == 0 and not last.push.any():
-            return last.pieces.tau, last.sigma
+            return last.linearised.tau, last.sigma
         # bodies that T's problem lets go of tell nothing
         return (last.tau, last.sigma) if modes is None else (tau, sigma)
 
@@ -138,10 +144,10 @@ def _first_guess(
     stuck = everywhere(base, law, 0.0)
     if iteration.start is not None:
         v, sigma = iteration.start
-        return next_tau(Pieces.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
-    if foretell is not None and foretell.layer is not None:
-        sigma, v = first_guess(system, foretell.layer, solver)
-        return *foretell.through(foretell.layer, sigma, v, stuck), v
+        return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
+    if foretell is not None and foretell.surrogate is not None:
+        sigma, v = first_guess(system, foretell.surrogate, solver)
+        return *foretell.through(foretell.surrogate, sigma, v, stuck), v
     return stuck, np.zeros_like(base), base
 
 
@@ -169,17 +175,21 @@ class _Run:
     ) -> None:  # fmt: skip
         self.system, self.law, self.iteration, self.solver, self.foretell = system, law, iteration, solver, foretell
         self.recorder = Recorder(law, system, iteration)
-        self.reason = ""
+        self.ended = ""
 
     def state(self, first: Guess) -> ContactState:
-        """Where the first attempt that ends well ends, or the last one of all."""
+        """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
         state = None
         for tau, sigma, v in self._starts(first):
             state = self._attempt(tau, sigma, v)
-            if state.converged or state.stopped or self.recorder.exhausted:
+            if state.converged or state.stopped or self.recorder.exhausted or self._overloaded:
                 break
         assert state is not None
         return state
+
+    @cached_property
+    def _overloaded(self) -> bool:
+        return unbalanced_load(self.system.modes, self.law) is not None
 
     def _starts(self, first: Guess) -> Iterator[Guess]:
         yield first
@@ -193,12 +203,11 @@ class _Run:
 
     def _attempt(self, tau: Array, sigma: Array, v: Array) -> ContactState:
         """Steps until no node is wrong, the sets repeat, or the loads find no equilibrium."""
-        system, law, recorder = self.system, self.law, self.recorder
+        recorder = self.recorder
         state: ContactState | None = None
         alpha, tries = None, 0
         while True:
-            steps = pivots(self.solver, law, system.u_0, system.modes, tau, sigma=sigma, alpha=alpha, predict=self.foretell)
-            for step in steps:
+            for step in self._steps(tau, sigma, alpha):
                 state = self._told(step, sigma, v)
                 sigma, v, alpha = step.sigma, step.v, step.alpha
                 if state.converged or state.stopped or recorder.exhausted:
@@ -207,18 +216,28 @@ class _Run:
                     break
             else:
                 assert state is not None
-                state.reason = f"the sets repeat; {state.reason}"
-                return state
+                return self._failed(state, self.ended)
             tries += 1
-            touched = self._touching(step)
-            if tries > TRIES or touched is None:
-                state.reason = f"no equilibrium: the loads move a body that contact does not hold; {state.reason}"
-                return state
+            touched = None if tries > TRIES or self._overloaded else self._touching(step)
+            if touched is None:
+                return self._failed(state, "no equilibrium: the loads move a body that contact does not hold")
             tau = touched
+
+    def _failed(self, state: ContactState, why: str) -> ContactState:
+        if self._overloaded:
+            why = "no equilibrium: the loads are more than contact and friction can hold"
+        state.reason = f"{why}; {state.reason}"
+        return state
+
+    def _steps(self, tau: Array, sigma: Array, alpha: Array | None) -> Iterator[Pivot]:
+        system = self.system
+        self.ended = yield from pivots(
+            self.solver, self.law, system.u_0, system.modes, tau, sigma=sigma, alpha=alpha, predict=self.foretell
+        )
 
     def _touching(self, step: Pivot) -> Array | None:
         """τ with what stops a motion along which the loads push: slipping nodes stick, and open ones close that it meets."""
-        law, states, tau = self.law, step.pieces.states, step.pieces.tau.copy()
+        law, states, tau = self.law, step.linearised.states, step.linearised.tau.copy()
         slips = states == SLIP
         tau[np.ix_(slips, np.arange(law.k)[law.groups[0]])] = 0.0
         if len(law.groups) > 1:
@@ -240,16 +259,17 @@ class _Run:
             (old_v, old_sigma), v, sigma, v - old_v, sigma - old_sigma, ksp_iterations=self.solver.ksp_iterations
         )
         recorder.history.exchanged.append(step.wrong)
-        unbalanced = equilibrium_defect(system, sigma)
         relative = recorder.relative(v, sigma)
-        defect = self.solver.defect if isinstance(self.solver, MixedCompliance) else 0.0
-        small = max(relative, unbalanced, defect) <= self.iteration.criterion.tolerance
-        converged = small and (step.wrong == 0 or relative <= ROUND_OFF)
+        defect = self.solver.defect if isinstance(self.solver, MonolithicSolver) else 0.0
+        tolerance = self.iteration.criterion.tolerance
+        solved = max(relative, defect) <= tolerance and (step.wrong == 0 or relative <= ROUND_OFF)
+        within = recorder.within_limits(v, sigma, recorder.balanced(v, sigma), tolerance) if solved else None
+        v, sigma = within or (v, sigma)
         reason = f"{step.wrong} nodes on the wrong side, relative friction residual {relative:.1e}"
         if system.modes is not None:
-            reason += f", equilibrium {unbalanced:.1e}"
-        if defect > self.iteration.criterion.tolerance:
+            reason += f", equilibrium {equilibrium_defect(system, sigma):.1e}"
+        if defect > tolerance:
             reason += f", elastic residual {defect:.1e}"
-        state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=converged)
+        state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=within is not None)
         state.alpha = step.alpha
         return state

@@ -12,15 +12,17 @@ from dataclasses import dataclass
 
 from ...errors import InputError
 from ...model.solver_options import Method
-from ..active_set import Pieces, box_problem
+from ..active_set.pivots import box_problem
+from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
-from ..laws import ContactLaw
-from ..restricted import LayerCompliance, restricted_to
+from ..law_protocol import ContactLaw
+from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
 from .newton import everywhere, first_guess
+from .settling import settled
 
 
 @dataclass(frozen=True)
@@ -43,23 +45,23 @@ class OperatorRobin:
         InputError
             If the system has no T.
         """
-        layer, modes = system.surrogate(), system.modes
-        if layer is None:
-            raise InputError("method.name: operator-robin needs a stand-in for S, and there is none; use semismooth-newton")
+        surrogate, modes = system.surrogate(), system.modes
+        if surrogate is None:
+            raise InputError("method.name: operator-robin needs a surrogate for S, and there is none; use semismooth-newton")
         criterion, base = iteration.criterion, system.u_0
-        inner = LayerCompliance(layer)
-        solver = restricted_to(system, layer)
-        sigma, v = first_guess(system, layer, solver)
+        inner = SurrogateActiveSetSolver(surrogate)
+        solver = active_set_solver(system, surrogate)
+        sigma, v = first_guess(system, surrogate, solver)
         if iteration.start is not None:
             sigma = iteration.start[1]
             v = base + solver.apply(sigma)
-        tau, stuck = everywhere(base, law, 0.0), Pieces.stuck(base)
+        tau, stuck = everywhere(base, law, 0.0), Linearisation.all_stick(base)
         recorder = Recorder(law, system, iteration)
         try:
             while not recorder.exhausted:
-                step = box_problem(inner, law, v - layer.apply(sigma), tau, sigma)
-                tau, old = step.pieces.tau, (v, sigma)
-                dsigma, dalpha = solver.sum_solve(-self.omega * layer.apply(sigma - step.sigma), stuck, modes, sigma)
+                step = box_problem(inner, law, v - surrogate.apply(sigma), tau, sigma)
+                tau, old = step.linearised.tau, (v, sigma)
+                dsigma, dalpha = solver.sum_solve(-self.omega * surrogate.apply(sigma - step.sigma), stuck, modes, sigma)
                 dv = solver.apply(dsigma)
                 if modes is not None:
                     dv = dv + modes.motion @ dalpha
@@ -68,9 +70,11 @@ class OperatorRobin:
                 relative = relative_residual(law, system, v, sigma, scale=recorder.largest)
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
                 rho = recorder.balanced(v, sigma)
-                state = recorder.tell(v, sigma, rho, reason, converged=criterion.met(change, relative))
-                if state.converged or state.stopped:
+                state = recorder.tell(v, sigma, rho, reason)
+                if state.stopped:
                     return state
+                if criterion.met(change, relative) and (end := settled(recorder, v, sigma, rho, reason)) is not None:
+                    return end
             reason = f"max_iterations = {iteration.max_iterations} reached; {reason}"
             return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)
         finally:

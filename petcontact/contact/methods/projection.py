@@ -12,10 +12,11 @@ from ...errors import SolverError
 from ...model.solver_options import Method
 from ..criterion import relative_residual
 from ..iteration import Iteration, Recorder
-from ..laws import ContactLaw, law_residual
+from ..law_protocol import ContactLaw, bound_excess, law_residual
 from ..rho_rules import Rule, make_rule
 from ..state import ContactState
 from ..system import ContactSystem
+from .settling import settled
 
 
 @dataclass(frozen=True)
@@ -73,11 +74,13 @@ class Projection:
                 relative = relative_residual(law, system, v, sigma, float(np.max(rho)), recorder.largest)
             if criterion.met(change, relative):
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
-                return ContactState(v, sigma, rho, True, reason, recorder.history, law=law)
+                if (end := settled(recorder, v, sigma, rho, reason)) is not None:
+                    return end
             rho = self._updated(rules, law, rho, balance, len(recorder.history))
         relative = relative_residual(law, system, v, sigma, float(np.max(rho)), recorder.largest)
         reason = (f"max_iterations = {iteration.max_iterations} reached with change {change:.1e}, relative friction "
-                  f"residual {relative:.1e}; the tolerance is {criterion.tolerance:g}")  # fmt: skip
+                  f"residual {relative:.1e}, {bound_excess(law, sigma):.1e} beyond the bound; the tolerance is "
+                  f"{criterion.tolerance:g}")  # fmt: skip
         return ContactState(v, sigma, rho, False, reason, recorder.history, law=law)
 
     @staticmethod

@@ -1,23 +1,127 @@
-"""The methods by name. A new one is a file here with `build`, and its line in `model.solver_options.METHODS`."""
+"""What is given as a method, or as a law, to what runs: names, classes of the package, or objects of one's own.
+
+A method of the package is a file here with `build`, and its line in `model.solver_options.METHODS`.
+"""
 
 from __future__ import annotations
 
 import importlib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 
+import numpy as np
+
+from ...arrays import Array
+from ...errors import InputError
 from ...model.solver_options import METHODS, Method
 from ..iteration import ContactMethod
-from ..rho_rules import Rule
+from ..law_protocol import ContactLaw
+from ..rho_rules import Rule, rule_of
+
+LAW_MEMBERS = ("k", "groups", "project", "linearise", "states")
 
 
-def method_of(options: Method, rule: Rule | None = None) -> ContactMethod:
-    """The method that a `[method]` table describes, its parameters filled in.
+def method_of(
+    method: Method | str | type | ContactMethod, rule: Rule | str | type | None = None, options: Method | None = None
+) -> ContactMethod:
+    """The method that is asked for, its parameters filled in.
 
     Parameters
     ----------
-    options : Method
-    rule : Rule, optional
-        A rule of the user's own, which chooses the projection method.
+    method : Method, str, class or callable
+        A `[method]` table; a key of METHODS or a class of the package, with the parameters of `options`; or a method of
+        one's own, as it is: `method(system, law, iteration) -> ContactState`.
+    rule : Rule, str or class, optional
+        A rule for ρ, a key of RULES, or a class; over that of the table, and it chooses the projection method of a table.
+    options : Method, optional
+        The table whose parameters a name or a class takes.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, or a rule is given to a method that has none.
+
+    Examples
+    --------
+    >>> method_of("operator-robin")
+    OperatorRobin(omega=1.8)
+    >>> method_of(Method(rule="fixed", rho=3.0)).rho
+    3.0
     """
-    name = "projection" if rule is not None else options.resolved_name
-    method: ContactMethod = importlib.import_module(f".{METHODS[name]}", __package__).build(options, rule)
+    options = options if options is not None else Method()
+    if isinstance(method, type) and (name := _name_of(method)) is not None:
+        method = name
+    elif isinstance(method, type):
+        raise InputError(f"method: {method.__name__} is a class; give an object of it, {method.__name__}(...)")
+    if isinstance(method, str):
+        given = options.model_dump(exclude_unset=True, exclude={"name"})
+        method = Method(**{**given, "name": method})
+        if rule is not None and method.name != "projection":
+            raise InputError(f"rule: {method.name} has no ρ that changes; projection has")
+    if isinstance(method, Method):
+        name = "projection" if rule is not None else method.resolved_name
+        made: ContactMethod = importlib.import_module(f".{METHODS[name]}", __package__).build(method, rule_of(rule, method))
+        return made
+    if not callable(method):
+        raise InputError(f"method: a name ({', '.join(METHODS)}), a class of petcontact.contact.methods, or a callable "
+                         f"(system, law, iteration) -> ContactState; got {method!r}")  # fmt: skip
+    if rule is not None:
+        raise InputError("rule: a method of one's own has its own; give it there")
     return method
+
+
+def _name_of(kind: type) -> str | None:
+    """The name of a method of the package by its class."""
+    return next((name for name, module in METHODS.items() if kind.__module__ == f"{__package__}.{module}"), None)
+
+
+@dataclass(frozen=True)
+class ContactNodes:
+    """All contact nodes of a problem, which a function makes a law for.
+
+    Attributes
+    ----------
+    x, normal : (m, d) arrays
+        Places [length]; normals from the secondary to the primary.
+    weight : (m,) array
+        Quadrature weights [length or area].
+    pairs : mapping of str to slice
+        The nodes of each pair by its name.
+    law : ContactLaw
+        What the problem itself says.
+    """
+
+    x: Array
+    normal: Array
+    weight: Array
+    pairs: Mapping[str, slice]
+    law: ContactLaw
+
+
+def law_of(law: ContactLaw | Callable[[ContactNodes], ContactLaw] | None, nodes: ContactNodes) -> ContactLaw:
+    """The law that is asked for: that of the problem by default, an object as it is, or what a function makes of the nodes.
+
+    Raises
+    ------
+    InputError
+        If it lacks a member of `ContactLaw`, or is not for these nodes and as many components as the law of the problem.
+    """
+    if law is None:
+        return nodes.law
+    missing = [name for name in LAW_MEMBERS if not hasattr(law, name)]
+    if callable(law) and len(missing) == len(LAW_MEMBERS):
+        law = law(nodes)
+        missing = [name for name in LAW_MEMBERS if not hasattr(law, name)]
+    if missing:
+        raise InputError(f"law: {type(law).__name__} has no {', '.join(missing)}; a law has {', '.join(LAW_MEMBERS)}")
+    found: ContactLaw = law  # type: ignore[assignment]
+    shape = len(nodes.weight), nodes.law.k
+    if found.k != nodes.law.k:
+        raise InputError(f"law: {type(law).__name__} has k = {found.k}; this contact has {nodes.law.k} components a node")
+    try:
+        fits = np.shape(found.project(np.zeros(shape))) == shape
+    except ValueError:
+        fits = False
+    if not fits:
+        raise InputError(f"law: {type(law).__name__} does not project tractions of shape {shape}, m nodes of k components")
+    return found

@@ -18,7 +18,8 @@ from ...errors import InputError, SolverError
 from ...model.solver_options import Method
 from ...runtime.petsc import petsc
 from ..iteration import ContactMethod, Iteration, Recorder
-from ..laws import ContactLaw, Tresca
+from ..law_protocol import ContactLaw
+from ..laws import Tresca
 from ..rho_rules import Rule
 from ..state import ContactState, History
 from ..system import ContactSystem
@@ -61,9 +62,7 @@ def tao(system: ContactSystem, law: ContactLaw, iteration: Iteration) -> Contact
     newton = replace(iteration, start=(v[:, None], sigma[:, None]))
     state = SemismoothNewton(predict=False)(system, law, newton)
     steps, state.history = state.history, _rows(system, law, iterates, iteration)
-    for row in zip(steps.rho, steps.w, steps.change, steps.residual, steps.ksp_iterations, strict=True):
-        state.history.add(*row)
-    state.history.exchanged = steps.exchanged
+    state.history.extend(steps)
     state.reason += f", after {len(iterates) - 1} TAO iterations"
     return state
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
-from ...compliance.body.base import BodyCompliance
+from ...compliance.body.base import ElasticBody
 from ...geometry.rotation import rigid_motions
 
 DIGITS = 1e-4
@@ -19,7 +19,7 @@ BETWEEN = 0.1
 """The same between nodes."""
 
 
-def imbalance(body: BodyCompliance, shares: Array, u: Array, traction: Array, alpha: Array) -> float:
+def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array) -> float:
     """Resultant force and moment on a body, the larger one, over the sum of all sizes; at most 1 [-].
 
     Of a body that contact holds it is zero by construction: there it is what the multipliers of its rigid motions say,
@@ -27,20 +27,22 @@ def imbalance(body: BodyCompliance, shares: Array, u: Array, traction: Array, al
 
     Parameters
     ----------
-    body : BodyCompliance
+    body : ElasticBody
         Of finite size.
     shares : (K,) array
         Of the load states.
     u, traction : (n, d) arrays
         [length], [stress]
+    sigma : (m, k) array
+        Tractions at contact nodes [stress].
     alpha : (r,) array
         Rigid motions.
     """
     mesh = body.mesh
     x, force = mesh.x, mesh.weight[:, None] * traction
-    if body.loading.point.size:
-        x = np.concatenate([x, body.loading.point])
-        force = np.concatenate([force, np.tensordot(shares, body.loading.force, 1)])
+    if body.data.point.size:
+        x = np.concatenate([x, body.data.point])
+        force = np.concatenate([force, np.tensordot(shares, body.data.force, 1)])
     away = x - mesh.weight @ mesh.x / mesh.weight.sum()
     motions = rigid_motions(away)
     each = np.einsum("ic,icr->ir", force, motions)
@@ -50,7 +52,7 @@ def imbalance(body: BodyCompliance, shares: Array, u: Array, traction: Array, al
     worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), least * arm + np.finfo(float).tiny)).max())
     if body.modes.shape[2]:
         strained = float(np.abs(u - body.modes @ alpha).max(initial=0.0))
-        multipliers = body.unknowns(shares, traction[body.contact])[body.operators.n_unknowns :]
+        multipliers = body.unknowns(shares, sigma)[body.operators.n_unknowns :]
         drift = float(np.abs(body.modes @ multipliers).max(initial=0.0))
         worst = max(worst, drift / strained if strained > 0.0 else 0.0)
     return worst

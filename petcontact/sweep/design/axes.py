@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError
-from ...model.case import Case, whole_key
+from ...model.case import KEYS, whole_key
 from .sweep_file import Sample, SweepFile
 
 FIRST_WORDS = {"method.rule": "", "method.rho": "rho", "mesh.element_size": "h"}
@@ -100,7 +100,7 @@ def full_key(key: str, source: str) -> str:
         If there is no such key.
     """
     found = whole_key(key)
-    if "." not in found and found not in Case.model_fields:
+    if "." not in found and found not in KEYS:
         raise InputError(f"{source}: {key}: neither a key of [method], [mesh] or [bem] nor a dotted key")
     return found
 

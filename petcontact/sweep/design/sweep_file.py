@@ -10,10 +10,12 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from ...errors import InputError
-from ...model.base import Coordinate, Finite, Model, parse
-from ...model.case import read_toml
+from ...model.base import Coordinate, Finite, Model, parse, regular_file
+from ...model.case import LARGEST_FILE, read_toml
 
 LARGEST_SWEEP = 1_000_000
+LARGEST_POINTS = 200_000_000
+"""Bytes of a file of points."""
 Count = Annotated[int, pydantic.Field(ge=1, le=LARGEST_SWEEP)]
 Keep = Literal["scalars", "contact", "all"]
 
@@ -36,7 +38,7 @@ class Sample(Model):
     method: Literal["latin-hypercube", "sobol"]
     points: Count
     seed: Annotated[int, pydantic.Field(ge=0)] = 0
-    range: Annotated[Mapping[str, tuple[Finite, Finite]], pydantic.Field(min_length=1)]
+    range: Mapping[str, tuple[Finite, Finite]] = pydantic.Field(min_length=1, kw_only=True)
     log: tuple[str, ...] = ()
 
     @pydantic.model_validator(mode="after")
@@ -80,7 +82,7 @@ class SweepFile(Model):
     """
 
     title: str = ""
-    problems: Annotated[tuple[str, ...], pydantic.Field(min_length=1)]
+    problems: tuple[str, ...] = pydantic.Field(min_length=1, kw_only=True)
     cross: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(default={})
     zip: Mapping[str, Annotated[list[Any], pydantic.Field(min_length=1)]] = pydantic.Field(default={})
     sample: Sample | None = None
@@ -126,7 +128,7 @@ def read_files(path: str | Path) -> tuple[str, dict[str, Any], dict[str, dict[st
         raise InputError(f"{path}: problems: a file is named twice, got {list(file.problems)}")
     if isinstance(file.points, str):
         data["points"] = read_points(folder / file.points)
-    return str(path), data, {name: read_toml(name) for name in paths}
+    return str(path), data, {name: read_toml(regular_file(name, LARGEST_FILE)) for name in paths}
 
 
 def read_points(path: Path) -> dict[str, list[Any]]:
@@ -138,8 +140,10 @@ def read_points(path: Path) -> dict[str, list[Any]]:
         One line: file, line, what is wrong.
     """
     try:
-        with open(path, encoding="utf-8-sig", newline="") as file:
+        with open(regular_file(path, LARGEST_POINTS), encoding="utf-8-sig", newline="") as file:
             head, *lines = [line for line in csv.reader(file) if line]
+    except InputError:
+        raise
     except (OSError, UnicodeDecodeError, ValueError, csv.Error) as error:
         raise InputError(f"{path}: no CSV file with a line of keys ({error})") from None
     keys = [key.strip() for key in head]

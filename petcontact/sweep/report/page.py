@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ...results.steps.solution import AssemblySolution
-from ..problems import AnySolution
+from ...model.case import Case
+from ...results.solution import Solution
 from ..published import example_number
 from ..store.case_table import CaseTable
 from ..store.columns import texts
@@ -98,10 +98,10 @@ def _figures_of_cases(table: CaseTable) -> list[tuple[str, list[Figure]]]:
     return found
 
 
-def _figures(solution: AnySolution) -> list[Figure]:
-    from ...results.figures import plot_all
+def _figures(solution: Solution) -> list[Figure]:
+    from ...results.figures.plots import plot_all
 
-    number = None if isinstance(solution, AssemblySolution) else example_number(solution.case)
+    number = example_number(solution.case) if isinstance(solution.case, Case) else None
     figures = []
     with tempfile.TemporaryDirectory() as folder:
         for picture in plot_all(solution, folder, "figure"):

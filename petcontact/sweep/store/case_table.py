@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from ...errors import InputError, ResultError
-from ...results.hdf5 import opened, read_result
+from ...results.format.container import opened
+from ...results.solution import Solution, read_result
 from ..design.sweep import Sweep
-from ..problems import AnySolution
 from . import format1
 from .columns import Column, Columns, columns_of, size_of, stacked, taken, texts
 from .finished import read_all
@@ -86,7 +86,7 @@ class CaseTable:
             raise InputError(f"{name}: holds texts, not numbers")
         return self.columns[name].astype(float)
 
-    def solution(self, case: int) -> AnySolution | None:
+    def solution(self, case: int) -> Solution | None:
         """The whole result of a case by its place in the table; None where it is not kept."""
         name, id_ = self._shard(case)
         if kept_in(name) != "all":
@@ -194,7 +194,7 @@ def load_sweep(path: str | Path) -> Any:
     return pandas.DataFrame(columns)
 
 
-def load_case(path: str | Path, id_: str) -> AnySolution | dict[str, Any]:
+def load_case(path: str | Path, id_: str) -> Solution | dict[str, Any]:
     """What a sweep keeps of one case besides its scalars.
 
     Parameters
@@ -206,7 +206,7 @@ def load_case(path: str | Path, id_: str) -> AnySolution | dict[str, Any]:
 
     Returns
     -------
-    Solution, AssemblySolution, or dict of str to array
+    Solution, or dict of str to array
         The fields on Γ_C where only these are kept.
 
     Raises
@@ -225,7 +225,7 @@ def load_case(path: str | Path, id_: str) -> AnySolution | dict[str, Any]:
     return found
 
 
-def read_case(path: str | Path, id_: str = "/") -> AnySolution:
+def read_case(path: str | Path, id_: str = "/") -> Solution:
     """A result file, or with an id that case of a sweep.
 
     Raises

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from ...errors import InputError, ResultError
-from ...results.hdf5 import read_solution
+from ...results.solution import read_solution
 from ..design.identity import Identity
 from ..design.sweep import Sweep
 from . import format1

@@ -12,10 +12,9 @@ import numpy as np
 
 from ...errors import PetcontactError, ResultError
 from ...model.base import parse
-from ...model.case import Case
-from ...results.hdf5 import opened, read_solution
-from ...results.solution import Solution
-from ..problems import AnyCase
+from ...model.problem import Problem
+from ...results.format.container import opened
+from ...results.solution import Solution, read_solution
 from ..published import published_count
 from ..quantities import row_of
 from .journal import Row
@@ -44,7 +43,7 @@ def _row(entry: dict[str, Any], attributes: dict[str, Any] | None) -> Row:
     if attributes is None:
         return {**head, "status": "missing", "reason": ""}
     try:
-        case: Case = parse(Case, tomllib.loads(attributes["config"]), entry["id"])
+        case: Problem = parse(Problem, tomllib.loads(attributes["config"]), entry["id"])
         names = {"final_rho": "rho", **{name: name for name in ("iterations", "residual", "elastic_residual")}}
         known: dict[str, Any] = {name: attributes.get(key) for name, key in names.items()}
         plain = {name: value.item() if hasattr(value, "item") else value for name, value in known.items()}
@@ -55,7 +54,7 @@ def _row(entry: dict[str, Any], attributes: dict[str, Any] | None) -> Row:
         raise ResultError(f"{entry['id']}: not a case of a sweep ({error})") from None
 
 
-def adopted(folder: Path, id_: str, case: AnyCase, coordinates: dict[str, Any]) -> Row | None:
+def adopted(folder: Path, id_: str, case: Problem, coordinates: dict[str, Any]) -> Row | None:
     """The row of a finished case of format 1 that can be used again: whole, finite, of the same config; None otherwise."""
     name = f"cases/{id_}.h5"
     if not (folder / name).is_file():

@@ -5,8 +5,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from ...results.solution import Solution
 from ...runtime.signals import deferred
-from ..problems import AnySolution
 from .folder import SweepFolder
 from .journal import Journal, Row
 from .shards import Shard
@@ -47,7 +47,7 @@ class Recorder:
             self.flush()
         self._began, self._estimate = now, estimate
 
-    def add(self, row: Row, solution: AnySolution | None) -> None:
+    def add(self, row: Row, solution: Solution | None) -> None:
         """A case has ended."""
         now = time.monotonic()
         self._pace = (now - self._began) / self._estimate

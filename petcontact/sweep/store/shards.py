@@ -17,11 +17,11 @@ import numpy as np
 
 from ...contact.state import COLUMNS
 from ...errors import ResultError
-from ...results.hdf5 import opened, write_group
-from ...results.steps.hdf5 import fill
-from ...results.steps.solution import AssemblySolution
+from ...results.format.container import opened
+from ...results.hdf5 import write_group
+from ...results.records import ContactFields
+from ...results.solution import Solution
 from ...runtime.atomic_write import temporary_name
-from ..problems import AnySolution
 
 
 class Shard:
@@ -36,11 +36,12 @@ class Shard:
 
     def __init__(self, folder: Path, keep: str) -> None:
         self._folder, self._keep = folder, keep
-        self._cases: dict[type, list[tuple[str, AnySolution]]] = {}
+        self._cases: dict[tuple[bool, int], list[tuple[str, Solution]]] = {}
 
-    def add(self, id_: str, solution: AnySolution) -> None:
+    def add(self, id_: str, solution: Solution) -> None:
         """Take a case in."""
-        self._cases.setdefault(type(solution), []).append((id_, solution))
+        kind = solution.bilateral, next(iter(solution.meshes.values())).dim
+        self._cases.setdefault(kind, []).append((id_, solution))
 
     def flush(self) -> dict[str, str]:
         """Put all that was added on the disk, one body and several in a shard each; the shard's name by the id of the case.
@@ -57,16 +58,13 @@ class Shard:
         self._cases = {}
         return names
 
-    def _write(self, cases: list[tuple[str, AnySolution]]) -> str:
+    def _write(self, cases: list[tuple[str, Solution]]) -> str:
         # built in memory: HDF5 crashes the process when the disk fills up under a file of its own
         with h5py.File("shard", "w", driver="core", backing_store=False, track_order=True) as file:
             if self._keep == "all":
                 for id_, solution in cases:
                     group = file.create_group(id_, track_order=True)
-                    if isinstance(solution, AssemblySolution):
-                        fill(group, solution)
-                    else:
-                        write_group(group, solution)
+                    write_group(group, solution)
             else:
                 _write_contacts(file, cases)
             file.flush()
@@ -77,7 +75,7 @@ class Shard:
         return name
 
 
-def _write_contacts(file: Any, cases: list[tuple[str, AnySolution]]) -> None:
+def _write_contacts(file: Any, cases: list[tuple[str, Solution]]) -> None:
     file["id"] = np.array([id_.encode() for id_, _ in cases])
     for group, bounds, arrays in (("contact", "nodes", contact_arrays), ("history", "iterations", _history_arrays)):
         found = [arrays(solution) for _, solution in cases]
@@ -88,20 +86,17 @@ def _write_contacts(file: Any, cases: list[tuple[str, AnySolution]]) -> None:
             file[f"{group}/{name}"] = np.char.encode(values) if values.dtype.kind == "U" else values
 
 
-def contact_arrays(solution: AnySolution) -> dict[str, Any]:
+def contact_arrays(solution: Solution) -> dict[str, Any]:
     """Nodal fields on Γ_C; of several bodies those of all interfaces after the last step, with the name of the interface."""
-    if not isinstance(solution, AssemblySolution):
-        return dict(vars(solution.contact))
-    pairs = solution.last.pairs
-    first = next(iter(pairs.values()))
-    fields = [name for name, value in vars(first).items() if np.shape(value)[:1] == np.shape(first.weight)]
-    stacked = {name: np.concatenate([getattr(pair, name) for pair in pairs.values()]) for name in fields}
-    return {**stacked, "interface": np.repeat(list(pairs), [len(pair.weight) for pair in pairs.values()])}
+    columns = solution.columns()
+    if solution.bilateral:
+        return {name: columns[name] for name in ContactFields.__dataclass_fields__}
+    return {**columns, "interface": columns["pair"]}
 
 
-def _history_arrays(solution: AnySolution) -> dict[str, Any]:
+def _history_arrays(solution: Solution) -> dict[str, Any]:
     """One value an iteration; of load steps one an increment."""
-    if isinstance(solution, AssemblySolution):
+    if not solution.bilateral:
         return {key: np.array([getattr(step, key) for step in solution.tried], float)
                 for key in ("step", "load_factor", "iterations")}  # fmt: skip
     return {key: np.array(getattr(solution.history, key), float) for key in COLUMNS}

@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from ...errors import OutputError, ResultError
-from ...results.hdf5 import opened, write_atomically
+from ...results.format.container import opened, write_atomically
 from .columns import Columns, checksum, size_of
 
 FORMAT, FORMAT_VERSION = "petcontact sweep", 2

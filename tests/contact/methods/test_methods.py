@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.pipeline.prepare import prepare
 
 from petcontact import Bem, Contact, Displacement, InputError, MeshOptions, Method, Polygon, Traction
 from petcontact.compliance.layer.operator import LayerOperator
-from petcontact.contact.active_set import box_problem
+from petcontact.contact.active_set.pivots import box_problem
+from petcontact.contact.active_set.solvers import SurrogateActiveSetSolver
 from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.tao import minimise
-from petcontact.contact.restricted import LayerCompliance
 from petcontact.model.solver_options import DEFAULT_METHOD
-from petcontact.pipeline.prepare import prepare
 from petcontact.pipeline.run import iterate
 
 NAMES = ("projection", "operator-robin", "semismooth-newton", "tao")
@@ -135,16 +135,16 @@ def test_symmetrised_problem_is_another_one(comm):
     prepared.close()
 
 
-def test_box_problem_of_the_layer_is_its_contact_problem():
+def test_box_problem_of_the_surrogate_is_its_contact_problem():
     """Optimality of the projection in the metric of T, by a projected gradient that must not descend."""
-    layer = LayerOperator.of(prepare_operators())
+    surrogate = LayerOperator.of(prepare_operators())
     rng = np.random.default_rng(5)
-    base, bound = rng.standard_normal((layer.size, 1)) * 1e-2, 150.0
-    law, zero = Tresca(np.full(layer.size, bound)), np.zeros_like(base)
-    step = box_problem(LayerCompliance(layer), law, base, zero, zero)
+    base, bound = rng.standard_normal((surrogate.size, 1)) * 1e-2, 150.0
+    law, zero = Tresca(np.full(surrogate.size, bound)), np.zeros_like(base)
+    step = box_problem(SurrogateActiveSetSolver(surrogate), law, base, zero, zero)
 
     def energy(q):
-        return float(np.sum(0.5 * q * layer.apply(q) + q * base))
+        return float(np.sum(0.5 * q * surrogate.apply(q) + q * base))
 
     least = energy(step.sigma)
     for _ in range(50):

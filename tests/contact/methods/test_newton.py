@@ -9,16 +9,17 @@ import pytest
 from conftest import example
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from petcontact.pipeline.prepare import prepare
 
-import petcontact.contact.restricted
+import petcontact.contact.active_set.solvers
 from petcontact import MeshOptions
-from petcontact.contact.active_set import Pieces, box_problem, pivots
+from petcontact.contact.active_set.pivots import box_problem, pivots
+from petcontact.contact.active_set.solvers import DenseActiveSetSolver
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import Tresca
+from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.methods.newton import SemismoothNewton
-from petcontact.contact.restricted import DirectCompliance
-from petcontact.pipeline.prepare import prepare
 
 
 def newton(prepared, max_iterations, predict=None, **keywords):
@@ -39,7 +40,7 @@ class System:
 
 
 def restricted(matrix, base):
-    return DirectCompliance(System(matrix, base[:, None]), None)
+    return DenseActiveSetSolver(System(matrix, base[:, None]), None)
 
 
 def satisfies(matrix, base, bound, sigma, u):
@@ -75,7 +76,7 @@ def test_backup_ends_where_full_exchanges_cycle():
         solver, tau, seen = restricted(matrix, base), np.zeros((6, 1)), set()
         while True:
             step = next(pivots(solver, law, base[:, None], None, tau))
-            signs = np.sign(tau) * step.pieces.states[:, None]
+            signs = np.sign(tau) * step.linearised.states[:, None]
             if step.wrong == 0 or signs.tobytes() in seen:
                 break
             seen.add(signs.tobytes())
@@ -89,10 +90,10 @@ def test_backup_ends_where_full_exchanges_cycle():
 
 def test_pieces_of_hand_made_states():
     law = Tresca(np.array([1.0, 1.0, 1.0, 0.0]))
-    pieces = Pieces.at(law, np.array([[2.0], [0.5], [-3.0], [0.0]]))
-    assert pieces.states.tobytes() == bytes([1, 0, 1, 1])
-    assert pieces.held[:, 0].tolist() == pieces.seen[:, 0].tolist() == [False, True, False, False]
-    assert pieces.constant[:, 0].tolist() == [-1.0, 0.0, 1.0, 0.0]
+    linearised = Linearisation.at(law, np.array([[2.0], [0.5], [-3.0], [0.0]]))
+    assert linearised.states.tobytes() == bytes([1, 0, 1, 1])
+    assert linearised.stick[:, 0].tolist() == linearised.active[:, 0].tolist() == [False, True, False, False]
+    assert linearised.constant[:, 0].tolist() == [-1.0, 0.0, 1.0, 0.0]
 
 
 @pytest.mark.parametrize("number", [1, 2])
@@ -119,7 +120,7 @@ def test_examples_from_full_stick(number, mesh, most, comm):
 def test_krylov_solves_find_the_same_in_three_steps(size, comm, monkeypatch):
     prepared = prepare(example(1, mesh=MeshOptions(element_size=size)), comm)
     direct = newton(prepared, 50, predict=False)
-    monkeypatch.setattr(petcontact.contact.restricted, "DIRECT_SIZE", 0)
+    monkeypatch.setattr(petcontact.contact.active_set.solvers, "DIRECT_SIZE", 0)
     before = prepared.system.applications
     krylov = newton(prepared, 50, predict=True)
     assert krylov.converged and len(krylov.history) <= 4

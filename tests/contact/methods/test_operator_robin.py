@@ -5,15 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.pipeline.prepare import prepare
 
-import petcontact.contact.restricted
+import petcontact.contact.active_set.solvers
 from petcontact import MeshOptions
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.operator_robin import OperatorRobin
-from petcontact.pipeline.prepare import prepare
 
 MESHES = {
     "h=0.2": MeshOptions(element_size=0.2), "h=0.05": MeshOptions(element_size=0.05),
@@ -60,7 +60,7 @@ def test_converges_for_every_relaxation(omega, comm):
 def test_krylov_and_direct_steps_agree(comm, monkeypatch):
     prepared = prepare(example(1), comm)
     direct = solve(prepared, 1e-8)
-    monkeypatch.setattr(petcontact.contact.restricted, "DIRECT_SIZE", 0)
+    monkeypatch.setattr(petcontact.contact.active_set.solvers, "DIRECT_SIZE", 0)
     krylov = solve(prepared, 1e-8)
     assert len(krylov.history) == len(direct.history)
     assert np.allclose(krylov.v, direct.v, atol=1e-10 * np.abs(direct.v).max())

@@ -5,16 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.compliance.condensed import CondensedSystem
+from petcontact.pipeline.prepare import discretise, prepare
 
 from petcontact import MeshOptions, Method, SolverError, solve
-from petcontact.compliance.condensed import CondensedSystem
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.friction_law import contact_norm, projection_residual
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.projection import Projection
 from petcontact.contact.rho_rules import Fixed, Modified, make_rule
-from petcontact.pipeline.prepare import discretise, prepare
 from petcontact.pipeline.run import run
 
 COARSE = MeshOptions(element_size=0.4)

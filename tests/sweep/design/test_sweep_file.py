@@ -155,6 +155,8 @@ SOBOL = 'problems = ["example1.toml"]\n[sample]\nmethod = "sobol"\npoints = 9000
         ('problems = ["example1.toml"]\nquantities = ["slip work"]', "module:function"),
         ('problems = ["example1.toml"]\npoints = "points.csv"', "line 3 has 1 values"),
         ('problems = ["example1.toml"]\npoints = "nothing.csv"', "nothing.csv"),
+        ('problems = ["example1.toml"]\npoints = "/dev/zero"', "/dev/zero: not a regular file"),
+        ('problems = ["/dev/zero"]', "/dev/zero: not a regular file"),
         (SOBOL.format("range = {rho = [2.0, 1.0]}"), "low < high"),
         (SOBOL.format('log = ["rho"]\nrange = {rho = [0.0, 1.0]}'), "positive"),
         (SOBOL.format('log = ["tau"]\nrange = {rho = [1.0, 2.0]}'), "no range"),

@@ -1,0 +1,88 @@
+"""A plane body eliminated on HODLR operators: a product with S is one with G, a solve with A, and the rows of u."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...bem.operators import BoundaryOperators
+from ...model.solver_options import Bem
+from ...runtime.petsc import stage
+from ...runtime.threads import one_blas_thread
+from .base import ElasticBody, gauge
+from .hodlr_operators import CompressedOperators
+
+COLUMNS = 128
+"""Of S, solved for at a time."""
+
+
+class HodlrBody(ElasticBody):
+    """HODLR operators of all ranks together; S by products, and formed where contact is small.
+
+    A of a body that is not held is singular. A + R C with C = RᵀW is not, and has the same solution where C x = 0: one
+    factorisation serves the bordered system, whose multipliers follow from r more solves.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+    modes : (n, d, r) array
+    bem : Bem
+    comm : PETSc.Comm
+    formed : int
+        Contact unknowns up to which S is formed, whose products are then next to nothing.
+
+    Raises
+    ------
+    SolverError
+        As `CompressedOperators`.
+    """
+
+    def __init__(self, operators: BoundaryOperators, modes: Array, bem: Bem, comm: Any, formed: int) -> None:
+        super().__init__(operators, modes)
+        n, r = operators.n_unknowns, modes.shape[2]
+        motions, rows = modes.reshape(n, r), gauge(self.mesh, self.data, modes)
+        self._compressed = CompressedOperators(operators, comm, bem, (motions, rows) if r else None)
+        here = self._compressed.here
+        self._gauge = rows[:, here]
+        with one_blas_thread(), stage("factor"):
+            self._moved = self._compressed.solve(motions[here]) if r else np.zeros((here.stop - here.start, 0))
+            self._seen = self._gauged(self._moved)
+            self._loads = self._compressed.loads + operators.point_loads[here]
+            at_rest = self._compressed.on_contact(self._bordered(self._loads)[0])
+        self.u_0 = at_rest.T.reshape(-1, *operators.data.contact_shape) + operators.data.sliding
+        size = len(at_rest)
+        self.compliance = None
+        if size <= formed:
+            columns = [self.apply(np.eye(size, min(COLUMNS, size - k), -k)) for k in range(0, size, COLUMNS)]
+            self.compliance = np.hstack(columns)
+
+    def apply(self, traction: Array) -> Array:
+        """S t: a product with G, a solve with A."""
+        if self.compliance is not None:
+            return np.asarray(self.compliance @ traction)
+        return self._compressed.on_contact(self._bordered(self._compressed.traction_to_rhs(traction))[0])
+
+    def unknowns(self, shares: Array, traction: Array) -> Array:
+        """One solve with A."""
+        unknowns, beta = self._bordered(self._loads @ shares + self._compressed.traction_to_rhs(traction.ravel()))
+        return np.concatenate([self._compressed.everywhere(unknowns), beta])
+
+    def describe(self) -> str:
+        """Eliminated once, compressed to a tolerance."""
+        return f"condensed, hodlr {self._compressed.bem.hodlr_tol:g}"
+
+    def _gauged(self, x: Array) -> Array:
+        """C x."""
+        own = self._gauge @ x
+        comm = self._compressed.comm
+        return np.asarray(own if comm.getSize() == 1 else comm.tompi4py().allreduce(own))
+
+    def _bordered(self, rhs: Array) -> tuple[Array, Array]:
+        """This rank's share of x, and β, of the bordered system."""
+        x = self._compressed.solve(rhs)
+        if not len(self._gauge):
+            return x, np.zeros(0)
+        beta = np.linalg.solve(self._seen, self._gauged(x))
+        return x - self._moved @ beta, beta

@@ -1,0 +1,155 @@
+"""HODLR operators of a plane body, of all ranks together: nothing of size n x n is ever stored."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...bem.operators import BoundaryOperators
+from ...compression.hodlr import HODLR, compress, factor
+from ...errors import SolverError
+from ...mesh.curve_mesh import as_curve
+from ...model.solver_options import Bem
+from ...runtime.malloc import give_back
+from ...runtime.petsc import stage
+from ...runtime.threads import one_blas_thread, threads_per_rank
+from ..contact_vectors import ContactVectors
+
+ALLOWED_MISS = 100.0
+"""How far a random probe may lie over the tolerance: it is a bound on samples, and the probe sees all rows."""
+SCARCE = 200_000
+"""Nodes from which memory is worth the page faults of asking for it again."""
+THREADED = 20_000
+"""Nodes from which a second thread pays: below, the threads mostly wait for Python's lock."""
+
+
+class CompressedOperators:
+    """A_0 compressed and factored, and beside it the columns of G_Ct and of the loads. All methods are collective.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+    comm : PETSc.Comm
+    bem : Bem
+    border : pair of (d n, r) and (r, d n) arrays, optional
+        Their product is added to an A_0 that is singular without it.
+
+    Raises
+    ------
+    SolverError
+        If a compressed operator misses its tolerance on a random probe of exact rows.
+    """
+
+    def __init__(
+        self, operators: BoundaryOperators, comm: Any, bem: Bem, border: tuple[Array, Array] | None = None
+    ) -> None:
+        self.operators, self.comm, self.bem = operators, comm, bem
+        self.contact = ContactVectors(operators, comm)
+        self._contact_here = slice(*self.contact.by_node[comm.getRank()])
+        self._units = column_units(operators)
+        # the threads are the compression's own: each works on a subtree, with one BLAS thread
+        with one_blas_thread():
+            with stage("assemble"):
+                self._system, self._rhs_columns = self._compress(border)
+                own = self._rhs_columns.first_node, self._rhs_columns.last_node
+                first, last = np.cumsum([0, *operators.right_hand_sides.count])[list(own)]
+                self._is_contact = operators.of_contact[first:last]
+                self.loads = self._rhs_columns @ operators.amplitudes[first:last]
+            with stage("factor"):
+                self._factor = factor(self._system, use_up=True)
+                self._spare()
+        self._here, self.here = slice(*own), slice(operators.kernel.dim * own[0], operators.kernel.dim * own[1])
+
+    def _spare(self) -> None:
+        if self.operators.mesh.n_nodes >= SCARCE:
+            give_back()
+
+    def traction_to_rhs(self, sigma: Array) -> Array:
+        """G_Ct σ on this rank's nodes for σ (m k,) or several (m k, s)."""
+        padded = np.zeros((len(self._is_contact), *sigma.shape[1:]))
+        padded[self._is_contact] = sigma[self._contact_here] / self.operators.traction_scale
+        return np.asarray(self._rhs_columns @ padded)
+
+    def solve(self, rhs: Array) -> Array:
+        """A_0⁻¹ times this rank's share of a right-hand side, or of several."""
+        unknowns = np.asarray(self._factor.solve(rhs))
+        return unknowns if self._units is None else (unknowns.T * self._units[self._here].ravel()).T
+
+    def everywhere(self, unknowns: Array) -> Array:
+        """All unknowns from each rank's."""
+        return self.contact.everywhere(unknowns)
+
+    def on_contact(self, unknowns: Array) -> Array:
+        """u in the contact directions, (m k,) or (m k, s), out of each rank's unknowns."""
+        return self.contact.everywhere(unknowns[self.contact.local_unknowns])
+
+    @property
+    def nbytes(self) -> int:
+        """Of the compressed operators and the factorisation, on all ranks."""
+        return int(self._system.nbytes + self._rhs_columns.nbytes + self._factor.nbytes)
+
+    def describe(self) -> str:
+        """Tolerance, leaf, ranks, memory."""
+        rank = max((level.most for level in self._system.ranks()), default=0)
+        return (
+            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank {rank}, "
+            f"{self.nbytes / 1e6:.1f} MB"
+        )
+
+    def _compress(self, border: tuple[Array, Array] | None) -> tuple[HODLR, HODLR]:
+        operators, mesh = self.operators, as_curve(self.operators.mesh)
+        d = operators.kernel.dim
+
+        def bordered(entries: Array, rows: Index, columns: Index) -> Array:
+            if border is None:
+                return entries
+            left, right = (part.reshape(mesh.n_nodes, d, -1) for part in (border[0], border[1].T))
+            return entries + left[rows].reshape(d * len(rows), -1) @ right[columns].reshape(d * len(columns), -1).T
+
+        def scaled(entries: Array, rows: Index, columns: Index) -> Array:
+            whole = bordered(entries, rows, columns)
+            return whole if self._units is None else whole * self._units[columns].ravel()
+
+        def system_entries(rows: Index, columns: Index) -> Array:
+            return scaled(operators.system_entries(rows, columns), rows, columns)
+
+        def all_entries(rows: Index, columns: Index) -> list[Array]:
+            system, outer = operators.all_entries(rows, columns)
+            return [scaled(system, rows, columns), outer]
+
+        sides = np.flatnonzero(np.diff(mesh.part[mesh.element]) | np.diff(mesh.line[mesh.element])) + 1
+        threads = threads_per_rank() if mesh.n_nodes >= THREADED else 1
+        pairs = d * np.arange(mesh.n_nodes + 1)
+        single = np.concatenate([[0], np.cumsum(operators.right_hand_sides.count)])
+        system = compress(
+            system_entries, mesh.x, pairs, pairs, self.bem.hodlr_tol, self.bem.hodlr_leaf, breaks=sides,
+            threads=threads, comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
+            serve=(all_entries, [pairs, single]),
+        )  # fmt: skip
+        self._spare()
+        outer = system.beside(operators.outer_entries, single)
+        for matrix, entries in ((system, system_entries), (outer, operators.outer_entries)):
+            missed = matrix.error_estimate(entries, np.random.default_rng(2019))
+            worst = max(missed.product, missed.entry)
+            if not worst <= ALLOWED_MISS * self.bem.hodlr_tol:
+                raise SolverError(
+                    "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {self.bem.hodlr_tol:g}",
+                    "use another -bem_hodlr_tol or -bem_mat_type dense",
+                )  # fmt: skip
+        return system, outer
+
+
+def column_units(operators: BoundaryOperators) -> Array | None:
+    """Powers of two (n, d) that make unknown tractions forces, about; None where all elements are of one size.
+
+    G of a tiny element is tiny beside H: where blocks are accurate relative to their rows, the digits of its columns would
+    be lost, and the factorisation would fail.
+    """
+    mesh = as_curve(operators.mesh)
+    length = mesh.length[mesh.element]
+    units = np.exp2(np.round(np.log2(length.max() / length)))
+    if np.all(units == 1.0):
+        return None
+    return np.where(operators.data.traction_known, 1.0, units[:, None])

@@ -1,0 +1,94 @@
+"""The contact problem of one increment: v = u_0 + S σ + M α, E σ + f = 0, as a method sees it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ..arrays import Array
+from ..contact.system import Modes, Surrogate
+from ..runtime.petsc import petsc
+from .contact_compliance import ContactCompliance, DenseCompliance
+
+
+class ComposedSystem:
+    """A `ContactSystem` of bodies, obstacles, or anything else.
+
+    Parameters
+    ----------
+    u_0 : (m, k) array
+        v for σ = 0 and α = 0 [length].
+    weight : (m,) array
+        Of the contact nodes [length, in space area].
+    modes : Modes or None
+        Rigid motions that only contact holds.
+    operator : ContactCompliance
+        S.
+    """
+
+    def __init__(self, u_0: Array, weight: Array, modes: Modes | None, operator: ContactCompliance) -> None:
+        self.u_0, self.weight, self._operator = u_0, weight, operator
+        self.modes = modes if modes is not None and len(modes.load) else None
+        self.elastic_solves = self.applications = 0
+
+    @property
+    def matrix_free(self) -> bool:
+        """Whether S is known by its products."""
+        return self._operator.matrix_free
+
+    @property
+    def ksp_iterations(self) -> int:
+        """KSP iterations of the last Robin solve."""
+        return self._operator.ksp_iterations
+
+    @property
+    def ksp_reason(self) -> int:
+        """Its outcome, PETSc's number."""
+        return self._operator.ksp_reason
+
+    def apply(self, sigma: Array) -> Array:
+        """S σ."""
+        self.applications += 1
+        return self._operator.apply(sigma)
+
+    def compliance(self) -> Array:
+        """S."""
+        return self._operator.matrix()
+
+    def robin(self, rho: float | Array, f: Array) -> tuple[Array, Array]:
+        """σ + ρ v = f with equilibrium."""
+        load = np.zeros(0) if self.modes is None else -self.modes.load
+        dv, sigma = self._solve(rho, f - rho * self.u_0, load)
+        return self.u_0 + dv, sigma
+
+    def robin_increment(self, rho: float | Array, r: Array) -> tuple[Array, Array]:
+        """δσ + ρ δv = r with E δσ = 0."""
+        return self._solve(rho, r, np.zeros(0 if self.modes is None else len(self.modes.load)))
+
+    def _solve(self, rho: float | Array, r: Array, work: Array) -> tuple[Array, Array]:
+        self.elastic_solves += 1
+        self.applications += 1
+        return self._operator.robin(np.broadcast_to(rho, r.shape), r, self.modes, work)
+
+    def surrogate(self) -> Surrogate | None:
+        """T, or None."""
+        return self._operator.surrogate()
+
+
+class ReducedSystem(ComposedSystem):
+    """One with a dense S given (m k, m k), component c of node i being k i + c [length/stress].
+
+    >>> import numpy as np
+    >>> system = ReducedSystem(np.array([[-1.0]]), np.array([[2.0]]), np.ones(1))
+    >>> v, sigma = system.robin(1.0, np.zeros((1, 1)))
+    >>> float(v[0, 0]), float(sigma[0, 0])
+    (-0.3333333333333333, 0.3333333333333333)
+    """
+
+    def __init__(
+        self, u_0: Array, compliance: Array, weight: Array, modes: Modes | None = None,
+        surrogate: Callable[[], Surrogate | None] | None = None,
+    ) -> None:  # fmt: skip
+        operator = DenseCompliance(compliance, petsc().COMM_SELF, surrogate or (lambda: None))
+        super().__init__(u_0, weight, modes, operator)

@@ -1,0 +1,40 @@
+"""Linear equations of a law solved together with those of the body, where a system offers that."""
+
+from __future__ import annotations
+
+from ...arrays import Array
+from ..linearisation import Linearisation
+from ..system import MonolithicSystem
+
+
+class MonolithicSolver:
+    """A system that solves the equations of the body together with those of the law: S and its blocks are never applied.
+
+    `tolerance` is the criterion's.
+    """
+
+    noise = 1e-10
+
+    def __init__(self, system: MonolithicSystem, tolerance: float) -> None:
+        self.system, self._tolerance = system, tolerance
+
+    @property
+    def defect(self) -> float:
+        """Relative residual of the body's equations that the last solve left."""
+        return self.system.defect
+
+    @property
+    def ksp_iterations(self) -> int:
+        """Of the last solve."""
+        return self.system.ksp_iterations
+
+    def apply(self, x: Array) -> Array:
+        """S x."""
+        return self.system.apply(x)
+
+    def linear_solve(self, linearised: Linearisation, rho: Array) -> tuple[Array, Array]:
+        """σ [stress] and v [length] of a linearised law, (m, k)."""
+        return self.system.linear_solve(linearised, rho, self._tolerance)
+
+    def close(self) -> None:
+        """The system keeps its solvers."""

@@ -1,0 +1,202 @@
+"""Contact by its active set: at each node one smooth piece of the law, linear equations on its active components.
+
+A guess τ⁰ (m, k) says on which piece of Π each node lies (stick, slip and which way, open). With Π linearised there,
+σ + Π(τ⁰) + Π'(τ⁰)(ρv - σ - τ⁰) = 0 and v = u_0 + Sσ + Mα, Eσ + f = 0 are linear, and small: σ is an affine function of -τ
+on the active components, those of τ on which Π' depends (one of two on Coulomb slip in the plane, none on open nodes), so
+that only these are solved for. The new τ = ρv - σ says which nodes are on a wrong piece: a step of the semismooth Newton
+method, also known as primal-dual active set. In the plane the pieces are linear and the right set gives the solution itself.
+
+Full exchanges may cycle. Block principal pivoting (Júdice and Pires, Comput. Oper. Res. 21 (1994) 587-596) cannot: where
+the number of wrong nodes has not fallen for some steps, only the last of them moves until it falls, which ends for
+every P-matrix; S is one for Tresca's law, its symmetric part being positive definite in the inner product of the weights.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Array
+from ..friction_law import lengths
+from ..law_protocol import ContactLaw
+from ..linearisation import Linearisation
+from ..system import EQUILIBRIUM, Modes
+from .monolithic import MonolithicSolver
+from .solvers import ActiveSetSolver
+
+LinearSolver = ActiveSetSolver | MonolithicSolver
+"""Who solves the equations of a linearised law."""
+Predictor = Callable[["Pivot"], tuple[Array, Array]]
+
+PATIENCE = 8
+"""Full exchanges that may fail to reduce the number of wrong nodes."""
+SHUFFLES = 40
+"""Exchanges of a random half of the nodes, which break most cycles, before single exchanges, which break all."""
+VANISHED = 1e-12
+"""|σ|, over the largest so far, below which a contact is unloaded and no measure of ρ."""
+STRAIGHT = 1e-10
+"""Relative residual of the law that is round-off: pieces on disks are not linear."""
+RUNAWAY = 1e9
+"""v over what the first step strains, from which on a body slides away on the pieces that are tried."""
+FADED = 1e-60
+"""σ over the largest so far below which its pieces are those of loads that vanish, and no step finds them."""
+PULL = 0.1
+"""ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it slips the other way."""
+
+
+@dataclass(frozen=True)
+class Pivot:
+    """One step.
+
+    Attributes
+    ----------
+    sigma, v, alpha : (m, k), (m, k) and (r,) arrays
+        Solution of the linear equations.
+    linearised : Linearisation
+        On which they were posed.
+    tau : (m, k) array
+        Where Π was to be linearised according to it.
+    wrong : int
+        Nodes that lie on another piece than was supposed.
+    push : (r,) array
+        Motion along which the loads push and that no node resists; 0 where all motions are resisted or in equilibrium.
+    bent : float
+        Largest |Π(τ) + σ| at the new τ over the largest |σ|: round-off where pieces are linear and no node is wrong.
+    """
+
+    sigma: Array
+    v: Array
+    alpha: Array
+    linearised: Linearisation
+    tau: Array
+    wrong: int
+    push: Array
+    bent: float
+
+
+def next_tau(
+    linearised: Linearisation, law: ContactLaw, sigma: Array, v: Array, noise: float, least: float = 0.0
+) -> tuple[Array, Array]:
+    """τ = ρv - σ after a step, and ρ (m, k): small where nodes slip, any elsewhere; `least` is a |σ| that is round-off.
+
+    Where v is round-off it has no sign: sticking components have v = 0, the others keep, up to noise, the piece they are on.
+    """
+    v = np.where(linearised.stick, 0.0, v)
+    ratio = (max(float(np.abs(sigma).max(initial=0.0)), least) or 1.0) / (float(np.abs(v).max(initial=0.0)) or 1.0)
+    rho = np.full(sigma.shape, ratio)
+    tangential = law.groups[0]
+    size, moved = lengths(sigma[:, tangential]), lengths(v[:, tangential])
+    # what closes slips at once if it slid further than its overlap lets friction hold it: one ρ for both components
+    limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0))
+    rho[:, tangential] = np.clip(limit, 1e-9 * ratio, 1e9 * ratio)[:, None]
+    tau = rho * v - sigma
+    # a guess of other loads may be any size: its share is that of round-off in this τ, which a light touch exceeds
+    size, guessed = (np.abs(part).max(initial=0.0) for part in (tau, linearised.tau))
+    share = size / guessed if guessed > size else 1.0
+    return tau + noise * (share * linearised.tau - tau), rho
+
+
+def pivots(
+    solver: LinearSolver, law: ContactLaw, base: Array, modes: Modes | None, tau: Array, *,
+    sigma: Array | None = None, alpha: Array | None = None, predict: Predictor | None = None,
+) -> Generator[Pivot, None, str]:  # fmt: skip
+    """Steps until no node is wrong; returns why there is none to come.
+
+    Parameters
+    ----------
+    solver : ActiveSetSolver or MonolithicSolver
+        Products with S and solves on active components.
+    law : ContactLaw
+    base : (m, k) array
+        v for σ = 0 [length].
+    modes : Modes, optional
+    tau : (m, k) array
+        First guess of τ [stress]: only its pieces matter where these are linear.
+    sigma, alpha : arrays, optional
+        Where an iterative solve starts from.
+    predict : callable, optional
+        Gives a better next (τ, σ) than the plain exchange from a pivot, as long as full exchanges are allowed.
+    """
+    rank = 0 if modes is None else len(modes.load)
+    sigma = np.zeros_like(base) if sigma is None else sigma
+    alpha = np.zeros(rank) if alpha is None else alpha
+    rho = np.ones_like(base)
+    fewest, patience, seen_sets = len(base) + 1, PATIENCE, set[bytes]()
+    farthest, largest, begun = np.inf, 0.0, float(np.abs(sigma).max(initial=0.0))
+    shuffle = np.random.default_rng(2019)
+    while True:
+        linearised = Linearisation.at(law, tau)
+        sigma, v, alpha, push = linear_solve(solver, linearised, base, modes, sigma, alpha, rho)
+        size = float(np.abs(sigma).max(initial=0.0))
+        largest = max(largest, size)
+        if not np.abs(v).max(initial=0.0) <= farthest:
+            return "a body that contact holds moves away"
+        if 0.0 < size < FADED * largest:
+            return "the tractions vanish"
+        if np.isinf(farthest):
+            strain = v - base if modes is None else v - base - modes.motion @ alpha
+            farthest = RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
+        revised, rho = next_tau(linearised, law, sigma, v, solver.noise, VANISHED * max(begun, largest))
+        wrong = np.flatnonzero(law.states(revised) != linearised.states)
+        bent = float(np.abs(law.project(revised) + sigma).max(initial=0.0) / (np.abs(sigma).max(initial=0.0) or 1.0))
+        step = Pivot(sigma, v, alpha, linearised, revised, len(wrong), push, bent)
+        yield step
+        if len(wrong) < fewest:
+            fewest, patience = len(wrong), PATIENCE
+            seen_sets.clear()
+        else:
+            patience -= 1
+        if patience > 0 or len(wrong) == 0:
+            tau = revised
+            if predict is not None:
+                tau, sigma = predict(step)
+        elif patience > -SHUFFLES:
+            tau = np.where((shuffle.random(len(tau)) < 0.5)[:, None], revised, tau)
+        else:
+            signature = linearised.states.tobytes() + np.sign(linearised.constant).tobytes()
+            if signature in seen_sets:
+                return "the sets repeat"
+            seen_sets.add(signature)
+            tau = tau.copy()
+            tau[wrong[-1]] = revised[wrong[-1]]
+
+
+def linear_solve(
+    solver: LinearSolver, linearised: Linearisation, base: Array, modes: Modes | None, sigma: Array, alpha: Array, rho: Array
+) -> tuple[Array, Array, Array, Array]:
+    """σ, v, α of a linearised law, from a nearby σ and α; and the push along motions that no node resists."""
+    if isinstance(solver, MonolithicSolver):
+        return *solver.linear_solve(linearised, rho), alpha, np.zeros_like(alpha)
+    y = np.where(linearised.stick, sigma, -linearised.tau)
+    sigma = linearised.traction(y) + linearised.constant
+    v = base + solver.apply(sigma)
+    if modes is not None:
+        v = v + modes.motion @ alpha
+    slack = np.where(linearised.stick, 0.0, (y - sigma) / rho)
+    push = np.zeros_like(alpha)
+    if linearised.active.any() or modes is not None:
+        dy, dalpha, free = solver.solve(linearised, rho, -(slack + v), modes, sigma)
+        change = linearised.traction(dy)
+        sigma, v, alpha = sigma + change, v + solver.apply(change), alpha + dalpha
+        if modes is not None:
+            v = v + modes.motion @ dalpha
+            if modes.defect(sigma, free) > EQUILIBRIUM:
+                push = free @ (free.T @ (modes.unbalanced(sigma) / modes.size)) / modes.size
+    return sigma, v, alpha, push
+
+
+def box_problem(
+    solver: ActiveSetSolver, law: ContactLaw, base: Array, tau: Array, sigma: Array, limit: int | None = None,
+    tolerance: float = STRAIGHT, modes: Modes | None = None,
+) -> Pivot:  # fmt: skip
+    """The last of `pivots`, or of the first `limit` of them; its law holds to the tolerance.
+
+    For Tresca's law and a symmetric operator it is the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g, W the weights.
+    """
+    for last in itertools.islice(pivots(solver, law, base, modes, tau, sigma=sigma), limit):
+        if last.wrong == 0 and last.bent <= tolerance:
+            break
+    return last

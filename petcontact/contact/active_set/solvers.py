@@ -1,0 +1,249 @@
+"""S on the components of an active set: products, and solves with rigid motions beside it.
+
+Dense and small: LAPACK on the blocks. Large, or matrix-free: a PETSc KSP of prefix `stick_` or `sum_` on a matrix of type
+python, preconditioned by the surrogate T.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Protocol
+
+import numpy as np
+import scipy
+
+from ...arrays import Array, Index, Mask
+from ...errors import SolverError
+from ...linalg.bordered import BorderedKrylov, Elimination, Map
+from ..linearisation import Linearisation
+from ..system import ContactSystem, Modes, Surrogate
+from .rigid_modes import RigidModeConstraint
+
+DIRECT_SIZE = 512
+"""Contact unknowns up to which LU on a block beats Krylov iterations on it (with a fast T)."""
+STICK_RTOL = 1e-12
+"""Of a restricted solve, relative to u_0: also where a later step has little left to solve for."""
+
+
+class ActiveSetSolver(Protocol):
+    """S with the solves that methods need, vectors (m, k); `noise` is the relative round-off of its answers."""
+
+    noise: float
+
+    @property
+    def ksp_iterations(self) -> int: ...
+
+    def apply(self, x: Array) -> Array: ...
+
+    def solve(
+        self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, Array]:
+        """δy on the active components and δα with [(I - Π')/ρ + SΠ'] δy + M δα = rhs there and E(σ + Π'δy) + f = 0.
+
+        Motions that no active component follows are left as they are: combinations (r, q) of motions of unit size, the third
+        array.
+        """
+        ...
+
+    def close(self) -> None: ...
+
+
+class _Counted:
+    """Counts of the system, kept by whoever does the work in its place."""
+
+    def __init__(self, system: ContactSystem) -> None:
+        self.system = system
+        self.ksp_iterations = 0
+        self.matrix: Array | None = None
+        if not system.matrix_free:
+            self.matrix = system.compliance()
+
+    def apply(self, x: Array) -> Array:
+        """S x."""
+        if self.matrix is None:
+            return self.system.apply(x)
+        self.system.applications += 1
+        return np.asarray(self.matrix @ x.ravel()).reshape(x.shape)
+
+
+class DenseActiveSetSolver(_Counted):
+    """S dense, solves by LU."""
+
+    noise = 1e-11
+
+    def __init__(self, system: ContactSystem, surrogate: Surrogate | None) -> None:
+        super().__init__(system)
+        self._surrogate = surrogate
+        assert self.matrix is not None
+        self._dense: Array = self.matrix
+        self._sum: Any = None
+
+    def solve(
+        self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, Array]:
+        """LU of the bordered block."""
+        self.system.elastic_solves += 1
+        active = np.flatnonzero(linearised.active)
+        block = _block(self._dense, linearised, rho, active)
+        result = np.zeros_like(rhs)
+        if modes is None:
+            result.flat[active] = _solved(block, rhs.ravel()[active])
+            _check(result)
+            return result, np.zeros(0), np.zeros((0, 0))
+        constraint = RigidModeConstraint(modes, linearised, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
+        answer = _solved(constraint.around(block), np.concatenate([rhs.ravel()[active], constraint.rhs]))
+        result.flat[active] = answer[: len(active)]
+        _check(result)
+        return result, constraint.motion(answer[len(active) :]), constraint.free
+
+    def sum_solve(self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
+        """δσ and δα with (T + S) δσ + M δα = rhs and E(σ + δσ) + f = 0, factored once."""
+        constraint = RigidModeConstraint(modes, whole, sigma, float(np.abs(np.diag(self._dense)).max(initial=0.0)))
+        if self._sum is None:
+            assert self._surrogate is not None, "T + S needs T"
+            self._sum = scipy.linalg.lu_factor(constraint.around(self._surrogate.matrix() + self._dense), check_finite=False)
+        self.system.elastic_solves += 1
+        answer = scipy.linalg.lu_solve(self._sum, np.concatenate([rhs.ravel(), constraint.rhs]), check_finite=False)
+        result = np.asarray(answer[: rhs.size]).reshape(rhs.shape)
+        _check(result)
+        return result, constraint.motion(answer[rhs.size :])
+
+    def close(self) -> None:
+        """No PETSc objects to free."""
+
+
+def _solved(matrix: Array, rhs: Array) -> Array:
+    """By LU; the least solution where a body that is about to slide away leaves nothing to divide by, or where two contacts
+    close at the same nodes."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, rhs))
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.lstsq(matrix, rhs, rcond=None)[0])
+
+
+def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -> Array:
+    """(I - Π')/ρ + SΠ' on the active components: from S on them only nodes whose Π' is not 0 or 1 change columns."""
+    block = dense if len(active) == rho.size else dense[active[:, None], active]
+    k = rho.shape[1]
+    mixed = np.flatnonzero(np.any(linearised.derivative != np.eye(k) * linearised.active[:, None, :], axis=(1, 2)))
+    if not len(mixed):
+        return block
+    rows = np.full(rho.size, -1)
+    rows[active] = np.arange(len(active))
+    place = rows.reshape(rho.shape)[mixed]
+    columns = dense[active].reshape(len(active), -1, k)[:, mixed]
+    new = np.einsum("qia,iab->qib", columns, linearised.derivative[mixed])
+    slack = (np.eye(k) - linearised.derivative[mixed]) / rho[mixed][:, :, None]
+    block = np.array(block)
+    chosen = place >= 0
+    block[:, place[chosen]] = new[:, chosen]
+    for a in range(k):
+        for b in range(k):
+            both = chosen[:, a] & chosen[:, b]
+            block[place[both, a], place[both, b]] += slack[both, a, b]
+    return block
+
+
+class KrylovActiveSetSolver(_Counted):
+    """S by its products alone; every rank of the communicator iterates on whole vectors.
+
+    Rigid motions are unknowns of the iteration, eliminated by its preconditioner.
+    """
+
+    noise = 1e-10
+
+    def __init__(self, system: ContactSystem, surrogate: Surrogate) -> None:
+        super().__init__(system)
+        self.surrogate = surrogate
+        shape, rank = system.u_0.shape, 0 if system.modes is None else len(system.modes.load)
+        self._stick, self._sum = BorderedKrylov(shape, rank, "stick_"), BorderedKrylov(shape, rank, "sum_")
+        self._length = float(np.abs(surrogate.apply(np.ones(shape))).max(initial=0.0))
+
+    def solve(
+        self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, Array]:
+        """GMRES on the active components (identity off them), preconditioned by the block of T⁻¹."""
+        active = linearised.active
+
+        def product(x: Array) -> Array:
+            traction = linearised.traction(x)
+            slack = np.where(linearised.stick, 0.0, (x - traction) / rho)
+            return np.where(active, slack + self.apply(traction), x)
+
+        def inverse(r: Array) -> Array:
+            return np.where(active, self.surrogate.solve(np.where(active, r, 0.0)), r)
+
+        constraint = RigidModeConstraint(modes, linearised, sigma, self._length)
+        y, coordinates = self._solved(self._stick, product, inverse, constraint, active, np.where(active, rhs, 0.0))
+        return np.where(active, y, 0.0), constraint.motion(coordinates), constraint.free
+
+    def sum_solve(self, rhs: Array, whole: Linearisation, modes: Modes | None, sigma: Array) -> tuple[Array, Array]:
+        """GMRES on T + S, preconditioned by T⁻¹."""
+        constraint = RigidModeConstraint(modes, whole, sigma, self._length)
+        y, coordinates = self._solved(
+            self._sum, lambda x: self.surrogate.apply(x) + self.apply(x), self.surrogate.solve, constraint, whole.active, rhs
+        )
+        return y, constraint.motion(coordinates)
+
+    def _solved(
+        self, krylov: BorderedKrylov, product: Map, inverse: Map, constraint: RigidModeConstraint, active: Mask, rhs: Array
+    ) -> tuple[Array, Array]:
+        base = np.where(active, self.system.u_0, 0.0)
+        floor = STICK_RTOL * float(np.linalg.norm(self.surrogate.solve(base)))
+        self.system.elastic_solves += 1
+        found = krylov.solve(product, inverse, *constraint.spread(active), rhs, constraint.rhs, floor, STICK_RTOL)
+        self.ksp_iterations = krylov.iterations
+        return found
+
+    def close(self) -> None:
+        """Free the solvers."""
+        self._stick.close()
+        self._sum.close()
+
+
+class SurrogateActiveSetSolver:
+    """T in the place of S, for predictions: solves by masks of components."""
+
+    noise, ksp_iterations = 1e-11, 0
+
+    def __init__(self, surrogate: Surrogate) -> None:
+        self._surrogate = surrogate
+
+    def apply(self, x: Array) -> Array:
+        """T x."""
+        return self._surrogate.apply(x)
+
+    def solve(
+        self, linearised: Linearisation, rho: Array, rhs: Array, modes: Modes | None, sigma: Array
+    ) -> tuple[Array, Array, Array]:
+        """LU where T is dense, else solves on active components; where Π' couples these each in a pass of its own."""
+
+        def inverse(r: Array) -> Array:
+            dy = np.zeros_like(r)
+            if self._surrogate.coupled:
+                active = np.flatnonzero(linearised.active)
+                block = _block(self._surrogate.matrix(), linearised, rho, active)
+                dy.flat[active] = np.linalg.solve(block, r.ravel()[active])
+                return dy
+            for _ in range(r.shape[1]):
+                left = r if not dy.any() else r - self._surrogate.apply(linearised.traction(dy))
+                dy = dy + self._surrogate.stick_solve(linearised.active, np.where(linearised.active, left, 0.0))
+            return dy
+
+        constraint = RigidModeConstraint(modes, linearised, sigma, float(np.abs(rhs).max(initial=0.0)))
+        dy, coordinates = Elimination(inverse, *constraint.spread(linearised.active))(rhs, constraint.rhs)
+        return dy, constraint.motion(coordinates), constraint.free
+
+    def close(self) -> None:
+        """No PETSc objects to free."""
+
+
+def active_set_solver(system: ContactSystem, surrogate: Surrogate | None) -> DenseActiveSetSolver | KrylovActiveSetSolver:
+    """S by LU where it is dense and small, or T is not given or has no fast form; else by Krylov iterations."""
+    if surrogate is not None and (system.matrix_free or (surrogate.fast and system.u_0.size > DIRECT_SIZE)):
+        return KrylovActiveSetSolver(system, surrogate)
+    return DenseActiveSetSolver(system, surrogate)
+
+
+def _check(x: Array) -> None:
+    if not np.isfinite(x).all():
+        raise SolverError("iterate", "a solve with S is not finite", "look at the data and the mesh")

@@ -1,0 +1,57 @@
+"""A law linearised at a guess: on which smooth piece each node lies, and what the law is there."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array, Mask, States
+from .law_protocol import ContactLaw
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """Π linearised at τ⁰ (m, k): σ = derivative y + constant with y = σ - ρv.
+
+    Attributes
+    ----------
+    tau, constant : (m, k) arrays
+        τ⁰ and Π'(τ⁰)τ⁰ - Π(τ⁰) [stress].
+    derivative : (m, k, k) array
+        Π'(τ⁰).
+    active : (m, k) bool array
+        Components of τ on which Π' depends: the unknowns of an active set. None where a node is open.
+    stick : (m, k) bool array
+        Active components on which Π' is the identity, so that v = 0 there: tangential ones of nodes that stick, normal ones
+        of nodes that are closed.
+    states : (m,) array
+        0 stick, 1 slip, 2 open.
+    """
+
+    tau: Array
+    constant: Array
+    derivative: Array
+    active: Mask
+    stick: Mask
+    states: States
+
+    @classmethod
+    def at(cls, law: ContactLaw, tau: Array) -> Linearisation:
+        """That of a law at τ⁰."""
+        derivative = law.linearise(tau)
+        constant = np.einsum("iab,ib->ia", derivative, tau) - law.project(tau)
+        stick = np.all(derivative == np.eye(law.k), axis=2)
+        constant[stick] = 0.0
+        return cls(tau, constant, derivative, np.any(derivative != 0.0, axis=1), stick, law.states(tau))
+
+    @classmethod
+    def all_stick(cls, like: Array) -> Linearisation:
+        """v = 0 on all components, σ unknown; of the shape (m, k) of an array."""
+        zero, every = np.zeros_like(like), np.ones(like.shape, dtype=bool)
+        derivative = np.broadcast_to(np.eye(like.shape[1]), (*like.shape, like.shape[1]))
+        return cls(zero, zero, derivative, every, every, np.zeros(len(like), dtype=np.int8))
+
+    def traction(self, y: Array) -> Array:
+        """Π' y, (m, k): what y on the active components adds to σ."""
+        return np.asarray(np.einsum("iab,ib->ia", self.derivative, np.where(self.active, y, 0.0)))

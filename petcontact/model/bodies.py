@@ -1,0 +1,296 @@
+"""What a problem is made of: bodies with material, shape, mesh and conditions, and the pairs of parts that may touch."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
+
+import pydantic
+
+from .base import Coordinate, Expression, Finite, Model, Positive, nearest
+from .load_steps import Name, Step, Vector
+from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide
+from .solver_options import MeshOptions
+
+
+class Material(Model):
+    """Isotropic linear elasticity; `plane` says nothing in space.
+
+    Attributes
+    ----------
+    young_modulus : float
+        E > 0 [stress].
+    poisson_ratio : float
+        ν in (-1, 1/2); up to 1/2 itself in plane stress [-].
+    plane : {"strain", "stress"}
+        A long body, or a thin plate.
+    """
+
+    young_modulus: Positive
+    poisson_ratio: Finite
+    plane: Literal["strain", "stress"] = "strain"
+
+    @pydantic.model_validator(mode="after")
+    def _admissible(self) -> Material:
+        upper = self.poisson_ratio < 0.5 or (self.plane == "stress" and self.poisson_ratio == 0.5)
+        if not (self.poisson_ratio > -1.0 and upper):
+            bounds = "(-1, 1/2)" if self.plane == "strain" else "(-1, 1/2]"
+            raise ValueError(f"poisson_ratio must lie in {bounds} in plane {self.plane}, got {self.poisson_ratio:g}")
+        return self
+
+    @property
+    def shear_modulus(self) -> float:
+        """µ = E / 2(1+ν) [stress]."""
+        return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
+
+    @property
+    def plane_strain_ratio(self) -> float:
+        """The ν with which the plane-strain kernels describe this material: ν/(1+ν) for plane stress."""
+        return self.poisson_ratio / (1.0 + self.poisson_ratio) if self.plane == "stress" else self.poisson_ratio
+
+
+Component = Expression
+"""Or "free"."""
+
+
+class Displacement(Model):
+    """u = value on the part; a component that is "free" carries no traction (a roller).
+
+    Attributes
+    ----------
+    part : str
+        Name of the part.
+    condition : "displacement"
+        What is known on the part.
+    value : a number, an expression or "free" a component
+        Known displacement [length].
+    """
+
+    part: str
+    condition: Literal["displacement"] = pydantic.Field(default="displacement", kw_only=True)
+    value: Annotated[tuple[Component, ...], Vector]
+
+
+class Traction(Model):
+    """σ(u)n = value on the part, or -pressure·n.
+
+    Attributes
+    ----------
+    part : str
+        Name of the part.
+    condition : "traction"
+        What is known on the part.
+    value : a number or an expression a component
+        Known traction [stress].
+    pressure : number or expression
+        Instead of value: the traction is -pressure·n [stress].
+    """
+
+    part: str
+    condition: Literal["traction"] = pydantic.Field(default="traction", kw_only=True)
+    value: Annotated[tuple[Expression, ...], Vector] | None = None
+    pressure: Expression | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _one_of_two(self) -> Traction:
+        if (self.value is None) == (self.pressure is None):
+            raise ValueError("a traction needs either value = [tx, ty] or pressure = p")
+        return self
+
+
+Normal = Literal["bilateral", "unilateral", "bonded"]
+
+
+def no_friction_if_bonded(normal: Normal, coefficient: object, bound: object) -> None:
+    """Refuse friction of parts that are bonded."""
+    if normal == "bonded" and not (coefficient is None and bound is None):
+        key = "friction_bound" if coefficient is None else "friction_coefficient"
+        raise ValueError(f'{key}: bonded parts do not slip; leave it out, or take normal = "bilateral"')
+
+
+class Contact(Model):
+    """Contact with a fixed rigid obstacle; |σ_t| is bounded by Tresca, Coulomb, both (the bound caps), or is zero.
+
+    Attributes
+    ----------
+    part : str
+        Name of the part.
+    condition : "contact"
+        What is known on the part.
+    normal : {"bilateral", "unilateral", "bonded"}
+        u_n = gap; pressure p >= 0 where the gap closes, none where it is open; or u = 0 altogether.
+    gap : expression
+        Initial gap along the outward normal [length].
+    friction_coefficient : expression, optional
+        µ >= 0 of Coulomb's law |σ_t| <= µp [-].
+    friction_bound : expression, optional
+        g >= 0 of Tresca's law |σ_t| <= g [stress]; with neither the contact is frictionless.
+    """
+
+    part: str
+    condition: Literal["contact"] = pydantic.Field(default="contact", kw_only=True)
+    normal: Normal = "bilateral"
+    gap: Expression = 0.0
+    friction_coefficient: Expression | None = None
+    friction_bound: Expression | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _bonded_does_not_slip(self) -> Contact:
+        no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
+        return self
+
+    @property
+    def plain(self) -> bool:
+        """Whether it is the contact of the paper: bilateral without a gap, with a given friction bound."""
+        return self.normal == "bilateral" and self.gap == 0.0 and self.friction_coefficient is None
+
+
+Condition = Annotated[Displacement | Traction | Contact, pydantic.Field(discriminator="condition")]
+Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh, pydantic.Field(discriminator="shape")]
+
+
+class PointForce(Model):
+    """A force at a point of the body [force/length of thickness, in space force].
+
+    Attributes
+    ----------
+    at : point
+        Inside the body, not on its boundary [length].
+    force : (fx, fy), in space (fx, fy, fz)
+        [force/length, in space force]
+    name : str
+        For load steps that change it.
+    """
+
+    at: Annotated[tuple[Coordinate, ...], Vector]
+    force: Annotated[tuple[Finite, ...], Vector]
+    name: str = ""
+
+
+class Body(Model):
+    """One elastic body; parts without a condition or a contact are free of traction.
+
+    Attributes
+    ----------
+    name : str
+        Of the body.
+    material : Material
+        What it is made of.
+    geometry : Rectangle, Polygon, ...
+        Its shape.
+    mesh : MeshOptions
+        Sizes, order and grading of the elements.
+    boundary : list
+        Conditions of its parts.
+    point_force : list of PointForce
+        Forces at points inside.
+    """
+
+    name: Name
+    material: Material
+    geometry: Geometry
+    mesh: MeshOptions = MeshOptions()
+    boundary: tuple[Condition, ...] = ()
+    point_force: tuple[PointForce, ...] = ()
+
+    def condition(self, part: str) -> Displacement | Traction | Contact | None:
+        """The condition of a part."""
+        return next((c for c in self.boundary if c.part == part), None)
+
+
+class Pair(Model):
+    """Two parts that may touch.
+
+    Attributes
+    ----------
+    name : str
+        Of the pair.
+    secondary : str
+        "body.part": the side whose nodes are collocated; pressure and shear live there.
+    primary : str
+        "body.part", or the name of an obstacle.
+    normal : {"unilateral", "bilateral", "bonded"}
+        May open, stays closed but may slip, or neither.
+    gap : "geometry" or expression
+        Initial gap [length]: the distance along the direction, or an expression in the secondary's x, y, nx, ny, s, in space
+        x, y, z, nx, ny, nz. "geometry" is 0 against an obstacle, and where the contact is bilateral or bonded.
+    direction : vector, optional
+        From the secondary to the primary; the secondary's outward normal by default [-].
+    friction_coefficient : expression, optional
+        µ >= 0 of Coulomb's law |σ_t| <= µp [-].
+    friction_bound : expression, optional
+        g >= 0 of Tresca's law |σ_t| <= g, a cap on Coulomb's [stress]; with neither the contact is frictionless.
+    """
+
+    name: Name
+    secondary: str
+    primary: str
+    normal: Normal = "unilateral"
+    gap: Expression = "geometry"
+    direction: Annotated[tuple[Finite, ...], Vector] | None = None
+    friction_coefficient: Expression | None = None
+    friction_bound: Expression | None = None
+
+    @pydantic.model_validator(mode="after")
+    def _bonded_does_not_slip(self) -> Pair:
+        no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
+        return self
+
+    @pydantic.field_validator("direction")
+    @classmethod
+    def _points_somewhere(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        if value is not None and not 1e-300 < sum(component**2 for component in value) < 1e300:
+            raise ValueError("must be a vector other than zero")
+        return value
+
+
+def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction:
+    """The condition of a part with the values of a step.
+
+    Raises
+    ------
+    ValueError
+        If the part has no such condition, or it would become another kind.
+    """
+    old = body.condition(change.part)
+    if old is None or isinstance(old, Contact):
+        names = [c.part for c in body.boundary if not isinstance(c, Contact)]
+        hint = nearest(change.part, names) or f"; those of body {body.name!r} are {', '.join(names) or 'none'}"
+        raise ValueError(f"{key}.part: no displacement or traction condition on {change.part!r}{hint}")
+    if isinstance(old, Traction):
+        return Traction(part=old.part, value=change.value, pressure=change.pressure)
+    if change.pressure is not None:
+        raise ValueError(f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = [ux, uy]")
+    if len(change.value) != len(old.value):
+        raise ValueError(f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, "
+                         f"got {len(change.value)}")  # fmt: skip
+    return Displacement(part=old.part, value=change.value)
+
+
+def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str]) -> None:
+    """Whether everything that a step changes exists.
+
+    Raises
+    ------
+    ValueError
+        One line that names the key, which starts with that of the step.
+    """
+    names = [body.name for body in bodies]
+    for k, change in enumerate(step.boundary):
+        here = f"{key}.boundary[{k}]"
+        if change.body is None and len(names) > 1:
+            raise ValueError(f"{here}.body: this key is required where there are several bodies")
+        name = change.body or names[0]
+        if name not in names:
+            hint = nearest(name, names) or f"; bodies are {', '.join(names)}"
+            raise ValueError(f"{here}.body: no body {name!r}{hint}")
+        changed_condition(bodies[names.index(name)], change, here)
+    for k, other in enumerate(step.obstacle):
+        if other.name not in obstacles:
+            hint = nearest(other.name, obstacles) or "; obstacles are " + (", ".join(obstacles) or "none")
+            raise ValueError(f"{key}.obstacle[{k}].name: no obstacle {other.name!r}{hint}")
+    forces = [force.name for body in bodies for force in body.point_force if force.name]
+    for k, force in enumerate(step.point_force):
+        if force.name not in forces:
+            hint = nearest(force.name, forces) or "; point forces with a name are " + (", ".join(forces) or "none")
+            raise ValueError(f"{key}.point_force[{k}].name: no point force {force.name!r}{hint}")

@@ -1,0 +1,164 @@
+"""Why an increment failed, what nothing holds, and what else a user should hear of a solve."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+
+from ..arrays import Array
+from ..contact.criterion import equilibrium_defect
+from ..contact.equilibrium import unbalanced_load
+from ..contact.state import ContactState
+from ..results.records import StepResult
+from .assemble import Discrete
+from .increment import Increment, PreparedProblem, changed
+from .trust.warnings import unusual
+
+MOTIONS = {
+    2: ("along x", "along y", "to turn"),
+    3: ("along x", "along y", "along z", "to turn about x", "to turn about y", "to turn about z"),
+}  # fmt: skip
+"""Of an obstacle, by the number of dimensions."""
+JAM = 1e-3
+"""Pressure, over the largest that there was, that stays where nothing jams."""
+FAR = 0.05
+"""Initial gap or overlap, over the size of the body, that is reported."""
+
+
+def is_unbalanced(increment: Increment) -> bool:
+    """Whether no admissible traction holds the loads."""
+    return unbalanced_load(increment.system.modes, increment.problem.discrete.law) is not None
+
+
+def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str]:
+    """What is yet to be reported of motions at the end of a step that neither closed nor sticking nodes resist."""
+    problem, modes = increment.problem, increment.system.modes
+    system, law = problem.system, problem.discrete.law
+    if modes is None or increment.target < 1.0 or not outcome.converged:
+        return []
+    size = np.abs(outcome.sigma).max(initial=0.0) / (np.abs(outcome.v).max(initial=0.0) or 1.0)
+    derivative = law.linearise(size * outcome.v - outcome.sigma)
+    resisted = np.einsum("iab,ibr->iar", derivative, modes.motion / modes.size).reshape(-1, len(modes.load))
+    values, vectors = np.linalg.svd(np.linalg.qr(resisted, mode="r"))[1:]
+    loose = vectors[np.append(values, np.zeros(len(vectors) - len(values))) <= 1e-9 * max(1.0, values.max(initial=0.0))]
+    if not len(loose):
+        return []
+    moved = np.linalg.norm(loose, axis=0)
+    posed, owners = problem.discrete.problem, list[str]()
+    for body, eliminated in zip(posed.body, system.bodies, strict=True):
+        owners += [f"body {body.name!r}"] * eliminated.modes.shape[2]
+    for obstacle, motion in zip(posed.obstacle, increment.obstacles, strict=True):
+        owners += [f"obstacle {obstacle.name!r}"] * int(motion.free.sum())
+    names = list(dict.fromkeys(owner for owner, share in zip(owners, moved, strict=True) if share > 1e-6))
+    motions = f"{len(loose)} motion{'s' if len(loose) > 1 else ''} of {' and '.join(names)}"
+    note = f"step {increment.step.name or increment.number!r}: nothing holds {motions}; chosen as the least there is"
+    return [note] * (note not in problem.discrete.warnings)
+
+
+def failure(increment: Increment, outcome: ContactState) -> str:
+    """What a failed increment says: which body nothing holds, there or at the end of the step, or how the method ended."""
+    problem, system, end = increment.problem, increment.system, increment.to(1.0)
+    law, steps = problem.discrete.law, problem.discrete.problem.step
+    push = unbalanced_load(system.modes, law)
+    where = f" at load factor {increment.target:.4g} of step {increment.step.name!r}" if steps else ""
+    if push is None and (push := unbalanced_load(end.system.modes, law)) is not None:
+        where = f" at the end of step {increment.step.name!r}, of which {increment.target:.4g} was tried"
+    defect = equilibrium_defect(system, outcome.sigma)
+    if push is None and system.modes is not None and defect > problem.discrete.problem.method.tolerance:
+        push = system.modes.unbalanced(outcome.sigma)
+    if push is None:
+        return f"{outcome.reason}{where}"
+    return f"no equilibrium{where}: {_pushed(increment, push)}"
+
+
+def _pushed(increment: Increment, push: Array) -> str:
+    """The body or obstacle that the loads push along a motion that nothing holds, in words."""
+    system, posed = increment.problem.system, increment.problem.discrete.problem
+    worst, text = 0.0, "the loads"
+    for b, body in enumerate(system.bodies):
+        mine = system.motion(b, push[: system.modes.shape[1]])
+        along = np.abs(mine).max(initial=0.0)
+        if along > worst:
+            motion = body.modes @ mine
+            weight = body.mesh.weight / body.mesh.weight.sum()
+            worst = float(along)
+            text = f"body {posed.body[b].name!r} cannot be held: the load {_direction(motion, weight)}"
+    taken = system.modes.shape[1]
+    for k, of_obstacle in enumerate(increment.obstacles):
+        names = np.array(MOTIONS[system.dim])[of_obstacle.free]
+        mine = push[taken : taken + len(names)]
+        taken += len(names)
+        if np.abs(mine).max(initial=0.0) > worst:
+            worst = float(np.abs(mine).max())
+            name, way = posed.obstacle[k].name, names[np.argmax(np.abs(mine))]
+            text = f"obstacle {name!r} cannot be held: the load pushes it {way}"
+    return f"{text} beyond what contact and friction allow"
+
+
+def _direction(motion: Array, weight: Array) -> str:
+    mean = weight @ motion
+    spread = float(np.sqrt(weight @ np.sum((motion - mean) ** 2, axis=1)))
+    if spread > np.linalg.norm(mean):
+        return "turns it"
+    axis = int(np.argmax(np.abs(mean)))
+    if np.abs(np.delete(mean, axis)).max() < 1e-6 * abs(mean[axis]):
+        return f"pushes it along {'-' if mean[axis] < 0 else '+'}{'xyz'[axis]}"
+    return f"pushes it along ({', '.join(f'{component:.3g}' for component in mean / np.linalg.norm(mean))})"
+
+
+def warnings_of(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
+    """All that is to be reported of a solve that ended."""
+    return [*problem.discrete.warnings, *_ignored(problem), *_jammed(problem, results), *unusual(problem.discrete, results)]
+
+
+def _ignored(problem: PreparedProblem) -> list[str]:
+    """Obstacles that touch nothing, and their loads on components whose motion is given."""
+    discrete, d, found = problem.discrete, problem.system.dim, []
+    for k, obstacle in enumerate(discrete.problem.obstacle):
+        if all(side.obstacle != k for side in discrete.sides):
+            found.append(f"obstacle {obstacle.name!r} is in no contact")
+        states = itertools.accumulate(problem.steps, changed, initial=obstacle)
+        if any(load and motion != "free" for o in states for motion, load in zip(o.motions(d), o.loads(d), strict=True)):
+            found.append(f"obstacle {obstacle.name!r}: a force or moment on a component whose motion is given does nothing")
+    return found
+
+
+def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
+    """Pairs that stay pressed at the end of a step that took all loads away, though no gap is negative."""
+    discrete, d, found = problem.discrete, problem.system.dim, []
+    obstacles = list(discrete.problem.obstacle)
+    for number, step in enumerate(problem.steps, 1):
+        obstacles = [changed(o, step) for o in obstacles]
+        loaded = any(data.value[number].any() or data.force[number].any() for data in discrete.data)
+        given = (motion if motion != "free" else load for o in obstacles
+                 for motion, load in zip(o.motions(d), o.loads(d), strict=True))  # fmt: skip
+        ends = [r for r in results if r.step == number and r.load_factor == 1.0]
+        if loaded or any(given) or not ends:
+            continue
+        for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+            pressed = max(float(r.pairs[side.name].pressure.max(initial=0.0)) for r in results)
+            left = float(ends[0].pairs[side.name].pressure.max(initial=0.0))
+            if interface.gap.min(initial=np.inf) >= 0.0 and left > JAM * pressed:
+                found.append(f"pair {side.name!r} stays pressed after step {step.name!r} took all loads away: it jams, and "
+                             "what stays depends on the path; unload in several increments")  # fmt: skip
+    return found
+
+
+def reached(discrete: Discrete, results: list[StepResult]) -> str:
+    """How a converged solve ended, and what to look at."""
+    if discrete.interfaces[0].held and not discrete.problem.step:
+        return results[-1].reason
+    worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
+             for key in ("normal", "tangential", "balance", "elastic", "equilibrium")}  # fmt: skip
+    # a balance of 0 is none: nothing is held by contact only
+    text = "residuals " + ", ".join(f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value)
+    if all(np.all(pair.state == 2) for pair in results[-1].pairs.values()):
+        apart = "; ".join(f"pair {side.name!r} lies {d:.3g} apart" if np.isfinite(d) else f"pair {side.name!r} faces nothing"
+                          for side, d in zip(discrete.sides, discrete.distance, strict=True))  # fmt: skip
+        text += f"; no contact anywhere ({apart})"
+    for side, d in zip(discrete.sides, discrete.distance, strict=True):
+        if np.isfinite(d) and abs(d) > FAR * discrete.boundaries[side.body].diameter:
+            how = f"lies {d:.3g} apart" if d > 0.0 else f"overlaps by {-d:.3g}"
+            text += f"; pair {side.name!r} {how}, far for the theory of small displacements"
+    return text

@@ -1,0 +1,146 @@
+"""Bodies eliminated, each on the storage that suits it, and composed to the contact problem."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..bem.boundary_data import free_motions
+from ..bem.kernels import kernel_for
+from ..bem.operators import BoundaryOperators
+from ..compliance.bodies import BodiesSystem
+from ..compliance.body.base import ElasticBody
+from ..compliance.body.dense import DenseBody
+from ..errors import InputError, SolverError
+from ..mesh.curve_mesh import CurveMesh
+from ..model.solver_options import Bem
+from ..runtime.petsc import petsc
+from .assemble import Discrete
+from .choice import LARGEST, check_memory, is_compressed, predicted_seconds, resolved_bem
+from .trust.meshes import check_meshes, check_stiffness
+
+ELASTIC_LIMIT = 1e-7
+"""Largest accepted defect of the boundary integral equations, relative to the largest displacement."""
+SAFE = 0.1
+"""Of it: compressed operators that come nearer are replaced by dense ones."""
+FORMED = 1000
+"""Contact unknowns up to which S of a compressed body is formed, where T alone does not find the sets of contact."""
+Announce = Callable[[int, int, float], Callable[[float], None]]
+"""Called with nodes, unknowns, predicted seconds; what it returns is called with the share of the matrix that is built."""
+
+
+def silent(share: float) -> None:
+    """Reports nothing."""
+
+
+def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce | None = None) -> BodiesSystem:
+    """Eliminate the bodies and compose them; the same on every rank.
+
+    Compressed bodies, and a dense one that is alone, are those of all ranks together; several dense ones are dealt out to
+    them, and then shared.
+
+    Parameters
+    ----------
+    discrete : Discrete
+    comm : PETSc.Comm
+    cases : int
+        How many will be run on it: several may share more than one would.
+    announce : callable, optional
+
+    Raises
+    ------
+    InputError
+        If the storage that is asked for is not for such a body, or does not fit the machine.
+    SolverError
+        If a body cannot be eliminated.
+    """
+    bem, meshes, posed = resolved_bem(discrete.problem.bem), discrete.meshes, discrete.problem.body
+    check_stiffness([body.name for body in posed], [body.material.young_modulus for body in posed])
+    long = check_meshes([body.name for body in posed], meshes)
+    discrete.warnings += [text for text in long if text not in discrete.warnings]
+    progress: Callable[[float], None] = silent
+    if announce is not None:
+        nodes, unknowns = sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes)
+        progress = announce(nodes, unknowns, sum(predicted_seconds(bem, mesh) for mesh in meshes))
+    if discrete.problem.method.formulation == "full":
+        bodies: list[ElasticBody | None] = [_full(discrete, bem, comm)]
+    else:
+        bodies = [_compressed(discrete, b, bem, comm, progress) for b in range(len(meshes))]
+    dense = [b for b, body in enumerate(bodies) if body is None]
+    rank, size = comm.getRank(), comm.getSize()
+    contact = [data.contact_directions.size for data in discrete.data]
+    total = discrete.data[0].contact_shape[1] * sum(len(interface.nodes) for interface in discrete.interfaces)
+    check_memory([meshes[b].x.size for b in dense], [contact[b] for b in dense], total if dense else 0,
+                 size if len(bodies) > 1 else 1)  # fmt: skip
+    if size == 1 or len(bodies) == 1:
+        for b in dense:
+            bodies[b] = _dense(discrete, b, comm)
+    else:
+        for b in dense[rank::size]:
+            bodies[b] = _dense(discrete, b, petsc().COMM_SELF)
+        for k, b in enumerate(dense):
+            bodies[b] = comm.tompi4py().bcast(bodies[b], root=k % size)
+    x = [meshes[i.body].x[i.nodes] for i in discrete.interfaces]
+    centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.problem.obstacle]
+    return BodiesSystem([body for body in bodies if body is not None], discrete.interfaces, x, centres, comm, cases)
+
+
+def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Array]:
+    """The operators of a body, and the rigid motions (n, d, r) that no condition holds."""
+    mesh, data = discrete.meshes[number], discrete.data[number]
+    infinite = discrete.boundaries[number].exterior
+    modes = np.zeros((*mesh.x.shape, 0)) if infinite else free_motions(data, mesh)
+    return BoundaryOperators(mesh, data, kernel_for(mesh, discrete.problem.body[number].material)), modes
+
+
+def _dense(discrete: Discrete, number: int, comm: Any) -> ElasticBody:
+    return DenseBody(*operators_of(discrete, number), comm)
+
+
+def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:
+    from ..compliance.body.full import FullBody
+
+    operators, modes = operators_of(discrete, 0)
+    if len(discrete.meshes) > 1 or not discrete.interfaces[0].held or modes.shape[2]:
+        raise InputError('method.formulation: "full" is the paper\'s, for one body that is held, in bilateral contact with '
+                         'a friction bound; use "condensed"')  # fmt: skip
+    if bem.mat_type in ("hodlr", "hmatrix"):
+        raise InputError(f'method.formulation: "full" is dense; use "condensed" with bem.mat_type = "{bem.mat_type}"')
+    contact = discrete.data[0].contact_directions.size
+    check_memory([discrete.meshes[0].x.size], [contact], contact)
+    return FullBody(operators, modes, comm)
+
+
+def _compressed(
+    discrete: Discrete, number: int, bem: Bem, comm: Any, progress: Callable[[float], None]
+) -> ElasticBody | None:
+    """A body on compressed operators; None where dense ones are predicted, or found, to do better."""
+    mesh, held = discrete.meshes[number], discrete.interfaces[0].held
+    if not is_compressed(bem, mesh):
+        return None
+    operators, modes = operators_of(discrete, number)
+    if not isinstance(mesh, CurveMesh):
+        if not held or len(discrete.meshes) > 1 or modes.shape[2]:
+            if bem.mat_type == "hmatrix":
+                raise InputError('bem.mat_type: "hmatrix" is for one body in bilateral contact; choose "auto" or "dense"')
+            return None
+        from ..compliance.hierarchical.system import HierarchicalBody
+
+        return HierarchicalBody(operators, modes, bem, comm, progress)
+    from ..compliance.body.hodlr import HodlrBody
+
+    formed = 0 if held else FORMED
+    if bem.mat_type == "hodlr" or mesh.n_nodes > LARGEST:
+        return HodlrBody(operators, modes, bem, comm, formed)
+    try:
+        body = HodlrBody(operators, modes, bem, comm, formed)
+    except SolverError:
+        return None
+    # what all loads and an even traction do satisfies the integral equations well enough
+    shares, alpha = np.ones(len(body.u_0)), np.zeros(body.modes.shape[2])
+    even = np.full(body.u_0.shape[1:], float(np.abs(body.data.value).max(initial=0.0)) or 1.0)
+    u, traction = body.boundary(shares, even, alpha)
+    return body if body.residual(shares, u, traction, even, alpha) <= SAFE * ELASTIC_LIMIT else None

@@ -1,0 +1,120 @@
+"""What the nodes of a body know at the end of every step: its conditions, evaluated, in the directions that suit them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Index
+from ..bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
+from ..compliance.bodies import Interface
+from ..errors import InputError
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..model.expressions import evaluate
+from ..model.problem import Displacement, Problem, Traction
+
+
+def boundary_data(
+    problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int = 1
+) -> BoundaryData:
+    """Known data of a body: nothing in state 0, the conditions with the changes of steps 1 to k in state k; what is known,
+    displacement or traction, is that of one step.
+
+    Raises
+    ------
+    InputError
+        If data are not finite, or have another number of components than the body has dimensions.
+    """
+    body, (n, d), conditions = problem.body[number], mesh.x.shape, problem.conditions(number)
+    frame, known = np.broadcast_to(np.eye(d), (n, d, d)).copy(), np.ones((n, d), dtype=bool)
+    value = np.zeros((len(conditions) + 1, n, d))
+    for part, condition in conditions[step - 1].items():
+        if isinstance(condition, Displacement):
+            check_components(condition.value, mesh, f"body {body.name!r}: {part}")
+            known[mesh.nodes_of(part)] = [component == "free" for component in condition.value]
+    forces = [np.zeros((len(body.point_force), d))]
+    cache: dict[str, tuple[Any, Array]] = {}
+    for s, of_step in enumerate(conditions, 1):
+        for part, condition in of_step.items():
+            nodes = mesh.nodes_of(part)
+            if part not in cache or cache[part][0] is not condition:
+                cache[part] = (condition, _given(condition, mesh, nodes, f"body {body.name!r}: {part}"))
+            value[s, nodes] = cache[part][1]
+        forces.append(np.array([f.force for f in problem.point_forces(number, s, 1.0)]).reshape(forces[0].shape))
+    contact = contact_nodes(interfaces, number)
+    directions = np.broadcast_to(np.arange(d), (len(contact), d))
+    if interfaces[0].held and len(contact):
+        frame[contact], places = contact_frames(mesh, contact)
+        directions, normal = places[:, :-1], places[:, -1]
+        known[contact, normal] = False
+        for face in interfaces:
+            if face.body == number:
+                value[:, face.nodes, normal[np.searchsorted(contact, face.nodes)]] = face.gap
+    points = np.array([f.at for f in body.point_force]).reshape(-1, d)
+    data = BoundaryData(frame, known, value, contact, directions, points, np.array(forces))
+    return without_rigid_motion(data, mesh)
+
+
+def data_from(
+    problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int, old: BoundaryData,
+    end: tuple[Array, Array],
+) -> BoundaryData:  # fmt: skip
+    """The data from a step on, after the step before ended with u and traction (n, d); the old ones if the same is known.
+
+    What is known instead of another thing starts where that ended: a component that was free from its displacement, one
+    that was held from its traction.
+    """
+    new = boundary_data(problem, number, mesh, interfaces, step)
+    if np.array_equal(new.traction_known, old.traction_known):
+        return old
+    u, traction = (np.einsum("icj,ij->ic", new.frame, field) for field in end)
+    start = np.where(new.traction_known, traction, u)
+    start[new.contact_nodes[:, None], new.contact_directions] = 0.0
+    new.value[step - 1] = np.where(new.traction_known == old.traction_known, new.value[step - 1], start)
+    return new
+
+
+def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
+    """Nodes of a body that may carry contact tractions, in increasing order."""
+    found = [i.nodes for i in interfaces if i.body == number]
+    found += [i.primary_nodes for i in interfaces if i.primary == number and i.primary_nodes is not None]
+    return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+
+
+def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
+    """Refuse a body whose contact cannot hold what its conditions leave free: known normals, and no friction.
+
+    Raises
+    ------
+    InputError
+    """
+    motions = free_motions(data, mesh)
+    if not motions.shape[2] or bound.any():
+        return
+    name, held = motion_name(motions[:, :, 0], mesh), int((~data.traction_known).any(axis=1).sum())
+    if 0 < held <= mesh.dim:
+        raise InputError(f"boundary: the body can {name} freely: it is held at {held} nodes only; use smaller elements")
+    raise InputError(
+        f"boundary: the body can {name} freely (friction does not hold it); "
+        "fix it with a displacement condition, a roller or another contact part"
+    )
+
+
+def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> None:
+    """Refuse a vector that has not as many components as the body has dimensions."""
+    if len(value) != mesh.dim:
+        raise InputError(f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components")
+
+
+def _given(condition: Displacement | Traction, mesh: BoundaryMesh, nodes: Index, key: str) -> Array:
+    names, count = mesh.variables(nodes), len(nodes)
+    if isinstance(condition, Traction) and condition.pressure is not None:
+        return -evaluate(condition.pressure, names, count, f"{key}.pressure")[:, None] * mesh.normal[nodes]
+    assert condition.value is not None
+    check_components(condition.value, mesh, key)
+    columns = [np.zeros(count) if component == "free" and isinstance(condition, Displacement)
+               else evaluate(component, names, count, f"{key}.value[{c}]")
+               for c, component in enumerate(condition.value)]  # fmt: skip
+    return np.column_stack(columns)

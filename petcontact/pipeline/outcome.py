@@ -1,0 +1,104 @@
+"""What an increment left on interfaces, bodies and obstacles, judged: a step's result."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..contact.criterion import equilibrium_defect, natural_residuals
+from ..contact.friction_law import contact_norm
+from ..contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
+from ..contact.laws import dissipation
+from ..contact.state import ContactState
+from ..geometry.rotation import axial, moment
+from ..results.records import BodyResult, ObstacleResult, PairResult, StepResult
+from .diagnosis import failure
+from .eliminate import ELASTIC_LIMIT
+from .increment import Increment, IncrementState
+from .trust.increments import imbalance, objection
+from .trust.overlaps import overlaps
+
+
+def step_result(increment: Increment, outcome: ContactState, after: IncrementState, *, checked: bool) -> StepResult:
+    """Fields, resultants and residuals of an increment; `checked`: with the elastic residual."""
+    problem = increment.problem
+    discrete, system, d = problem.discrete, problem.system, problem.system.dim
+    posed, shares = discrete.problem, increment.shares
+    bodies, elastic, unbalanced, limit = {}, 0.0, 0.0, ELASTIC_LIMIT
+    for b, body in enumerate(system.bodies):
+        alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
+        u, traction = body.boundary(shares, sigma, alpha)
+        bodies[posed.body[b].name] = BodyResult(u, traction)
+        limit = max(limit, body.tolerance)
+        if checked:
+            elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
+            if not discrete.boundaries[b].exterior:
+                unbalanced = max(unbalanced, imbalance(body, shares, u, traction, sigma, alpha))
+    tangential, *normal = natural_residuals(discrete.law, increment.system, outcome.v, outcome.sigma)
+    residuals = {"normal": max(normal, default=0.0), "tangential": tangential,
+                 "balance": equilibrium_defect(increment.system, outcome.sigma),
+                 "elastic": elastic if checked else np.nan, "equilibrium": unbalanced if checked else np.nan,
+                 "elimination": problem.digits_lost}  # fmt: skip
+    residuals["overlap"], between, place = overlaps(system, increment.system, discrete.law, problem.places, outcome)
+    status, reason = _judged(increment, outcome, elastic, limit)
+    if status == "converged" and (doubt := objection(residuals, between, place)):
+        status, reason = "not converged", doubt
+    obstacles = {
+        o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],
+                               axial(after.loads[k, d:]))
+        for k, o in enumerate(posed.obstacle)
+    }  # fmt: skip
+    rest = contact_norm(law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight)
+    return StepResult(
+        increment.name, increment.number, increment.target, status, reason, len(outcome.history), residuals,
+        _pairs(increment, outcome, bodies), bodies, obstacles, after.alpha, float(np.max(outcome.rho)), rest,
+        outcome.history,
+    )  # fmt: skip
+
+
+def _judged(increment: Increment, outcome: ContactState, elastic: float, limit: float) -> tuple[str, str]:
+    """Status and reason."""
+    if outcome.stopped:
+        return "failed", outcome.reason
+    if not outcome.converged:
+        return "not converged", failure(increment, outcome)
+    if not elastic <= limit:
+        return "failed", f"check: elastic residual {elastic:.1e} > {limit:g}; {_remedy(increment)}"
+    excess = bound_excess(increment.problem.discrete.law, outcome.sigma)
+    if not excess <= WITHIN:
+        return "not converged", f"tractions exceed what contact allows by {excess:.1e} of the bound"
+    return "converged", outcome.reason
+
+
+def _remedy(increment: Increment) -> str:
+    """What makes the elastic solution of a storage more accurate."""
+    stored = increment.problem.system.describe()
+    for name in ("hodlr", "hmatrix"):
+        if name in stored:
+            return f"use a smaller -bem_{name}_tol, or -bem_mat_type dense"
+    prefix = "" if stored.startswith("full") else "elastic_"
+    return f"use -{prefix}pc_type lu, or a smaller -{prefix}ksp_rtol"
+
+
+def _pairs(increment: Increment, outcome: ContactState, bodies: dict[str, BodyResult]) -> dict[str, PairResult]:
+    discrete, system = increment.problem.discrete, increment.problem.system
+    names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
+    pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
+    spent, error = dissipation(discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1])
+    for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
+        mesh, sigma, v = discrete.meshes[side.body], outcome.sigma[where], outcome.v[where]
+        weight, x, sigma_t, moved = mesh.weight[face.nodes], mesh.x[face.nodes], sigma[:, : d - 1], v[:, : d - 1]
+        if face.held:
+            at_nodes = bodies[names[side.body]].traction[face.nodes]
+            sigma_n, open_by = np.einsum("mc,mc->m", at_nodes, face.normal), np.zeros(len(x))
+        else:
+            sigma_n, open_by = sigma[:, -1], -v[:, -1]
+        pressure = 0.0 - sigma_n
+        gap = np.where(np.isfinite(face.gap), open_by + 0.0, np.inf)
+        traction = np.einsum("mt,mtc->mc", sigma_t, face.tangent) + sigma_n[:, None] * face.normal
+        pairs[face.name] = PairResult(
+            x, face.normal, face.tangent, weight, mesh.variables(face.nodes).get("s", np.zeros(len(x))), pressure, sigma_t,
+            bound[where], gap, moved + increment.before.slip[where], moved, states[where],
+            weight @ traction, moment(x, weight[:, None] * traction),
+            float(weight @ spent[where]), float(weight @ error[where]),
+        )  # fmt: skip
+    return pairs

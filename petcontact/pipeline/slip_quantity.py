@@ -1,0 +1,182 @@
+"""Slip of one body in bilateral contact, followed from mesh to mesh: what an adaptive solve refines for, and its error."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from typing import Any
+
+import numpy as np
+
+from ..bem.compatibility import check_compatible
+from ..contact.state import Start
+from ..mesh.curve_mesh import as_curve
+from ..refinement.contact_line import ContactLine, difference, largest, transition, without_specks
+from ..refinement.ladder import LADDER, MOST_GAIN, Rung, believed
+from ..refinement.marks import Body, RungMesh
+from ..refinement.zones import Zone
+from ..results.solution import Solution
+from .increment import PreparedProblem
+from .start import carried_over
+
+LEAST_SLIP = 1e-3
+"""‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""
+FIRST_LOOK = 12
+"""Least number of elements on a contact side when nothing is known of its zones."""
+
+
+class Slip:
+    """u_t and its transition points between stick and slip, where it behaves like the power 3/2 of the distance.
+
+    Attributes
+    ----------
+    levels : tuple of Rung
+        Meshes to climb, each with an error about ten times smaller than that of the one before.
+    attempts : int
+        How often one level is tried.
+    accuracy : float
+        That is wanted by default [-].
+    differences : list of float
+        Relative differences of u_t between neighbouring meshes.
+    """
+
+    levels, attempts, accuracy = LADDER, 1, 1e-4
+
+    def __init__(self) -> None:
+        self.differences: list[float] = []
+        self._shown: list[list[ContactLine]] = []
+        self._last: Solution | None = None
+        self._body: Body | None = None
+
+    def mesh(self, number: int, body: Body, level: Rung) -> RungMesh:
+        """Graded to the transition points that the last solution shows."""
+        self._body = body
+        longest = [side.length / FIRST_LOOK if contact and not self._shown else np.inf
+                   for side, contact in zip(body.outline.sides, body.contact, strict=True)]  # fmt: skip
+        return body.mesh(level, longest, self._shown[-1] if self._shown else None)
+
+    def check(self, problem: Any, body: Body) -> None:
+        """Refuse data that contradict each other where parts meet."""
+        check_compatible(problem, body.outline)
+
+    def start(self, problem: PreparedProblem) -> Start | None:
+        """u_t and σ_t of the last solution on another mesh."""
+        return None if self._last is None else carried_over(problem, self._last)
+
+    def observe(self, solution: Solution, level: Rung) -> None:
+        """Keep what a solution shows."""
+        assert self._body is not None
+        self._shown.append(contact_lines(self._body, solution))
+        if self._last is not None:
+            self.differences.append(difference(*self._shown[-2:]) / displacement_scale(solution))
+        self._last = solution
+
+    def is_vague(self) -> bool:
+        """Whether the same level is to be tried again."""
+        return False
+
+    @property
+    def estimate(self) -> float:
+        """Of the error of the last mesh."""
+        assert self._body is not None
+        climbed = LADDER[: len(self._shown)]
+        return estimated_error(self.differences, [self._body.truncation(rung.resolved) for rung in climbed])
+
+    def info(self) -> dict[str, Any]:
+        """What a solution reports of its zones."""
+        assert self._body is not None
+        zones, *before = (transition_zones(self._body, shown) for shown in self._shown[:-3:-1])
+        return {"largest_slip": largest(self._shown[-1]), "zones": [dataclasses.astuple(zone) for zone in zones],
+                "zone_errors": zone_errors(zones, before[0] if before else [])}  # fmt: skip
+
+
+def estimated_error(differences: list[float], truncation: list[float]) -> float:
+    """Error of the last rung from the differences of neighbouring ones, infinite while there are fewer than two of them.
+
+    The last difference is the error of the last rung but one, and an estimate for the last one that does not flatter.
+    Two rungs may be alike by chance, or because elements at a corner are as small as they can be: no step is believed
+    to gain more than MOST_GAIN, and nothing more than the sizes of elements at corners allow: errors C T_k there show as
+    differences d_k = C (T_k - T_(k+1)).
+
+    Parameters
+    ----------
+    differences : list of k floats
+        Of rungs 0 and 1, 1 and 2, ...
+    truncation : list of k + 1 floats
+        T of each rung, see `Body.truncation`.
+    """
+    if len(differences) < 2:
+        return math.inf
+    least = [max(d, before / MOST_GAIN) for d, before in zip(differences, [0.0, *differences], strict=False)]
+    steps = zip(least, truncation[:-1], truncation[1:], strict=True)
+    # each difference bounds C, as far as its two meshes differ at corners at all
+    bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
+    left = truncation[-1] * min(bounds, default=0.0)
+    return max(believed(differences), left)
+
+
+def displacement_scale(solution: Solution) -> float:
+    """What errors of u_t are relative to: ‖u_t‖, or U = (∫_Γ|u|²/|Γ| |Γ_C|)^½ times LEAST_SLIP if that is larger.
+
+    Where almost all of Γ_C sticks the error relative to the slip alone would be that of nearly nothing.
+    """
+    mesh, contact = solution.mesh, solution.contact
+    mean_square = float(mesh.weight @ np.sum(solution.u**2, axis=1)) / float(mesh.weight.sum())
+    whole = math.sqrt(mean_square * float(contact.weight.sum()))
+    slip = math.sqrt(float(contact.weight @ np.sum(contact.u_t**2, axis=1)))
+    return max(slip, LEAST_SLIP * whole) or 1.0
+
+
+def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
+    """u_t and σ_t along each contact side of a solution."""
+    mesh, contact = as_curve(solution.mesh), solution.contact
+    ends = np.cumsum([side.length for side in body.outline.sides])
+    side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
+    element = mesh.element[contact.nodes]
+    sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
+    lines = []
+    for k in np.flatnonzero(body.contact):
+        chosen = side_of_element[element] == k
+        # without friction there are no transitions: one zone, whatever the sign of u_t
+        free = chosen & (contact.friction_bound == 0.0)
+        sign[free] = 1 if contact.u_t[free, 0].sum() >= 0.0 else -1
+        mine = np.flatnonzero(side_of_element == k)
+        offset = mesh.side_start[mine[0]]
+        breaks = np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]]) - offset
+        lines.append(ContactLine(
+            contact.arc_length[chosen] - offset, contact.weight[chosen], element[chosen], breaks,
+            contact.u_t[chosen, 0], contact.sigma_t[chosen, 0], contact.friction_bound[chosen],
+            without_specks(sign[chosen], element[chosen]), body.kinks[k],
+        ))  # fmt: skip
+    return lines
+
+
+def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
+    """Zones with their ends at the estimated transition points, by arc length along the part."""
+    zones: list[Zone] = []
+    offset: dict[str, float] = {}
+    lines = iter(shown)
+    for side, contact in zip(body.outline.sides, body.contact, strict=True):
+        start = offset.get(side.part, 0.0)
+        offset[side.part] = start + side.length
+        if not contact:
+            continue
+        line = next(lines)
+        # between the nodes that it parts, whatever an extrapolation says
+        found = [float(np.clip(transition(line, cut), line.s[cut - 1], line.s[cut])) for cut in line.cuts]
+        ends = [0.0, *found, side.length]
+        for zone, a, b in zip(line.zones(), ends[:-1], ends[1:], strict=True):
+            sign = int(line.sign[zone.start])
+            if zones and zones[-1].part == side.part and zones[-1].sign == sign and zones[-1].end == start + a:
+                a = zones.pop().start - start
+            zones.append(Zone(side.part, start + a, start + b, sign))
+    return zones
+
+
+def zone_errors(zones: list[Zone], before: list[Zone]) -> list[tuple[float, float]]:
+    """How far the ends of zones lie from the nearest ones of a coarser mesh, one pair a zone [length]."""
+    def moved(part: str, at: float) -> float:
+        ends = [end for zone in before if zone.part == part for end in (zone.start, zone.end)]
+        return min((abs(at - end) for end in ends), default=0.0)
+
+    return [(moved(zone.part, zone.start), moved(zone.part, zone.end)) for zone in zones]

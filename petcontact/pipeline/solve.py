@@ -1,0 +1,101 @@
+"""The front door: a problem or a file to its solution."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from ..contact.rho_rules import Rule
+from ..errors import InputError
+from ..model.case import load
+from ..model.problem import Problem
+from ..model.solver_options import Method
+from ..results.solution import Solution
+from .adaptive import adapt, can_adapt
+from .eliminate import Announce
+from .fixed_mesh import with_estimate
+from .increment import Monitor
+from .run import prepare, run
+
+
+def solve(
+    problem: Problem | str | Path,
+    *,
+    method: Any = None,
+    rule: Rule | None = None,
+    law: Any = None,
+    petsc_options: Mapping[str, Any] | None = None,
+    comm: Any = None,
+    monitor: Monitor | None = None,
+    announce: Announce | None = None,
+) -> Solution:
+    """Solve a problem; in the plane adaptively where `[mesh]` leaves the meshes open.
+
+    Parameters
+    ----------
+    problem : Problem, or path of a TOML file
+    method : str, Method, or ContactMethod, optional
+        Over the problem's own: a name, a `[method]` table, a class of petcontact, or a method of your own, which is any
+        `method(system, law, iteration)`.
+    rule : Rule, optional
+        A rule of your own for the projection method: any object with `update(rho, balance)`.
+    law : ContactLaw, or callable, optional
+        A law of your own in place of friction_bound and friction_coefficient: an object for the contact nodes as they are,
+        or a function from `ContactNodes` to one.
+    petsc_options : mapping, optional
+        Over the problem's `[petsc]` table, for example ``{"ksp_type": "gmres"}``.
+    comm : PETSc.Comm, optional
+        PETSc.COMM_WORLD by default; every rank gets the whole solution.
+    monitor : callable, optional
+        Called with the state so far after each iteration, whose `where` says step and load factor; a reason that it returns
+        ends the solve there.
+    announce : callable, optional
+        As in `prepare`.
+
+    Returns
+    -------
+    Solution
+
+    Raises
+    ------
+    InputError
+        If the problem is ill-posed.
+    SolverError
+        If a solve fails before there is an iterate to keep.
+
+    Examples
+    --------
+    >>> from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Rectangle, Traction, solve
+    >>> block = Problem(
+    ...     material=Material(1e4, 0.3), geometry=Rectangle((0, 0), (8, 4)), mesh=MeshOptions(element_size=0.5),
+    ...     boundary=[Contact("bottom", friction_bound=150), Displacement("top", (0, 0)),
+    ...               Traction("left", (400, 0)), Traction("right", (0, 0))],
+    ... )
+    >>> solve(block).status
+    'converged'
+    """
+    problem, method = posed(problem, method, petsc_options)
+    if all(body.mesh.automatic for body in problem.body) and can_adapt(problem):
+        return adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor)
+    prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
+    try:
+        return with_estimate(run(prepared, monitor=monitor), prepared.comm)
+    finally:
+        prepared.close()
+
+
+def posed(problem: Problem | str | Path, method: Any, petsc_options: Mapping[str, Any] | None) -> tuple[Problem, Any]:
+    """The problem with a method and options over its own, and the method where that is no table."""
+    if isinstance(problem, str | Path):
+        problem = load(problem)
+    if not isinstance(problem, Problem):
+        raise InputError(f"a Problem or the name of a TOML file is expected, got {type(problem).__name__}")
+    changes: dict[str, Any] = {}
+    if isinstance(method, str):
+        method = Method(**{**problem.method.model_dump(exclude_unset=True), "name": method})
+    if isinstance(method, Method):
+        changes["method"], method = method, None
+    if petsc_options is not None:
+        changes["petsc"] = {**problem.petsc, **petsc_options}
+    return problem.model_copy(update=changes), method

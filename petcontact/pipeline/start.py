@@ -1,0 +1,124 @@
+"""Where a solve starts: after the increments of a result file, or from its last iterate, carried over to these meshes."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+import numpy as np
+import scipy
+
+from ..arrays import Array, Index
+from ..contact.state import Start
+from ..errors import InputError
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
+from ..model.bodies import Contact
+from ..results.records import PairResult, StepResult
+from ..results.solution import Solution, read_solution
+from .increment import PreparedProblem
+
+NEAREST = 4
+"""Nodes of an old surface mesh between which values are interpolated, by the inverse square of their distance."""
+NAMES = ("zero", "frictionless")
+
+
+def finished_before(problem: PreparedProblem) -> list[StepResult]:
+    """The converged increments of the file that `method.start` names, "FILE.h5" or "FILE.h5:k" for the first k.
+
+    None where the problem has no steps: then the file gives the first iterate.
+
+    Raises
+    ------
+    InputError
+        If there is no such file or increment, or it holds other meshes.
+    """
+    name = problem.discrete.problem.method.start
+    if name in NAMES or not problem.discrete.problem.step:
+        return []
+    file, colon, count = name.rpartition(":")
+    file, count = (file, count) if colon and count.isdecimal() else (name, "")
+    old = _read(file, name)
+    laws, other = ([(c.part, c.normal, c.friction_coefficient is None) for b in each.body for c in b.boundary
+                    if isinstance(c, Contact)] for each in (old.problem, problem.discrete.problem))  # fmt: skip
+    meshes = zip(old.meshes.values(), problem.discrete.meshes, strict=False)
+    same = laws == other and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
+        mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x) for mesh, new in meshes)  # fmt: skip
+    if not same or old.last.alpha.size != problem.system.modes.shape[1]:
+        raise InputError(f"method.start: {file} holds other bodies, pairs or meshes than this problem")
+    steps = [step for step in old.steps if step.status == "converged"]
+    if count and not 0 < int(count) <= len(steps):
+        raise InputError(f"method.start: {file} has {len(steps)} converged increments, got {name!r}")
+    return steps[: int(count)] if count else steps
+
+
+def first_iterate(problem: PreparedProblem) -> Start | None:
+    """v and σ of the file that `method.start` names, of a problem without steps; None for what goes by name.
+
+    Raises
+    ------
+    InputError
+        If there is no such file, or it holds other pairs.
+    """
+    name = problem.discrete.problem.method.start
+    if name in NAMES or problem.discrete.problem.step:
+        return None
+    return carried_over(problem, _read(name, name))
+
+
+def carried_over(problem: PreparedProblem, old: Solution) -> Start:
+    """v and σ of the last increment of a solution at the contact nodes of other meshes, pair by pair.
+
+    Raises
+    ------
+    InputError
+        If it has other pairs.
+    """
+    v, sigma = [], []
+    for side, face in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
+        if face.name not in old.last.pairs:
+            raise InputError(f"method.start: the file holds no pair {face.name!r}; it has {', '.join(old.last.pairs)}")
+        pair, mesh = old.last.pairs[face.name], problem.discrete.meshes[side.body]
+        place = _interpolation(mesh, pair, face.nodes)
+        slip, shear = (np.einsum("nk,nkd->nd", getattr(pair, key), pair.tangent) for key in ("slip_increment", "sigma_t"))
+        moved, push = (np.einsum("nkd,nd->nk", face.tangent, place @ vectors) for vectors in (slip, shear))
+        if not face.held:
+            gap = np.where(np.isfinite(pair.gap), pair.gap, 0.0)
+            moved, push = (np.column_stack([a, place @ b]) for a, b in ((moved, -gap), (push, -pair.pressure)))
+        v.append(moved)
+        sigma.append(push)
+    return np.concatenate(v), np.concatenate(sigma)
+
+
+def _read(file: str, name: str) -> Solution:
+    if not Path(file).is_file():
+        raise InputError(f'method.start: {name!r} is neither "zero", "frictionless" nor a result file (FILE.h5, FILE.h5:3 '
+                         "for 3 increments)")  # fmt: skip
+    return read_solution(file)
+
+
+@functools.singledispatch
+def _interpolation(mesh: BoundaryMesh, old: PairResult, nodes: Index) -> scipy.sparse.csr_array:
+    """Values at the nodes of a pair to values at some nodes of another mesh (m, n_old): from the nearest ones."""
+    near = min(NEAREST, len(old.x))
+    distance, place = scipy.spatial.cKDTree(old.x).query(mesh.x[nodes], k=range(1, near + 1))
+    share = 1.0 / np.maximum(distance, 1e-12 * np.ptp(old.x)) ** 2
+    share /= share.sum(axis=1, keepdims=True)
+    return _matrix(place, share, len(old.x))
+
+
+@_interpolation.register
+def _(mesh: CurveMesh, old: PairResult, nodes: Index) -> scipy.sparse.csr_array:
+    """Linear in arc length, constant beyond the ends."""
+    order = np.argsort(old.arc_length)
+    known, s = old.arc_length[order], mesh.arc_length[nodes]
+    after = np.clip(np.searchsorted(known, s), 1, max(len(known) - 1, 1)) % len(known)
+    before = np.maximum(after - 1, 0)
+    width = known[after] - known[before]
+    share = np.clip(np.divide(s - known[before], width, out=np.zeros(len(s)), where=width > 0.0), 0.0, 1.0)
+    return _matrix(order[np.column_stack([before, after])], np.column_stack([1.0 - share, share]), len(known))
+
+
+def _matrix(place: Index, share: Array, columns: int) -> scipy.sparse.csr_array:
+    rows = np.repeat(np.arange(len(place)), place.shape[1])
+    return scipy.sparse.csr_array((share.ravel(), (rows, place.ravel())), shape=(len(place), columns))

@@ -1,0 +1,185 @@
+"""Pressure and shear of any contact, followed from mesh to mesh: what an adaptive solve refines for, and its error."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Index
+from ..contact.law_protocol import OPEN, SLIP
+from ..contact.state import Start
+from ..mesh.basis import lagrange
+from ..mesh.curve_mesh import CurveMesh, as_curve
+from ..model.problem import Problem
+from ..refinement.contact_edges import Edge, edges, merged, zone_at
+from ..refinement.known_data import fields, offsets
+from ..refinement.ladder import CONTACT_LADDER, Rung, believed
+from ..refinement.marks import UNSEEN, Body, RungMesh
+from ..results.records import PairResult, step_ends
+from ..results.solution import Solution
+from .assemble import Discrete
+from .increment import PreparedProblem
+from .sides import interfaces_of
+
+FEW = 8
+"""Closed nodes of a contact below which its edges are looked for once more on the same level."""
+OUTSIDE = 1e6
+"""Shear, in units of the pressure, that no coefficient of friction holds."""
+FADE = 0.02
+"""Share of a part at either end over which the norm of differences fades out."""
+
+
+class Tractions:
+    """p and q, and the edges of contact and of stick.
+
+    Attributes
+    ----------
+    levels : tuple of Rung
+        Meshes to climb.
+    attempts : int
+        How often one level is tried while a contact is seen by few nodes only.
+    accuracy : float
+        That is wanted by default [-].
+    differences : list of float
+        Relative differences of p and q between neighbouring meshes.
+    """
+
+    levels, attempts, accuracy = CONTACT_LADDER, 3, 1e-2
+
+    def __init__(self, problem: Problem) -> None:
+        self.differences: list[float] = []
+        self._problem, self._last = problem, list[Solution]()
+        self._edges: dict[str, list[Edge]] = {}
+        self._names = {(side.body, side.part): side.name for side in interfaces_of(problem)}
+
+    def check(self, problem: Problem, body: Body) -> None:
+        """Nothing."""
+
+    def mesh(self, number: int, body: Body, level: Rung) -> RungMesh:
+        """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
+        found = {part: self._edges.get(name, []) for (b, part), name in self._names.items() if b == number}
+        largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
+        for k, (side, start) in enumerate(zip(body.outline.sides, offsets(body.outline), strict=True)):
+            unseen = side.part in found and not self._last
+            largest.append(side.length / UNSEEN if unseen else np.inf)
+            inside = [e for e in found.get(side.part, []) if 1e-6 * side.length < e.s - start < (1.0 - 1e-6) * side.length]
+            if inside:
+                inner[k] = [(e.s - start, level.edge * e.width) for e in inside]
+        return body.mesh(level, largest, None, inner)
+
+    def start(self, problem: PreparedProblem) -> Start | None:
+        """Zones of the last solution."""
+        return warm_start(self._last[-1], problem.discrete) if self._last else None
+
+    def observe(self, solution: Solution, level: Rung) -> None:
+        """Keep what a solution shows; attempts on one level are not compared."""
+        if self._last and not self.is_vague():
+            self.differences.append(relative_difference(self._last[-1], solution))
+        self._last = [solution]
+        self._edges = found_edges(solution, level.edge)
+
+    def is_vague(self) -> bool:
+        """Whether a contact is seen by so few nodes that its edges are guesses."""
+        return bool(self._last) and _few(self._last[-1])
+
+    @property
+    def estimate(self) -> float:
+        """Of the error of the last mesh: the last difference, which is the error of the mesh before."""
+        return believed(self.differences)
+
+    def info(self) -> dict[str, Any]:
+        """Where the edges are."""
+        return {"edges": {name: [edge.s for edge in items] for name, items in self._edges.items()}}
+
+
+def with_later_data(body: Body, problem: Problem, number: int, one: Problem) -> Body:
+    """A body whose data are those of all steps; `one` is it as a problem of its own."""
+    steps = problem.conditions(number)
+    for condition in {id(c): c for step in steps for c in step.values() if c not in one.boundary}.values():
+        rest = tuple(other for other in one.boundary if other.part != condition.part)
+        later = fields(one.model_copy(update={"boundary": (*rest, condition)}), body.outline)
+        here = [side.part == condition.part for side in body.outline.sides]
+        body = replace(body, data=[[*row, *more] if mine else row
+                                   for row, more, mine in zip(body.data, later, here, strict=True)])  # fmt: skip
+    return body
+
+
+def found_edges(solution: Solution, smallest: float) -> dict[str, list[Edge]]:
+    """Edges on every interface at the ends of all steps, those that are one merged."""
+    result: dict[str, list[Edge]] = {}
+    for name in solution.nodes:
+        every: list[Edge] = []
+        for step in step_ends(solution.steps):
+            every += _edges(step.pairs[name])
+        result[name] = merged(every, smallest)
+    return result
+
+
+def _edges(pair: PairResult) -> list[Edge]:
+    order = np.argsort(pair.arc_length)
+    return edges(pair.arc_length[order], pair.pressure[order], pair.sigma_t[order, 0], pair.bound[order], pair.gap[order],
+                 pair.slip_increment[order, 0], pair.state[order].astype(np.int64))  # fmt: skip
+
+
+def _few(solution: Solution) -> bool:
+    """Whether a contact is seen by so few nodes that its edges are guesses."""
+    pairs = [step.pairs.values() for step in step_ends(solution.steps)]
+    closed = [np.count_nonzero(pair.state != 2) for step in pairs for pair in step if np.any(pair.state == 2)]
+    return any(0 < count < FEW for count in closed)
+
+
+def warm_start(before: Solution, discrete: Discrete) -> Start:
+    """v and σ on another mesh whose sets are the zones that a solution had after its first increment; of size one."""
+    parts = []
+    first = before.steps[0]
+    for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+        pair = first.pairs[side.name]
+        way = np.where(pair.state == SLIP, -np.sign(pair.sigma_t[:, 0]), 0.0).astype(np.int64)
+        s = as_curve(discrete.meshes[side.body]).arc_length[interface.nodes]
+        own, state = _edges(pair), pair.state.astype(np.int64)
+        state, way = (zone_at(pair.arc_length, values, own, s) for values in (state, way))
+        open_, slip = 1.0 * (state == OPEN), np.where(state == SLIP, np.where(way == 0, 1, way), 0)
+        columns = ([slip], [-slip * OUTSIDE]) if interface.held else ([slip, -open_], [-slip * OUTSIDE, open_ - 1.0])
+        parts.append(tuple(np.column_stack(values) for values in columns))
+    v, sigma = (np.concatenate(values).astype(np.float64) for values in zip(*parts, strict=True))
+    return v, sigma
+
+
+def relative_difference(coarse: Solution, fine: Solution) -> float:
+    """The largest ‖(p, q)_coarse - (p, q)_fine‖/‖p‖ over interfaces and step ends, at the fine nodes.
+
+    Towards the ends of a part, where corners may make p infinite and no mesh its L2 norm exact, the norm fades out.
+    """
+    worst = 0.0
+    for one, other in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
+        for name, pair in other.pairs.items():
+            mesh = coarse.meshes[coarse.sides[name][0]]
+            place = _interpolation(as_curve(mesh), coarse.sides[name][1], coarse.nodes[name], pair.arc_length)
+            old, s = one.pairs[name], pair.arc_length
+            length = float(pair.weight.sum())
+            weight = pair.weight * np.minimum(1.0, np.minimum(s, length - s) / (FADE * length)) ** 2
+            size = float(np.sqrt(weight @ pair.pressure**2))
+            for change in (place @ old.pressure - pair.pressure, place @ old.sigma_t[:, 0] - pair.sigma_t[:, 0]):
+                if size > 0.0:
+                    worst = max(worst, float(np.sqrt(weight @ change**2)) / size)
+    return worst
+
+
+def _interpolation(mesh: CurveMesh, part: str, nodes: Index, s: Array) -> Array:
+    """Values at the nodes of a part to values at arc lengths along it, (len(s), len(nodes)), element by element."""
+    numbers = np.flatnonzero(mesh.part == mesh.part_names.index(part))
+    starts = mesh.side_start[numbers]
+    order = np.argsort(starts)
+    numbers, starts = numbers[order], starts[order]
+    element = numbers[np.clip(np.searchsorted(starts, s, side="right") - 1, 0, len(numbers) - 1)]
+    xi = np.clip(2.0 * (s - mesh.side_start[element]) / mesh.length[element] - 1.0, -1.0, 1.0)
+    slot = np.full(mesh.n_nodes, -1)
+    slot[nodes] = np.arange(len(nodes))
+    result = np.zeros((len(s), len(nodes)))
+    for p in np.unique(mesh.order[element]):
+        rows = np.flatnonzero(mesh.order[element] == p)
+        columns = slot[mesh.first_node[element[rows]][:, None] + np.arange(p + 1)]
+        result[rows[:, None], columns] = lagrange(int(p), xi[rows]).T
+    return result

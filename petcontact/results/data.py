@@ -1,0 +1,319 @@
+"""What a solve found: every increment, and views of the last one."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Index
+from ..bem.kernels import kernel_for
+from ..contact.law_protocol import OPEN, SLIP
+from ..contact.state import History
+from ..errors import InputError
+from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, von_mises
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..model.assembly import Assembly
+from ..model.base import nearest
+from ..model.case import Case
+from ..model.problem import Contact
+from ..refinement.zones import Zone, zones_of
+from .records import BodyResult, ContactFields, PairResult, StepResult
+
+
+@dataclass(frozen=True, repr=False)
+class SolutionData:
+    """What a solve found and a result file holds; `Solution` adds what can be done with it.
+
+    Attributes
+    ----------
+    problem : Assembly
+        What was solved; a one-body file is one body named "body".
+    meshes : dict of BoundaryMesh by body
+    nodes : dict of (m,) arrays by interface
+        Numbers of the secondary's nodes in its body's mesh.
+    sides : dict of (body, part) by interface
+        Of the secondary.
+    steps : list of StepResult
+        Increments that were solved, in order.
+    status : {"converged", "not converged", "failed"}
+    reason : str
+    timings : dict of str to float
+        Wall seconds by stage.
+    info : dict
+        argv, PETSc options, versions and whatever else is told of the solve.
+    failed : StepResult, optional
+        The increment at which the solve ended, if it found no solution of it: its last iterate.
+    """
+
+    problem: Assembly
+    meshes: dict[str, BoundaryMesh]
+    nodes: dict[str, Index]
+    sides: dict[str, tuple[str, str]]
+    steps: list[StepResult]
+    status: str
+    reason: str
+    timings: dict[str, float]
+    info: dict[str, Any] = field(default_factory=dict)
+    failed: StepResult | None = None
+
+    assembly = property(lambda self: self.problem, doc="`problem`.")
+
+    @functools.cached_property
+    def case(self) -> Case | Assembly:
+        """The problem as a one-body file spells it, where it is of one body that faces fixed ground; else `problem`."""
+        problem = self.problem
+        if len(problem.body) > 1 or problem.obstacle or problem.contact or problem.body[0].point_force:
+            return problem
+        own = {name: getattr(problem.body[0], name) for name in ("material", "geometry", "mesh", "boundary")}
+        shared = {name: getattr(problem, name) for name in ("title", "units", "step", "method", "bem", "petsc")}
+        return Case.model_construct(**own, **shared)
+
+    @property
+    def converged(self) -> bool:
+        """Whether every step was reached with all residuals small."""
+        return self.status == "converged"
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of all increments, the failed one too."""
+        return sum(step.iterations for step in self.tried)
+
+    @property
+    def tried(self) -> list[StepResult]:
+        """The increments that were solved and the one that failed."""
+        return self.steps if self.failed is None else [*self.steps, self.failed]
+
+    @property
+    def last(self) -> StepResult:
+        """The last increment that was solved; the one that failed where none was."""
+        return (self.steps or self.tried)[-1]
+
+    @property
+    def pairs(self) -> dict[str, PairResult]:
+        """Interfaces after the last increment; against fixed ground by the name of the part."""
+        return self.last.pairs
+
+    @property
+    def bodies(self) -> dict[str, BodyResult]:
+        """Bodies after the last increment."""
+        return self.last.bodies
+
+    @property
+    def history(self) -> History:
+        """Iterations of the last increment."""
+        return self.last.history
+
+    @property
+    def rho(self) -> float:
+        """Robin parameter of the last iteration [stress/length]."""
+        return self.last.rho
+
+    @property
+    def residual(self) -> float:
+        """‖R_ρ‖ in L2(Γ_C) with that ρ [stress · length^½]."""
+        return self.last.residual
+
+    @property
+    def relative_residual(self) -> float:
+        """Residual of the friction law after the last increment: depends on no ρ and on no units."""
+        return self.last.residuals["tangential"]
+
+    @property
+    def elastic_residual(self) -> float:
+        """Largest defect of (4.10) at random nodes after the last increment, over the largest displacement [-]."""
+        return self.last.residuals["elastic"]
+
+    @property
+    def bilateral(self) -> bool:
+        """Whether it is the paper's problem: one body in one load step, all its contact bilateral under a given bound."""
+        contacts = [c for c in self.problem.body[0].boundary if isinstance(c, Contact)]
+        return isinstance(self.case, Case) and not self.problem.step and not self.last.alpha.size and all(
+            c.normal == "bilateral" and c.gap == 0.0 and c.friction_coefficient is None for c in contacts
+        )  # fmt: skip
+
+    def only_body(self, what: str) -> str:
+        """The name of the only body.
+
+        Raises
+        ------
+        InputError
+            If there are several, naming `what` was asked of them.
+        """
+        if len(self.meshes) > 1:
+            raise InputError(f"{what}: of one body only; this solution has {', '.join(self.meshes)}: see .meshes, .bodies "
+                             "and .pairs")  # fmt: skip
+        return next(iter(self.meshes))
+
+    @property
+    def mesh(self) -> BoundaryMesh:
+        """Of the only body."""
+        return self.meshes[self.only_body("mesh")]
+
+    @property
+    def u(self) -> Array:
+        """Displacement (n, d) on the boundary of the only body [length]."""
+        return self.bodies[self.only_body("u")].u
+
+    @property
+    def traction(self) -> Array:
+        """Traction (n, d) on the boundary of the only body [stress]."""
+        return self.bodies[self.only_body("traction")].traction
+
+    def columns(self, step: StepResult | None = None) -> dict[str, Any]:
+        """Nodal fields of all interfaces after an increment, the last one by default, below one another.
+
+        Returns
+        -------
+        dict of str to (m, ...) array
+            Those of `ContactFields` and `PairResult`, and the names of pair, body and part of every node.
+        """
+        step = step or self.last
+        columns: dict[str, list[Any]] = {}
+        for name, pair in step.pairs.items():
+            body, part = self.sides[name]
+            nodes, names = self.nodes[name], {"part": part, "body": body, "pair": name}
+            for key, values in {
+                "nodes": nodes, "x": pair.x, "normal": pair.normal, "tangent": pair.tangent, "weight": pair.weight,
+                "arc_length": pair.arc_length,
+                "u_t": np.einsum("mc,mtc->mt", step.bodies[body].u[nodes], pair.tangent), "sigma_t": pair.sigma_t,
+                "sigma_n": 0.0 - pair.pressure, "friction_bound": pair.bound, "state": pair.state, "gap": pair.gap,
+                "slip": pair.slip, "slip_increment": pair.slip_increment, "pressure": pair.pressure,
+                **{key: np.full(len(nodes), text) for key, text in names.items()},
+            }.items():  # fmt: skip
+                columns.setdefault(key, []).append(values)
+        return {key: np.concatenate(values) for key, values in columns.items()}
+
+    @functools.cached_property
+    def contact(self) -> ContactFields:
+        """Nodal fields on the contact parts of the only body after the last increment."""
+        self.only_body("contact")
+        columns = self.columns()
+        order = np.argsort(columns["nodes"], kind="stable")
+        return ContactFields(**{name: columns[name][order] for name in ContactFields.__dataclass_fields__})
+
+    @functools.cached_property
+    def zones(self) -> list[Zone]:
+        """Where the contact parts of the only body stick and slip in the plane; what is open is no zone."""
+        mesh = self.meshes[self.only_body("zones")]
+        if "zones" in self.info:  # as an adaptive solve places their ends
+            return [Zone(*zone) for zone in self.info["zones"]]
+        found: list[Zone] = []
+        for name, pair in sorted(self.pairs.items(), key=lambda item: int(self.nodes[item[0]].min(initial=0))):
+            way = np.sign(pair.slip_increment[:, 0] - 1e-300 * pair.sigma_t[:, 0])
+            found += zones_of(mesh, self.nodes[name], np.where(pair.state == SLIP, way, pair.state))
+        return [zone for zone in found if zone.sign != OPEN]
+
+    @property
+    def tension_share(self) -> float:
+        """Part of Γ_C of the only body on which a foundation that does not pull would let go, σ_n > 0 [-]."""
+        contact = self.contact
+        return float(contact.weight[contact.sigma_n > 0.0].sum() / contact.weight.sum())
+
+    def reactions(self) -> dict[str, Any]:
+        """Resultant of the tractions on each part, (d,) each [stress · length, in space · area].
+
+        Returns
+        -------
+        dict
+            Arrays by part; of several bodies such a dict by body. Their sum is of the mesh's error.
+        """
+        found: dict[str, dict[str, Array]] = {}
+        for name, mesh in self.meshes.items():
+            forces = mesh.weight[:, None] * self.bodies[name].traction
+            found[name] = {part: forces[mesh.node_part == k].sum(axis=0) for k, part in enumerate(mesh.part_names)}
+        return dict(found) if len(found) > 1 else dict(next(iter(found.values())))
+
+    def fields_at(
+        self, points: Any, body: str | None = None, step: StepResult | int | None = None, progress: Progress | None = None
+    ) -> tuple[Array, Array]:
+        """Displacement (k, d) [length] and stress (k, 3), in space (k, 6) [stress] at points inside a body.
+
+        Parameters
+        ----------
+        points : (k, d) array
+            See `fields.interior.field_at`.
+        body : str, optional
+            Its name; the first one by default.
+        step : StepResult or int, optional
+            An increment, or its number from 1 on as in a result file; the last one by default.
+        progress : callable, optional
+            Called with the share of the elements that is done.
+
+        Raises
+        ------
+        InputError
+            If there is no such body or increment, or a point is not inside it.
+        """
+        names, step = [each.name for each in self.problem.body], self._increment(step)
+        if body is not None and body not in names:
+            raise InputError(f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}")
+        number = 0 if body is None else names.index(body)
+        mesh, found, material = self.meshes[names[number]], step.bodies[names[number]], self.problem.body[number].material
+        points = np.asarray(points, dtype=np.float64)
+        try:
+            u, stress = field_at(mesh, found.u, found.traction, material, points, progress)
+        except InputError as error:
+            if len(names) == 1:
+                raise
+            others = f"; body=... names another: {', '.join(names)}" if body is None else ""
+            raise InputError(f"body {names[number]!r}: {error}{others}") from None
+        forces = self.problem.point_forces(number, step.step, step.load_factor)
+        if forces:
+            at, force = np.array([f.at for f in forces]), np.array([f.force for f in forces])
+            kernel = kernel_for(mesh, material)
+            u, stress = u + kernel.point_displacement(points, at, force), stress + kernel.point_stress(points, at, force)
+        return u, stress
+
+    def _increment(self, step: StepResult | int | None) -> StepResult:
+        if not isinstance(step, int):
+            return step or self.last
+        if not 0 < step <= len(self.steps):
+            raise InputError(f"step: there are increments 1 to {len(self.steps)}, got {step}")
+        return self.steps[step - 1]
+
+    def at(self, points: Any, body: str | None = None, step: StepResult | int | None = None) -> Array:
+        """Displacement at points (k, d) inside a body, (k, d) [length]; see `fields_at`."""
+        return self.fields_at(points, body, step)[0]
+
+    def stress_at(self, points: Any, body: str | None = None, step: StepResult | int | None = None) -> Array:
+        """σ_xx, σ_yy, σ_xy there (k, 3); in space xx, yy, zz, xy, xz, yz (k, 6) [stress]; see `fields_at`."""
+        return self.fields_at(points, body, step)[1]
+
+    def von_mises_at(self, points: Any, body: str | None = None, step: StepResult | int | None = None) -> Array:
+        """Von Mises stress at points (k, d) inside a body, (k,) [stress]; see `fields_at`."""
+        stress, bodies = self.stress_at(points, body, step), {each.name: each for each in self.problem.body}
+        material = bodies[body or next(iter(bodies))].material
+        return von_mises(stress, normal_stress_out_of_plane(stress, material) if stress.shape[1] == 3 else None)
+
+    def to_dataframe(self, step: StepResult | int | None = None) -> Any:
+        """The nodes of all interfaces after an increment, the last one by default, as a pandas table.
+
+        Columns x, y, u_t, sigma_t, slip, slip_increment (in space also z, and the components u_t_1, u_t_2, ...),
+        arc_length, weight, sigma_n, friction_bound, gap, state, and the names part, body and pair.
+
+        Raises
+        ------
+        ImportError
+            If pandas is not installed; petcontact does without it.
+        """
+        import pandas
+
+        columns = self.columns(self._increment(step))
+        table: dict[str, Array] = dict(zip("xyz", columns["x"].T, strict=False))
+        for name in ("u_t", "sigma_t", "slip", "slip_increment"):
+            several = columns[name].shape[1] > 1
+            table |= {f"{name}_{k}" if several else name: values for k, values in enumerate(columns[name].T, 1)}
+        names = ("arc_length", "weight", "sigma_n", "friction_bound", "gap", "state", "part", "body", "pair")
+        return pandas.DataFrame({**table, **{name: columns[name] for name in names}})
+
+    def __repr__(self) -> str:
+        title = f" {self.problem.title!r}" if self.problem.title else ""
+        increments = f" in {len(self.tried)} increments" if len(self.tried) > 1 else ""
+        bodies = f"{len(self.meshes)} bodies, " if len(self.meshes) > 1 else ""
+        elements = sum(mesh.n_elements for mesh in self.meshes.values())
+        nodes = sum(len(numbers) for numbers in self.nodes.values())
+        return (f"<{type(self).__name__}{title}: {self.status} after {self.iterations} iterations{increments}, {bodies}"
+                f"{elements} elements, {nodes} contact nodes>")  # fmt: skip

@@ -1,0 +1,1 @@
+"""Figures of a solution: by dimension, whatever the problem."""

@@ -1,0 +1,97 @@
+"""Curves of a solution of any dimension: how the method converged, and the way of forces and energy over the increments."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...contact.law_protocol import OPEN
+from ...runtime.figure_style import label, legend_below, plain, title
+from ..data import SolutionData
+from ..records import PairResult
+
+SMALLEST = 1e-17
+"""Where a residual of zero is drawn, relative to the largest."""
+CURVES = 5
+"""Step ends drawn into one panel at most."""
+
+
+def headed(solution: SolutionData, what: str = "") -> str:
+    """The title of the problem, and what is shown of it."""
+    return ": ".join(filter(None, (title(solution.problem.title), plain(what))))
+
+
+def along(solution: SolutionData, name: str) -> str:
+    """The part on which an interface lies, with its body where there are several."""
+    return plain(".".join(solution.sides[name]) if len(solution.meshes) > 1 else solution.sides[name][1])
+
+
+def draw_history(figure: Any, solution: SolutionData) -> None:
+    """How the method converged in the last increment: residuals, and what it adapts, ρ_k or the set of sticking nodes."""
+    history = solution.history
+    k = np.arange(1, len(history) + 1)
+    left, right = figure.subplots(1, 2)
+    # a row holds the residual of the iterate that its step starts from: the last iterate's comes after
+    residual = np.array([*history.residual, solution.residual])
+    largest = float(np.nanmax(residual, initial=0.0)) or 1.0
+    scaled = np.maximum(residual / largest, SMALLEST)
+    left.semilogy(np.arange(len(residual)), scaled, marker=".", label=r"$\|R_\rho\|$ / largest")
+    newton = np.array(history.exchanged, dtype=float)
+    if len(newton):
+        k = k[-len(newton):]
+        right.plot(k, newton, marker="o", label="nodes on the wrong side")
+        right.set(title="set of sticking nodes", ylim=(0.0, 1.05 * max(newton.max(), 1.0)))
+    else:
+        left.semilogy(k, _positive(history.change), label="relative change")
+        left.axhline(solution.problem.method.tolerance, color="0.5", lw=0.8, ls=":", label="tolerance")
+        right.semilogy(k, _positive(history.rho), label=r"$\rho_k$")
+        if np.isfinite(_positive(history.w)).any():
+            right.semilogy(k, _positive(history.w), ".", ms=4, label=r"$w_k$")
+        right.set_title(label("Robin parameter", solution.problem.units.stiffness))
+    left.set_title("convergence" if len(solution.tried) == 1 else "convergence of the last increment")
+    for axes in (left, right):
+        axes.set_xlabel("iteration")
+        axes.xaxis.get_major_locator().set_params(integer=True)
+        axes.minorticks_off()
+        axes.grid(alpha=0.3, lw=0.5)
+        legend_below(axes, 3)
+
+
+def _positive(values: Any) -> Array:
+    array = np.array(values, dtype=float)
+    return np.where(array > 0.0, array, np.nan)
+
+
+def draw_hysteresis(figure: Any, solution: SolutionData) -> None:
+    """Tangential force over mean slip of each interface (a loop where loads are cyclic), and the energy dissipated."""
+    left, right = figure.subplots(1, 2)
+    for number, name in enumerate(solution.nodes):
+        pairs = [step.pairs[name] for step in solution.steps]
+        slip, force = mean_motion(pairs)
+        left.plot([0.0, *slip], [0.0, *force], ".-", color=f"C{number}", lw=1.2, ms=4, label=name)
+        energy = np.cumsum([pair.dissipated for pair in pairs])
+        right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
+    units = solution.problem.units
+    way = "" if all(pair.slip.shape[1] == 1 for pair in solution.last.pairs.values()) else " along the largest slip"
+    left.set(xlabel=label(f"mean slip w{way}", units.length), ylabel=label("tangential force on the primary", units.force),
+             title=headed(solution, "hysteresis"))  # fmt: skip
+    right.set(xlabel="increment", title="energy dissipated")
+    right.xaxis.get_major_locator().set_params(integer=True)
+    left.locator_params(axis="x", nbins=5)
+    left.legend()
+
+
+def mean_motion(pairs: list[PairResult]) -> tuple[Array, Array]:
+    """Mean slip and tangential force on the primary after each increment, along the way of the largest mean slip."""
+    weight = pairs[0].weight
+    touched = np.any([pair.state != OPEN for pair in pairs], axis=0)
+    area = float(weight[touched].sum()) or 1.0
+    slip = np.array([weight[touched] @ pair.slip[touched] / area for pair in pairs])
+    force = np.array([-weight @ pair.sigma_t for pair in pairs])
+    way = np.eye(1, slip.shape[1])[0]
+    largest = slip[np.argmax(np.linalg.norm(slip, axis=1))]
+    if np.any(largest):
+        way = largest / np.linalg.norm(largest) * np.sign(largest[np.argmax(np.abs(largest))])
+    return slip @ way, force @ way

@@ -1,0 +1,225 @@
+"""Figures in the plane: the deformed bodies (figures 1 and 4 of the paper), and curves along each interface (2, 3, 5, 6)."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...contact.law_protocol import OPEN
+from ...mesh.basis import lagrange
+from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...runtime.figure_style import (
+    COLOURS,
+    SHADES,
+    STATES,
+    closed,
+    draw_states,
+    label,
+    legend_below,
+    legend_beside,
+    round_number,
+)
+from ..data import SolutionData
+from ..records import PairResult, StepResult, step_ends
+from .curves import CURVES, along, headed
+
+BODIES = ("black", COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
+"""Colours of the bodies' outlines: not those of the states."""
+MAGNIFIED = 0.08
+"""Largest displacement drawn, as a fraction of the size of the bodies."""
+ARROWS = 60
+"""Most forces drawn on one interface."""
+
+
+def draw_deformed(figure: Any, solution: SolutionData) -> None:
+    """Initial and deformed outlines at the end, magnified, states of contact nodes, forces on the secondaries."""
+    deformed_on(figure.add_subplot(), solution)
+
+
+def deformed_on(axes: Any, solution: SolutionData) -> None:
+    """The same on given axes."""
+    size = float(np.ptp(np.vstack([mesh.x for mesh in solution.meshes.values()]), axis=0).max())
+    factor = round_number(MAGNIFIED * size, max(float(np.abs(body.u).max()) for body in solution.bodies.values()))
+    draw_outlines(axes, solution, factor)
+    forces(axes, solution, factor, size)
+    place(axes, solution)
+    legend_below(axes, 4)
+
+
+def draw_outlines(axes: Any, solution: SolutionData, factor: float) -> None:
+    """Initial and deformed outlines of the bodies, and the states of their contact nodes."""
+    for number, (name, mesh) in enumerate(solution.meshes.items()):
+        colour = BODIES[number % len(BODIES)]
+        for initial, deformed in outlines(as_curve(mesh), solution.bodies[name].u, factor):
+            axes.plot(*initial.T, color="0.55", lw=0.9, ls="--")
+            axes.plot(*deformed.T, color=colour, lw=1.1)
+        word = name if len(solution.meshes) > 1 else "deformed"
+        axes.plot([], [], color=colour, lw=1.1, label=f"{word}, u × {factor:g}")
+    axes.plot([], [], color="0.55", lw=0.9, ls="--", label="initial")
+    for name, pair in solution.pairs.items():
+        draw_states(axes, moved(solution, name, factor), np.where(pair.state == OPEN, -1, pair.state))
+
+
+def moved(solution: SolutionData, name: str, factor: float) -> Array:
+    """Where the secondary's nodes of an interface are drawn (m, 2)."""
+    return solution.pairs[name].x + factor * solution.bodies[solution.sides[name][0]].u[solution.nodes[name]]
+
+
+def forces(axes: Any, solution: SolutionData, factor: float, size: float) -> None:
+    """Contact tractions on the secondaries as arrows, the largest cut."""
+    largest = max((float(np.percentile(np.abs(pair.pressure), 95.0)) for pair in solution.pairs.values()), default=0.0)
+    for name, pair in solution.pairs.items() if largest > 0.0 else ():
+        traction = pair.sigma_t * pair.tangent[:, 0] - pair.pressure[:, None] * pair.normal
+        arrows = traction * (0.1 * size / largest)
+        arrows *= np.minimum(1.0, 0.15 * size / np.maximum(np.hypot(*arrows.T), 1e-300))[:, None]
+        shown = _spread(pair, ARROWS)
+        start = moved(solution, name, factor) - arrows
+        axes.quiver(*start[shown].T, *arrows[shown].T, angles="xy", scale_units="xy", scale=1.0, width=0.002, color="0.35")
+
+
+def place(axes: Any, solution: SolutionData) -> None:
+    """Axes of the plane of the bodies: lengths alike in both directions, title and units."""
+    unit, end = solution.problem.units.length, solution.last.name if len(solution.tried) > 1 else ""
+    axes.set(xlabel=label("x", unit), ylabel=label("y", unit), aspect="equal", title=headed(solution, end))
+
+
+def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Array]]:
+    """Closed curves (k, 2), initial and deformed, one pair a loop; arcs are round."""
+    everywhere = np.linspace(-1.0, 1.0, 7)
+    number, initial, moved, deformed = [], [], [], []
+    curved = mesh.curvature != 0.0
+    for order, bent in sorted({*zip(mesh.order.tolist(), curved.tolist(), strict=True)}):
+        chosen = np.flatnonzero((mesh.order == order) & (curved == bent))
+        # constant elements by their middle, which is where their displacement is accurate
+        at, xi = everywhere if bent else everywhere[:1], everywhere if order else np.zeros(1)
+        nodal = u[mesh.first_node[chosen][:, None] + np.arange(order + 1)]
+        values = np.einsum("jk,ejc->ekc", lagrange(order, xi), nodal)
+        number.append(np.repeat(chosen, len(at)))
+        initial.append(mesh.on_elements(chosen, at)[0].reshape(-1, 2))
+        moved.append(np.repeat(chosen, len(xi)))
+        deformed.append((mesh.on_elements(chosen, xi)[0] + factor * values).reshape(-1, 2))
+    starts = [int(loop[0]) for loop in mesh.loops()]
+    return list(zip(_curves(number, initial, starts), _curves(moved, deformed, starts), strict=True))
+
+
+def _curves(numbers: list[Index], points: list[Array], starts: list[int]) -> list[Array]:
+    """Closed curves, one a loop, through points given by the number of their element."""
+    number = np.concatenate(numbers)
+    order = np.argsort(number, kind="stable")
+    pieces = np.split(np.concatenate(points)[order], np.searchsorted(number[order], starts[1:]))
+    return [closed([piece]) for piece in pieces]
+
+
+def draw_displacement(figure: Any, solution: SolutionData) -> None:
+    """Tangential displacement along each interface, between bodies the slip, at the end of each step (figures 2 and 5)."""
+    for axes, name, order in _panels(figure, solution):
+        ends = _shown(solution)
+        for number, step in enumerate(ends):
+            pair = step.pairs[name]
+            slip = np.where(pair.state == OPEN, np.nan, pair.slip[:, 0])
+            axes.plot(pair.arc_length[order], slip[order], color=f"C{number}", label=step.name if len(ends) > 1 else "$u_t$")
+        axes.axhline(0.0, color="0.5", lw=0.6)
+        axes.set_ylabel(label("tangential displacement", solution.problem.units.length))
+        legend_beside(axes)
+
+
+def draw_traction(figure: Any, solution: SolutionData) -> None:
+    """Tangential traction along each interface at the end, with its bounds (figures 3 and 6)."""
+    for axes, name, order in _panels(figure, solution):
+        pair = solution.pairs[name]
+        s, bound = pair.arc_length[order], pair.bound[order]
+        axes.plot(s, pair.sigma_t[order, 0], label=r"$\sigma_t$")
+        for sign in (1.0, -1.0) if np.isfinite(bound).all() else ():
+            axes.plot(s, sign * bound, color="black", lw=0.9, ls="--", label=r"$\pm$ bound" if sign > 0 else None)
+        axes.margins(y=0.08)
+        axes.set_ylabel(label("tangential traction", solution.problem.units.stress))
+        legend_beside(axes)
+
+
+def draw_normal(figure: Any, solution: SolutionData) -> None:
+    """Normal traction along each interface at the end; where it pulls, a foundation that does not would let go."""
+    for axes, name, order in _panels(figure, solution):
+        pair = solution.pairs[name]
+        s, normal = pair.arc_length[order], 0.0 - pair.pressure[order]
+        axes.plot(s, normal, label=r"$\sigma_n$")
+        if (normal > 0.0).any():
+            axes.fill_between(s, 0.0, np.maximum(normal, 0.0), color=COLOURS[3], alpha=0.4, lw=0, label="tension")
+        axes.axhline(0.0, color="0.5", lw=0.6)
+        axes.set_ylabel(label("normal traction", solution.problem.units.stress))
+        legend_beside(axes)
+
+
+def draw_gap(figure: Any, solution: SolutionData) -> None:
+    """What is left of the gap along each interface at the end of each step."""
+    for axes, name, order in _panels(figure, solution):
+        top = 0.0
+        for number, step in enumerate(_shown(solution)):
+            pair = step.pairs[name]
+            s, gap = pair.arc_length[order], np.where(np.isfinite(pair.gap), pair.gap, np.nan)[order]
+            axes.plot(s, gap, color=f"C{number}", label=step.name)
+            inside = (s >= axes.get_xlim()[0]) & (s <= axes.get_xlim()[1]) & np.isfinite(gap)
+            top = max(top, float(gap[inside].max(initial=0.0)))
+        if top > 0.0:
+            axes.set_ylim(-0.05 * top, 1.05 * top)
+        axes.set_ylabel(label("gap", solution.problem.units.length))
+        legend_beside(axes)
+
+
+def _shown(solution: SolutionData) -> list[StepResult]:
+    """The ends of the steps, the first ones and the last where there are many."""
+    ends = step_ends(solution.steps or solution.tried)
+    return ends if len(ends) <= CURVES else [*ends[: CURVES - 1], ends[-1]]
+
+
+def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, Index]]:
+    """One panel an interface, its states at the end behind it, its name, and its nodes in order along it."""
+    names = list(solution.pairs)
+    if len(names) > 1:
+        figure.set_figheight(1.2 + 2.6 * len(names))
+    panels = []
+    for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1)), names, strict=True):
+        order = np.argsort(solution.pairs[name].arc_length)
+        _shaded(axes, solution, name)
+        _window(axes, [step.pairs[name] for step in _shown(solution)])
+        axes.set_xlabel(label(f"arc length along {along(solution, name)}", solution.problem.units.length))
+        axes.set_title(headed(solution) if name == names[0] else "")
+        panels.append((axes, name, order))
+    return panels
+
+
+def _shaded(axes: Any, solution: SolutionData, name: str) -> None:
+    """Stick, slip and open stretches of the arc length behind the curves."""
+    pair, mesh = solution.pairs[name], as_curve(solution.meshes[solution.sides[name][0]])
+    order = np.argsort(pair.arc_length)
+    s, state, element = pair.arc_length[order], pair.state[order], mesh.element[solution.nodes[name][order]]
+    cuts = np.flatnonzero(np.diff(state)) + 1
+    last = mesh.side_start[element[-1]] + mesh.length[element[-1]]
+    ends = np.concatenate([[mesh.side_start[element[0]]], 0.5 * (s[cuts - 1] + s[cuts]), [last]])
+    axes.set_xlim(ends[0], ends[-1])
+    for first, a, b in zip([0, *cuts.tolist()], ends[:-1], ends[1:], strict=True):
+        axes.axvspan(a, b, color=SHADES[STATES[int(state[first])][0]], lw=0)
+    for number, (word, _, _) in STATES.items():
+        if np.any(state == number):
+            axes.fill_between([], [], [], color=SHADES[word], label=word)
+
+
+def _window(axes: Any, pairs: list[PairResult]) -> None:
+    """The stretch that was closed, with a margin."""
+    closed = np.any([pair.state != OPEN for pair in pairs], axis=0)
+    s = pairs[-1].arc_length
+    if closed.any() and not closed.all():
+        low, high = s[closed].min(), s[closed].max()
+        margin = 0.15 * (high - low) + 1e-12
+        axes.set_xlim(max(low - margin, s.min()), min(high + margin, s.max()))
+
+
+def _spread(pair: PairResult, count: int) -> Index:
+    """Closed nodes about equally far from one another."""
+    closed = np.flatnonzero(pair.state != OPEN)
+    if len(closed) <= count:
+        return closed
+    s = pair.arc_length[closed]
+    places = np.searchsorted(s, np.linspace(s.min(), s.max(), count)).clip(0, len(closed) - 1)
+    return np.asarray(np.unique(closed[places]))

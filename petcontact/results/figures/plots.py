@@ -1,0 +1,96 @@
+"""All figures of a solution: one set in the plane, one in space, and the curves that both have."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...contact.law_protocol import OPEN
+from ...mesh.curve_mesh import CurveMesh
+from ...mesh.surface_mesh import SurfaceMesh
+from ...runtime.figure_style import save_all
+from ..data import SolutionData
+from ..records import step_ends
+from . import plane, space
+from .curves import draw_history, draw_hysteresis
+
+Drawings = dict[str, Callable[[Any, SolutionData], None]]
+"""What draws a solution into a figure, by the name of the figure."""
+
+
+def plot_all(
+    solution: SolutionData, folder: str | Path, stem: str = "result", formats: Sequence[str] = ("png",)
+) -> list[Path]:
+    """Draw every figure of a solution.
+
+    Parameters
+    ----------
+    solution : Solution
+    folder : str or Path
+        Made if it does not exist.
+    stem : str
+        Start of the file names.
+    formats : sequence of str
+        Of "png", "pdf", "svg".
+
+    Returns
+    -------
+    list of Path
+        STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-traction.png and STEM-normal.png with a
+        panel for each interface, STEM-gap.png where one opens, in space STEM-states.png; STEM-history.png, and of several
+        increments STEM-hysteresis.png.
+
+    Raises
+    ------
+    InputError
+        If there is no such format.
+    OutputError
+        If a file cannot be written.
+    """
+    return save_all(drawings(solution), folder, stem, solution, formats=formats)
+
+
+def drawings(solution: SolutionData) -> Drawings:
+    """The figures that a solution has."""
+    found = dict(_of_dimension(next(iter(solution.meshes.values()))))
+    ends = step_ends(solution.steps or solution.tried)
+    if not any(np.any(pair.state == OPEN) for step in ends for pair in step.pairs.values()):
+        del found["gap"]
+    found["history"] = draw_history
+    if len(solution.steps) > 1:
+        found["hysteresis"] = draw_hysteresis
+    return found
+
+
+@functools.singledispatch
+def _of_dimension(mesh: Any) -> Drawings:
+    """The figures of bodies with meshes of a kind."""
+    raise TypeError(f"no figures of {type(mesh).__name__}")
+
+
+@_of_dimension.register
+def _(mesh: CurveMesh) -> Drawings:
+    return {"deformed": plane.draw_deformed, "displacement": plane.draw_displacement, "traction": plane.draw_traction,
+            "normal": plane.draw_normal, "gap": plane.draw_gap}  # fmt: skip
+
+
+@_of_dimension.register
+def _(mesh: SurfaceMesh) -> Drawings:
+    return {"surface": space.draw_surface, "displacement": space.draw_displacement, "traction": space.draw_traction,
+            "normal": space.draw_normal, "states": space.draw_states_by_step, "gap": space.draw_gap}  # fmt: skip
+
+
+def plot_on(solution: SolutionData, axes: Any = None) -> Any:
+    """Draw the bodies as they were and as they are on given axes, or on those of a new figure; returns the axes."""
+    dim = next(iter(solution.meshes.values())).dim
+    if axes is None:
+        from matplotlib import pyplot
+
+        projection = {"projection": "3d"} if dim == 3 else {}
+        axes = pyplot.subplots(layout="constrained", subplot_kw=projection)[1]
+    {2: plane.deformed_on, 3: space.surface_on}[dim](axes, solution)
+    return axes

@@ -1,0 +1,63 @@
+"""HDF5 files that appear whole or not at all, and say whether their bytes are those that were written."""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import os
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import h5py
+
+from ...errors import PetcontactError, ResultError
+from ...runtime.atomic_write import temporary_name
+
+SEAL = b"\npetcontact sha256\n"
+"""What stands after the HDF5 file, which does not mind, before the hash of its bytes: HDF5 may crash on damaged ones."""
+
+
+def write_atomically(path: str | Path, fill: Callable[[h5py.File], None], *, replace: bool = True) -> None:
+    """Let `fill` write an HDF5 file that appears under its name only when it is whole and on the disk."""
+    with temporary_name(path, replace=replace) as temporary:
+        # built in memory: HDF5 crashes the process when the disk fills up under a file of its own
+        with h5py.File("result", "w", driver="core", backing_store=False, track_order=True) as file:
+            fill(file)
+            file.flush()
+            image = file.id.get_file_image()
+        temporary.write_bytes(image + SEAL + hashlib.sha256(image).digest())
+
+
+@contextlib.contextmanager
+def opened(path: str | Path) -> Iterator[h5py.File]:
+    """An HDF5 file of ours, opened for reading; whatever is wrong with it is a `ResultError` of one line."""
+    try:
+        if not Path(path).is_file():
+            raise ResultError(f"{path}: no such file")
+        _check_seal(Path(path))
+        with h5py.File(path, "r") as file:
+            yield file
+    except PetcontactError:
+        raise
+    except (OSError, RuntimeError, KeyError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise ResultError(f"{path}: not a whole HDF5 file ({reason})") from None
+
+
+def _check_seal(path: Path) -> None:
+    """Refuse a file whose bytes are not those that were written; one without a hash (older, or changed by h5py) passes."""
+    length = len(SEAL) + hashlib.sha256().digest_size
+    with open(path, "rb") as file:
+        size = file.seek(0, os.SEEK_END) - length
+        file.seek(max(size, 0))
+        tail = file.read()
+        cut = SEAL in tail[1:] or any(tail.endswith(SEAL[:k]) for k in range(4, len(SEAL)))
+        if not (cut or tail.startswith(SEAL)):
+            return
+        file.seek(0)
+        found, left = hashlib.sha256(), size
+        while not cut and left > 0 and (block := file.read(min(left, 1 << 20))):
+            found.update(block)
+            left -= len(block)
+    if cut or found.digest() != tail[len(SEAL) :]:
+        raise ResultError(f"{path}: damaged (its bytes are not those that were written)")

@@ -1,0 +1,62 @@
+"""Result files of format 1, one body in the paper's contact: read, never written."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from typing import Any
+
+import numpy as np
+
+from ...contact.state import COLUMNS, History
+from ...errors import ResultError
+from ...mesh.storage import read_mesh
+from ...model.assembly import ONE_BODY, assembly_of
+from ...model.base import parse
+from ...model.case import Case
+from ..data import SolutionData
+from ..ground import ground_pairs
+from ..records import BodyResult, ContactFields, StepResult
+from .checks import check_contact, check_fields, check_history, read_table
+
+
+def read_format1(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
+    """The solution of a checked group of format 1.
+
+    Raises
+    ------
+    ResultError
+        If it holds no fields, or they do not fit each other.
+    """
+    if "boundary" not in group:
+        raise ResultError(f"{source}: holds no fields, the case failed ({attributes.get('reason')})")
+    mesh, stored = read_mesh(group["mesh"], source), group["contact"]
+    contact = {key: stored[key][()] for key in ContactFields.__dataclass_fields__}
+    contact["tangent"] = contact["tangent"].reshape(len(contact["x"]), -1, mesh.dim)
+    contact["part"] = np.array([name.decode() for name in contact["part"]])
+    check_contact(mesh, contact, source)
+    fields = {key: group[f"boundary/{key}"][()] for key in ("u", "traction")}
+    check_fields(mesh, fields, source)
+    rows = group["history"]
+    history = History(**{key: rows[key][()].tolist() for key in (*COLUMNS, *["exchanged"] * ("exchanged" in rows))})
+    check_history(vars(history), source)
+    problem = assembly_of(parse(Case, tomllib.loads(attributes["config"]), source))
+    found = ground_pairs(
+        mesh, dict.fromkeys(contact["part"].tolist()), contact["nodes"], fields["traction"], bound=contact["friction_bound"],
+        **{key: contact[key] for key in ("tangent", "u_t", "sigma_t", "state")},
+    )  # fmt: skip
+    status, reason = str(attributes["status"]), str(attributes["reason"])
+    step = StepResult(
+        "load", 1, 1.0, "converged" if status == "converged" else "not converged", reason, len(history),
+        {"normal": 0.0, "tangential": np.nan, "balance": 0.0, "elastic": float(attributes["elastic_residual"])},
+        {name: pair for name, (_, pair) in found.items()}, {ONE_BODY: BodyResult(**fields)}, {}, np.zeros(0),
+        float(attributes["rho"]), float(attributes["residual"]), history,
+    )  # fmt: skip
+    parts = json.loads(attributes["zone_parts"])
+    zones = [(part, float(a), float(b), int(s)) for part, (a, b, s) in zip(parts, attributes["zones"], strict=True)]
+    return SolutionData(
+        problem, {ONE_BODY: mesh}, {name: nodes for name, (nodes, _) in found.items()},
+        {name: (ONE_BODY, name) for name in found}, [step] if status == "converged" else [], status, reason,
+        read_table(attributes["timings"], f"{source}: timings", numbers=True),
+        {**read_table(attributes["info"], f"{source}: info"), "zones": zones}, None if status == "converged" else step,
+    )  # fmt: skip

@@ -1,0 +1,189 @@
+"""What an increment leaves on interfaces, bodies and obstacles."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..arrays import Array, Index, Names, States
+from ..contact.state import History
+from ..geometry.rotation import Axial
+
+
+@dataclass(frozen=True)
+class PairResult:
+    """Nodal fields of one interface after an increment; the secondary's nodes.
+
+    Attributes
+    ----------
+    x, normal : (m, d) arrays
+        Nodes [length], and n, from the secondary to the primary.
+    tangent : (m, d-1, d) array
+        τ: in the plane n turned by +90°.
+    weight : (m,) array
+        Quadrature weights [length, in space area].
+    arc_length : (m,) array
+        Along the secondary's part, 0 in space [length].
+    pressure : (m,) array
+        p = -σ_n [stress].
+    sigma_t : (m, d-1) array
+        Shear traction on the secondary along τ [stress].
+    bound : (m,) array
+        Of |σ_t|: µp, g, the smaller, 0, or infinite where bonded [stress].
+    gap : (m,) array
+        What is left of the gap, infinite where nothing is faced [length].
+    slip, slip_increment : (m, d-1) arrays
+        w, relative tangential displacement, and what this increment added [length].
+    state : (m,) array
+        0 stick, 1 slip, 2 open.
+    force : (d,) array
+        On the secondary [force/length, in space force].
+    moment : float, in space (3,) array
+        Of it about the origin [force, in space force · length].
+    dissipated : float
+        Energy that friction took in this increment, by the trapezoidal rule [force, in space force · length].
+    dissipated_error : float
+        A bound of its error; nan in files before it was known.
+    force_primary, moment_primary : (d,) array, and float, in space (3,) array, optional
+        On the body of the primary side, as its nodes feel them; None where that is the ground or an obstacle.
+    """
+
+    x: Array
+    normal: Array
+    tangent: Array
+    weight: Array
+    arc_length: Array
+    pressure: Array
+    sigma_t: Array
+    bound: Array
+    gap: Array
+    slip: Array
+    slip_increment: Array
+    state: States
+    force: Array
+    moment: Axial
+    dissipated: float
+    dissipated_error: float = np.nan
+    force_primary: Array | None = None
+    moment_primary: Axial | None = None
+
+    @property
+    def area(self) -> float:
+        """Length, in space area, of the closed part of the interface [length]."""
+        return float(self.weight[self.state != 2].sum())
+
+    @property
+    def tension_share(self) -> float:
+        """Share of the interface that is in tension by more than methods leave at the default tolerance [-]."""
+        level = 1e-6 * float(np.abs(self.pressure).max(initial=0.0))
+        return float(self.weight[self.pressure < -level].sum() / self.weight.sum())
+
+
+@dataclass(frozen=True)
+class BodyResult:
+    """Displacement [length] and traction [stress] (n, d) on the boundary of one body."""
+
+    u: Array
+    traction: Array
+
+
+@dataclass(frozen=True)
+class ObstacleResult:
+    """Where an obstacle is, and the force and moment about its centre that act on it from outside.
+
+    Displacement and force are (d,), rotation and moment numbers, in space (3,).
+    """
+
+    displacement: Array
+    rotation: Axial
+    force: Array
+    moment: Axial
+
+
+@dataclass(frozen=True)
+class StepResult:
+    """One increment.
+
+    Attributes
+    ----------
+    name : str
+        Of the step.
+    step : int
+        Its number, from 1.
+    load_factor : float
+        How much of the step's change is reached, in (0, 1].
+    status : {"converged", "not converged"}
+    reason : str
+    iterations : int
+        Of the method.
+    residuals : dict
+        normal, tangential, balance, elastic [-].
+    pairs, bodies, obstacles : dicts by name
+    alpha : (r,) array
+        Rigid motions of the bodies.
+    rho : float
+        Largest Robin parameter of the last iteration [stress/length].
+    residual : float
+        ‖R_ρ‖ in L2 of the interfaces with that ρ [stress · length^½, in space stress · length].
+    history : History
+        A row an iteration.
+    """
+
+    name: str
+    step: int
+    load_factor: float
+    status: str
+    reason: str
+    iterations: int
+    residuals: dict[str, float]
+    pairs: dict[str, PairResult]
+    bodies: dict[str, BodyResult]
+    obstacles: dict[str, ObstacleResult]
+    alpha: Array
+    rho: float = math.nan
+    residual: float = math.nan
+    history: History = field(default_factory=History)
+
+
+@dataclass(frozen=True)
+class ContactFields:
+    """Nodal fields on the contact parts of one body, by number of the node.
+
+    Attributes
+    ----------
+    nodes : (m,) array
+        Numbers of the contact nodes.
+    x : (m, d) array
+        Nodes [length].
+    tangent : (m, d-1, d) array
+        In the plane the outward normal turned by +90° (+x on a bottom side).
+    weight, arc_length : (m,) arrays
+        Quadrature weights [length or area], and arc length along the part, 0 in space [length].
+    u_t, sigma_t : (m, d-1) arrays
+        Components of displacement [length] and traction [stress] along the tangents.
+    sigma_n, friction_bound : (m,) arrays
+        Normal traction, negative in compression, and the bound of |σ_t| [stress].
+    state : (m,) array
+        0 stick, 1 slip, 2 open.
+    part : (m,) array of str
+    """
+
+    nodes: Index
+    x: Array
+    tangent: Array
+    weight: Array
+    arc_length: Array
+    u_t: Array
+    sigma_t: Array
+    sigma_n: Array
+    friction_bound: Array
+    state: States
+    part: Names
+
+
+def step_ends(steps: Sequence[StepResult]) -> list[StepResult]:
+    """The last increment of each step."""
+    return [step for k, step in enumerate(steps) if k + 1 == len(steps) or steps[k + 1].step != step.step]

@@ -1,1 +1,0 @@
-"""Solutions of bodies and load steps: what they hold, their verdict, files and figures."""

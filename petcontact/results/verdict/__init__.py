@@ -1,0 +1,1 @@
+"""The closing lines of a solve."""

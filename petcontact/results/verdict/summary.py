@@ -1,0 +1,144 @@
+"""The closing lines of a solve, within 80 columns."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...model.assembly import ONE_BODY
+from ...refinement.zones import Zone
+from ...runtime.terminal import printable
+from ..data import SolutionData
+from .steps import step_lines
+from .text import digits, vector, wrapped
+
+SHOWN = 6
+"""Steps that the verdict shows: the first ones and the last."""
+
+
+def verdict(solution: SolutionData) -> str:
+    """How a solve ended: status, sizes, what the contact does, error, time by stage.
+
+    Of the paper's problem, one body in bilateral contact, the contact is described by its zones; else by resultants, closed
+    part, slip and energy of each interface at the end of each step.
+    """
+    title = printable(solution.problem.title)
+    lines = [title] if title else []
+    lines += _zones_and_forces(solution) if solution.bilateral else _steps(solution)
+    lines += wrapped("  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()])
+    if "peak_memory" in solution.info:
+        lines.append(f"  peak memory: {solution.info['peak_memory'] / 1e9:.2f} GB")
+    return "\n".join(lines)
+
+
+def _size(mesh: BoundaryMesh) -> str:
+    low, high = int(mesh.order.min()), int(mesh.order.max())
+    return f"{mesh.n_elements} elements of order {low if low == high else f'{low}-{high}'}, {mesh.x.size} unknowns"
+
+
+def _free(solution: SolutionData, body: str) -> str:
+    free = solution.info.get("motions", {}).get(body, 0)
+    return f", {free} motion{'s' if free > 1 else ''} held by contact only" if free else ""
+
+
+def _warnings(solution: SolutionData) -> list[str]:
+    return [line for text in solution.info.get("warnings", []) for line in wrapped("  warning: ", [text], separator=" ")]
+
+
+def _steps(solution: SolutionData) -> list[str]:
+    """Status, bodies, and each step by its last increment."""
+    lines = wrapped(f"  {solution.status}: ", [solution.reason], separator=" ")
+    for name, mesh in solution.meshes.items():
+        lines.append(f"  {'' if name == ONE_BODY else f'body {printable(name)}: '}{_size(mesh)}{_free(solution, name)}")
+    tried = solution.tried
+    ends = [k for k, step in enumerate(tried) if step.load_factor == 1.0 or k == len(tried) - 1]
+    shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]
+    for before, k in zip([-1, *ends[:-1]], ends, strict=True):
+        if k in shown:
+            lines += step_lines(tried[before + 1 : k + 1])
+        elif k == ends[SHOWN - 1]:
+            lines.append(f"  ... {len(ends) - SHOWN} more steps ...")
+    lines += _warnings(solution)
+    if "estimated_error" in solution.info:
+        lines.append("  error of p and q: {estimated_error:.1e} estimated, {accuracy:.1e} wanted".format(**solution.info))
+    elif "accuracy" in solution.info:
+        lines.append("  error of p and q: not known, nothing is closed")
+    return lines
+
+
+def _zones_and_forces(solution: SolutionData) -> list[str]:
+    """Status, method, zones, forces and error of one body in bilateral contact."""
+    contact, info = solution.contact, solution.info
+    lines = [f"  {solution.status}: {solution.reason}"]
+    size = f"{_size(solution.mesh)}, {len(contact.nodes)} contact nodes"
+    lines += [f"  {size}{_free(solution, next(iter(solution.meshes)))}", f"  {_method(solution)}"]
+    lines.append("  " + ": ".join(filter(None, (info.get("solver", ""), info.get("ksp_reason", "")))))
+    for part in dict.fromkeys(zone.part for zone in solution.zones):
+        lines += wrapped(f"  {printable(part)}: ", _zones(solution, part))
+    lines += [*_slip_areas(solution), *_forces(solution), *_warnings(solution)]
+    if "estimated_error" in info:
+        lines.append(_accuracy(solution))
+    peak = info.get("largest_slip", np.sqrt(np.sum(contact.u_t**2, axis=1)).max())
+    # the error is one in the mean over Γ_C: the largest value may be some times less certain
+    count = digits(10.0 * info["estimated_error"], 1.0) if "accuracy" in info else 6
+    lines.append(
+        f"  max |u_t| {peak:.{count}g}, |R_rho| {solution.residual:.2e}, elastic residual {solution.elastic_residual:.1e}"
+    )
+    return lines
+
+
+def _forces(solution: SolutionData) -> list[str]:
+    """Resultants on the parts that hold the body, and how much of the contact pulls."""
+    unit = solution.problem.units.force
+    held = {condition.part for condition in solution.problem.body[0].boundary if condition.condition != "traction"}
+    forces = [f"{printable(name)} {vector(force, 5)}" for name, force in solution.reactions().items() if name in held]
+    lines = wrapped(f"  forces [{printable(unit)}]: " if unit else "  forces: ", forces)
+    if solution.tension_share > 0.0:
+        lines.append(f"  tension on {100.0 * solution.tension_share:.3g} % of the contact, which a bilateral one transmits")
+    return lines
+
+
+def _slip_areas(solution: SolutionData) -> list[str]:
+    """How much of contact parts without zones slips."""
+    contact, zoned = solution.contact, {zone.part for zone in solution.zones}
+    lines = []
+    for part in dict.fromkeys(contact.part.tolist()):
+        mine = contact.part == part
+        area, slips = contact.weight[mine].sum(), contact.weight[mine & (contact.state == 1)].sum()
+        if part not in zoned:
+            lines.append(f"  {printable(part)}: slip on {slips:.6g} of {area:.6g}")
+    return lines
+
+
+def _accuracy(solution: SolutionData) -> str:
+    """What is estimated and, of an adaptive solve, what was wanted; relative, L2 on the contact parts."""
+    info = solution.info
+    if "accuracy" not in info:
+        return f"  error of u_t: {info['estimated_error']:.1e} estimated, against half as many elements"
+    meshes = ", ".join(str(count) for count in info["levels"])
+    return (
+        f"  error of u_t: {info['estimated_error']:.1e} estimated, {info['accuracy']:.1e} wanted; "
+        f"elements {meshes}"
+    )
+
+
+def _method(solution: SolutionData) -> str:
+    method, history = solution.problem.method, solution.history
+    name = solution.info.get("method", method.resolved_name)
+    iterations = f"{solution.iterations} iteration{'s' if solution.iterations != 1 else ''}"
+    if name != "projection" or not history.rho:
+        return f"{name}: {iterations}"
+    rule = solution.info.get("rule", method.rule or "modified")
+    return f"{name}, rule {rule}: {iterations}, rho {history.rho[0]:.6g} -> {solution.rho:.6g}"
+
+
+def _zones(solution: SolutionData, part: str) -> list[str]:
+    """Zones of a part, their ends with the digits that two meshes agree on, or that one mesh resolves."""
+    errors = solution.info.get("zone_errors") or [(0.0, 0.0)] * len(solution.zones)
+    return [_zone(zone, *pair) for zone, pair in zip(solution.zones, errors, strict=True) if zone.part == part]
+
+
+def _zone(zone: Zone, start_error: float, end_error: float) -> str:
+    sign = {0: "", 1: " +", -1: " -"}[zone.sign]
+    start, end = (f"{at:.{digits(error, at)}g}" for at, error in ((zone.start, start_error), (zone.end, end_error)))
+    return f"{zone.name}{sign} {start} .. {end}"

@@ -1,0 +1,136 @@
+"""Values on the boundary of a body for ParaView: lines in the plane, panels in space."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+
+from ...arrays import Array, Index
+from ...mesh.basis import lagrange
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.curve_mesh import CurveMesh
+from ...mesh.surface_mesh import SurfaceMesh, corner_values
+from ...runtime.figure_style import STATES
+from ..data import SolutionData
+from ..records import StepResult
+from .writing import in_space, unit_notes, write_mesh
+
+
+@dataclass(frozen=True)
+class _Values:
+    """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, and bound (n,) of the shear."""
+
+    u: Array
+    traction: Array
+    state: Index
+    bound: Array
+
+
+def write_boundary_vtu(
+    path: str | Path, solution: SolutionData, body: str | None = None, step: StepResult | None = None
+) -> None:
+    """Write the boundary values of a body after an increment, the last one by default, as a .vtu file of lines or panels.
+
+    Points belong to one element each, since tractions jump from element to element; in the plane elements of higher order
+    and arcs are cut into short lines. Point data: displacement, traction; in the plane also normal, sigma_n, sigma_t (along
+    the tangent, the normal turned by +90°), friction_bound (0 off the contact) and arc_length. Cell data: the number of the
+    part, and contact (-1 elsewhere, 0 stick, 1 slip, 2 open; of a panel the largest of its nodes). Shear between the nodes
+    of a contact element is cut at the bound, which a polynomial may pass there. Names of parts, states and units are those
+    of the arrays of the field data (ParaView's "Information").
+
+    Parameters
+    ----------
+    path : str or Path
+    solution : Solution
+    body : str, optional
+        Its name, where there are several; the states are those of the interfaces whose secondary it is.
+    step : StepResult, optional
+
+    Raises
+    ------
+    InputError
+        If there are several bodies, and none is named.
+    OutputError
+        If the file cannot be written.
+    """
+    name, step = body or solution.only_body("write_boundary_vtu"), step or solution.last
+    mesh, found = solution.meshes[name], step.bodies[name]
+    values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes))
+    for pair, (owner, _) in solution.sides.items():
+        if owner == name and pair in step.pairs:
+            nodes, bound = solution.nodes[pair], step.pairs[pair].bound
+            values.state[nodes] = step.pairs[pair].state
+            values.bound[nodes] = np.where(np.isfinite(bound), bound, np.finfo(np.float64).max)
+    notes = {f"part {k} is {part}": k for k, part in enumerate(mesh.part_names)}
+    notes |= {"contact -1 is elsewhere": -1, **{f"contact {k} is {word}": k for k, (word, _, _) in STATES.items()}}
+    write_mesh(path, _cells(mesh, values), notes | unit_notes(solution.problem.units))
+
+
+@functools.singledispatch
+def _cells(mesh: BoundaryMesh, values: _Values) -> Any:
+    """Cells of a kind of mesh, with point and cell data."""
+    raise TypeError(f"{type(mesh).__name__} has no cells")
+
+
+@_cells.register
+def _(mesh: SurfaceMesh, values: _Values) -> Any:
+    corners, u = corner_values(mesh, values.u)
+    traction = corner_values(mesh, values.traction)[1]
+    triangle = np.isnan(mesh.corners[:, 3, 0])
+    numbers = np.arange(4 * mesh.n_elements).reshape(-1, 4)
+    state = np.full(mesh.n_elements, -1)
+    np.maximum.at(state, mesh.element, values.state)
+    kinds = [(name, mine) for name, mine in (("quad", ~triangle), ("triangle", triangle)) if mine.any()]
+    cells = [(name, numbers[mine, : 3 if name == "triangle" else 4]) for name, mine in kinds]
+    return meshio.Mesh(
+        corners.reshape(-1, 3), cells, point_data={"displacement": u.reshape(-1, 3), "traction": traction.reshape(-1, 3)},
+        cell_data={"part": [mesh.part[mine] for _, mine in kinds], "contact": [state[mine] for _, mine in kinds]},
+    )  # fmt: skip
+
+
+@_cells.register
+def _(mesh: CurveMesh, values: _Values) -> Any:
+    state, nodal = values.state, np.column_stack([values.u, values.traction, values.bound])
+    pieces = [_element(mesh, k, nodal, state) for k in range(mesh.n_elements)]
+    counts = np.array([len(piece["x"]) for piece in pieces])
+    first = np.concatenate([[0], np.cumsum(counts)])
+    lines = np.concatenate([
+        np.column_stack([np.arange(a, b - 1), np.arange(a + 1, b)]) for a, b in itertools.pairwise(first)
+    ])
+    x, normal, along, s = (np.concatenate([p[name] for p in pieces]) for name in ("x", "normal", "values", "s"))
+    cell_state = np.concatenate([p["state"] for p in pieces]).astype(np.int64)
+    u, traction, bound = along[:, :2], along[:, 2:4], np.maximum(along[:, 4], 0.0)
+    tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
+    sigma_n, sigma_t = np.sum(traction * normal, axis=1), np.sum(traction * tangent, axis=1)
+    touching = np.repeat([(p["state"] >= 0).all() for p in pieces], counts)
+    sigma_t = np.where(touching, np.clip(sigma_t, -bound, bound), sigma_t)
+    traction = sigma_n[:, None] * normal + sigma_t[:, None] * tangent
+    return meshio.Mesh(
+        in_space(x), [("line", lines)],
+        point_data={
+            "displacement": in_space(u), "traction": in_space(traction), "normal": in_space(normal),
+            "sigma_n": sigma_n, "sigma_t": sigma_t, "friction_bound": np.where(touching, bound, 0.0), "arc_length": s,
+        },
+        cell_data={"part": [np.repeat(mesh.part, counts - 1)], "contact": [cell_state]},
+    )  # fmt: skip
+
+
+def _element(mesh: CurveMesh, k: int, nodal: Array, state: Index) -> dict[str, Array]:
+    """Points along an element and the boundary data there."""
+    order, nodes = int(mesh.order[k]), slice(int(mesh.first_node[k]), int(mesh.first_node[k + 1]))
+    turn = abs(float(mesh.curvature[k] * mesh.length[k]))
+    count = max(1, 2 * order, int(np.ceil(turn / 0.1)))
+    xi = np.linspace(-1.0, 1.0, count + 1)
+    place, normal = mesh.on_element(k, xi)
+    basis = lagrange(order, xi)
+    nearest = np.abs(0.5 * (xi[1:] + xi[:-1])[:, None] - mesh.xi[nodes]).argmin(axis=1)
+    return {
+        "x": place, "normal": normal, "values": basis.T @ nodal[nodes],
+        "s": mesh.side_start[k] + 0.5 * (1.0 + xi) * mesh.length[k], "state": state[nodes][nearest].astype(float),
+    }  # fmt: skip

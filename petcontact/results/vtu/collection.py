@@ -1,0 +1,67 @@
+"""Every increment for ParaView: fields inside and on the boundary of every body, tied by a .pvd file."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from xml.sax.saxutils import quoteattr
+
+from ...runtime.atomic_write import temporary_name
+from ..data import SolutionData
+from .boundary import write_boundary_vtu
+from .inside import field_inside, grid_inside, write_vtu
+
+
+def write_collection(
+    path: str | Path, solution: SolutionData, resolution: tuple[int, ...] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> list[Path]:  # fmt: skip
+    """Write STEM.pvd and the .vtu files that it names: of each increment and body the field (but of an infinite plate) and
+    the boundary.
+
+    Parameters
+    ----------
+    path : str or Path
+    solution : Solution
+    resolution : numbers of grid cells along the axes, optional
+    progress : callable, optional
+        Called with the share of the increments that is written.
+
+    Returns
+    -------
+    list of Path
+        What was written, the .pvd last.
+
+    Raises
+    ------
+    InputError
+        If the resolution does not fit.
+    OutputError
+        If a file cannot be written.
+    """
+    path = Path(path).with_suffix(".pvd")
+    infinite = {body.name for body in solution.problem.body if getattr(body.geometry, "exterior", False)}
+    grids = {name: grid_inside(mesh, resolution) for name, mesh in solution.meshes.items() if name not in infinite}
+    written, rows = list[Path](), list[str]()
+    steps = solution.steps or solution.tried
+    for k, step in enumerate(steps, 1):
+        for part, name in enumerate(solution.meshes):
+            files = [path.with_name(f"{path.stem}-{k:03d}-{file_word(name)}-boundary.vtu")]
+            write_boundary_vtu(files[0], solution, name, step)
+            if name in grids:
+                files.append(path.with_name(f"{path.stem}-{k:03d}-{file_word(name)}.vtu"))
+                write_vtu(files[1], field_inside(solution, grids[name], name, step), solution.problem.units)
+            written += files
+            rows += [f'    <DataSet timestep="{step.step - 1 + step.load_factor:.12g}" part="{2 * part + i}" '
+                     f"file={quoteattr(file.name)}/>" for i, file in enumerate(files)]  # fmt: skip
+        if progress is not None:
+            progress(k / len(steps))
+    text = "\n".join(['<VTKFile type="Collection" version="0.1">', "  <Collection>", *rows, "  </Collection>", "</VTKFile>"])
+    with temporary_name(path) as temporary:
+        temporary.write_text(text + "\n", encoding="utf-8")
+    return [*written, path]
+
+
+def file_word(name: str) -> str:
+    """The name of a body as a part of a file's name."""
+    return "".join(c if c.isalnum() or c in "-_" else "-" for c in name)

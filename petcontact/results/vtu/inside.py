@@ -1,0 +1,115 @@
+"""Displacement and stress inside a body for ParaView: triangles in the plane, cells of a grid in space."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+from typing import Any
+
+import meshio
+import numpy as np
+
+from ...arrays import Array, Index
+from ...errors import InputError
+from ...fields.interior import Field, Progress, normal_stress_out_of_plane
+from ...fields.interior_grid import triangulate
+from ...geometry.surface import winding
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.curve_mesh import CurveMesh
+from ...mesh.surface_mesh import SurfaceMesh
+from ...model.units import Units
+from ..data import SolutionData
+from ..records import StepResult
+from .writing import in_space, unit_notes, write_mesh
+
+INSET = 1e-3
+"""Distance of the outermost grid points from the bounding box, as a fraction of its size."""
+
+
+def write_vtu(path: str | Path, field: Field, units: Units | None = None) -> None:
+    """Write displacement, stress, von Mises stress, and in the plane principal stresses inside the body as a .vtu file.
+
+    Parameters
+    ----------
+    path : str or Path
+        Appears when it is whole.
+    field : Field
+        From `field_on_grid`; ParaView's "Warp By Vector" with `displacement` shows the deformed body.
+    units : Units, optional
+        Named in the file's field data.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    data = {"displacement": field.u, "von_mises": field.von_mises}
+    # VTK's order of a symmetric tensor is xx, yy, zz, xy, yz, xz
+    if field.points.shape[1] == 3:
+        kind, points, data["stress"] = "hexahedron", field.points, field.stress[:, [0, 1, 2, 3, 5, 4]]
+    else:
+        kind, points, (x, y, xy) = "triangle", in_space(field.points), field.stress.T
+        data |= {"displacement": in_space(field.u), "stress": np.column_stack([x, y, field.sigma_zz, xy, 0 * x, 0 * x]),
+                 "principal_1": field.principal[:, 0], "principal_2": field.principal[:, 1]}  # fmt: skip
+    write_mesh(path, meshio.Mesh(points, [(kind, field.cells)], point_data=data), unit_notes(units))
+
+
+RESOLUTION = {2: (100, 100), 3: (16, 16, 16)}
+"""Grid cells along each axis where none are asked for, by the number of dimensions."""
+Grid = tuple[Array, Index]
+"""Points (n, d) and the numbers of those of each cell."""
+
+
+def grid_inside(mesh: BoundaryMesh, resolution: tuple[int, ...] | None) -> Grid:
+    """Points inside a body, and the cells between them.
+
+    Raises
+    ------
+    InputError
+        If the resolution has not as many numbers as the body has dimensions, or is too small.
+    """
+    resolution = resolution or RESOLUTION[mesh.dim]
+    if len(resolution) != mesh.dim:
+        raise InputError(f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions")
+    return _grid(mesh, resolution)
+
+
+def field_inside(
+    solution: SolutionData, grid: Grid, body: str, step: StepResult | None = None, progress: Progress | None = None
+) -> Field:
+    """Displacement and stress of a body after an increment, the last one by default, on a grid."""
+    u, stress = solution.fields_at(grid[0], body, step, progress)
+    material = next(each.material for each in solution.problem.body if each.name == body)
+    out_of_plane = normal_stress_out_of_plane(stress, material) if stress.shape[1] == 3 else stress[:, 2]
+    return Field(*grid, u, stress, out_of_plane)
+
+
+@functools.singledispatch
+def _grid(mesh: Any, resolution: Any) -> Grid:
+    raise TypeError(f"no grid in {type(mesh).__name__}")
+
+
+_grid.register(CurveMesh, triangulate)
+
+
+@_grid.register
+def _(mesh: SurfaceMesh, resolution: tuple[int, ...]) -> Grid:
+    """Grid points (n, 3) inside the body and the hexahedra (k, 8) between them."""
+    low, high = np.nanmin(mesh.corners, axis=(0, 1)), np.nanmax(mesh.corners, axis=(0, 1))
+    inset = INSET * (high - low)
+    lines = [np.linspace(a, b, n + 1) for a, b, n in zip(low + inset, high - inset, resolution, strict=True)]
+    grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
+    flat = grid.reshape(-1, 3)
+    corners = np.where(np.isnan(mesh.corners), mesh.corners[:, 2:3], mesh.corners)
+    triangles = np.concatenate([corners[:, :3], corners[:, [0, 2, 3]]])
+    inside = np.array([winding(triangles - x) for x in flat]) > 0.5
+    number = np.arange(len(flat)).reshape(grid.shape[:3])
+    i, j, k = (slice(None, -1),) * 3
+    up = slice(1, None)
+    square = ((i, j), (up, j), (up, up), (i, up))
+    cells = np.stack([number[a, b, c] for c in (k, up) for a, b in square], axis=-1).reshape(-1, 8)
+    cells = cells[inside[cells].all(axis=1)]
+    if not len(cells):
+        raise InputError("--grid: no cell lies inside the body; choose a finer grid")
+    used, renumbered = np.unique(cells, return_inverse=True)
+    return flat[used], renumbered.reshape(-1, 8)

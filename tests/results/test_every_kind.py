@@ -1,0 +1,122 @@
+"""What can be done with a solution of every kind of problem: files, tables, figures, fields, by Python and by command."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from petcontact import InputError, read_result, solve
+from petcontact.commands.main import main
+from petcontact.model.case import load_any, parse_any
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+LARGER = """
+[[body]]
+name = "upper"
+material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [-3.0, 0.0], upper_right = [3.0, 2.0] }
+mesh = { element_size = 0.5 }
+[[body.boundary]]
+part = "top"
+condition = "displacement"
+value = [0.0, -0.01]
+[[body]]
+name = "lower"
+material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [-1.0, -1.0], upper_right = [1.0, 0.0] }
+mesh = { element_size = 0.25 }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0]
+[[contact]]
+name = "gap"
+secondary = "upper.bottom"
+primary = "lower.top"
+friction_coefficient = 0.3
+"""
+"""The secondary face is larger than the primary: nodes face nothing. The name of the pair is that of a dataset."""
+
+
+def config(name, overrides):
+    return load_any(CONFIGS / f"{name}.toml", overrides)
+
+
+PROBLEMS = {
+    "plane, one body": lambda: config("example1", {"mesh.element_size": 0.5}),
+    "plane, bodies": lambda: parse_any(tomllib.loads(LARGER), "larger", {}, Path()),
+    "space, one body": lambda: config("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
+    "space, bodies": lambda: config("space_stack", {"body.0.mesh.element_size": 1.0, "body.1.mesh.element_size": 1.0}),
+}
+
+
+@pytest.fixture(scope="module", params=PROBLEMS)
+def solution(request):
+    return solve(PROBLEMS[request.param]())
+
+
+def test_what_is_written_is_read(solution, tmp_path):
+    assert solution.converged, solution.reason
+    solution.save(tmp_path / "r.h5")
+    again = read_result(tmp_path / "r.h5")
+    assert again.verdict() == solution.verdict() and repr(again) == repr(solution)
+    for step, other in zip(again.steps, solution.steps, strict=True):
+        assert vars(step.history) == vars(other.history) and (step.rho, step.residual) == (other.rho, other.residual)
+        assert list(step.pairs) == list(other.pairs)
+        for name, pair in step.pairs.items():
+            for key, value in vars(other.pairs[name]).items():
+                assert np.array_equal(getattr(pair, key), value) or value is None, key
+    for key, values in again.columns().items():
+        assert np.array_equal(values, solution.columns()[key]), key
+
+
+def test_a_table_and_the_rich_display(solution):
+    table = pytest.importorskip("pandas") and solution.to_dataframe()
+    assert len(table) == sum(len(nodes) for nodes in solution.nodes.values()) and set(table.pair) == set(solution.pairs)
+    force = sum(pair.force for pair in solution.pairs.values())
+    normal = np.concatenate([pair.normal for pair in solution.pairs.values()])
+    along = np.concatenate([pair.tangent for pair in solution.pairs.values()])
+    shear = table[[name for name in table.columns if name.startswith("sigma_t")]].to_numpy()
+    traction = table.sigma_n.to_numpy()[:, None] * normal + np.einsum("mt,mtc->mc", shear, along)
+    assert np.allclose(table.weight.to_numpy() @ traction, force)
+    assert solution._repr_html_().startswith("<pre>")
+
+
+def test_views_of_one_body_are_refused_of_several(solution):
+    if len(solution.meshes) == 1:
+        assert solution.u.shape == solution.traction.shape == solution.mesh.x.shape
+        assert set(solution.reactions()) == set(solution.mesh.part_names)
+        assert np.all(np.diff(solution.contact.nodes) > 0)
+        return
+    for name in ("u", "traction", "mesh", "contact", "zones"):
+        with pytest.raises(InputError, match=f"{name}: of one body only; this solution has"):
+            getattr(solution, name)
+    assert set(solution.reactions()) == set(solution.meshes)
+
+
+def test_every_command_takes_the_file(solution, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    solution.save("r.h5")
+    assert main(["plot", "r.h5"]) == 0 and len(list(tmp_path.glob("r-*.png"))) >= 4
+    grid = "x".join(["4"] * next(iter(solution.meshes.values())).dim)
+    assert main(["field", "r.h5", "--grid", grid, "--boundary", "b.vtu", "--figure", "f.png"]) == 0, capsys.readouterr().err
+    assert Path("f.png").exists() and len(list(tmp_path.glob("b*.vtu"))) == len(solution.meshes)
+    assert list(tmp_path.glob("r*.vtu"))
+
+
+def test_pictures_on_given_axes(solution):
+    from matplotlib.figure import Figure
+
+    projection = "3d" if next(iter(solution.meshes.values())).dim == 3 else None
+    axes = Figure().add_subplot(projection=projection)
+    assert solution.plot(axes) is axes and axes.get_xlabel() == "x"
+
+
+def test_a_node_that_faces_nothing_is_read_back(solution):
+    """Of the pair whose secondary is larger than its primary the gap is infinite there."""
+    if "gap" in solution.pairs:
+        pair = solution.pairs["gap"]
+        assert np.isinf(pair.gap).any() and np.all(pair.state[np.isinf(pair.gap)] == 2)

@@ -1,0 +1,52 @@
+"""Frozen files of formats 1 and 2: read as the version that wrote them told of them, and written in format 3."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+from petcontact.commands.main import main
+from petcontact.results.solution import read_solution
+
+DATA = Path(__file__).parents[1] / "data"
+FROZEN = ("format1_plane", "format1_space", "format2_steps")
+
+
+def without_cost(verdict):
+    return re.sub(r"  time \[s\].*", "", verdict, flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("name", FROZEN)
+def test_verdicts_are_those_of_the_version_that_wrote_them(name):
+    assert without_cost(read_solution(DATA / f"{name}.h5").verdict()) == (DATA / f"{name}.txt").read_text()
+
+
+@pytest.mark.parametrize("name", FROZEN)
+def test_arrays_are_those_of_the_file_and_go_round_in_format_3(name, tmp_path):
+    solution = read_solution(DATA / f"{name}.h5")
+    solution.save(tmp_path / "r.h5")
+    with h5py.File(DATA / f"{name}.h5") as old, h5py.File(tmp_path / "r.h5") as new:
+        assert new.attrs["format_version"] == 3 > old.attrs["format_version"]
+        shared = [f"{group}/{key}" for group in ("boundary", "contact", "mesh") for key in old[group]]
+        assert len(shared) > 20
+        for key in shared:
+            stored = old[key][()]
+            close = np.array_equal if stored.dtype.kind == "O" else np.allclose
+            # where a format 1 file says u_t, ours computes it from u
+            assert close(new[key][()], stored), key
+        assert np.array_equal(new["history/rho"], old["history/rho"])
+    again = read_solution(tmp_path / "r.h5")
+    assert again.verdict() == solution.verdict() and list(again.pairs) == list(solution.pairs)
+
+
+@pytest.mark.parametrize("name", FROZEN)
+def test_every_command_takes_them(name, tmp_path, capsys):
+    assert main(["plot", str(DATA / f"{name}.h5"), "-o", str(tmp_path)]) == 0
+    grid = "3x3x3" if "space" in name else "8x8"
+    words = ["--grid", grid, "--boundary", str(tmp_path / "b.vtu"), "--figure", str(tmp_path / "f.png")]
+    assert main(["field", str(DATA / f"{name}.h5"), "-o", str(tmp_path / "v.vtu"), *words]) == 0, capsys.readouterr().err
+    assert (tmp_path / "b.vtu").exists() and (tmp_path / "f.png").exists()
