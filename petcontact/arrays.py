@@ -15,6 +15,8 @@ Names = NDArray[np.str_]
 
 LARGEST_COORDINATE = 1e60
 """Squares and products of coordinates must not overflow."""
+LARGEST_NUMBER = 1e150
+"""Nor squares of loads, moduli and gaps."""
 
 
 def even_bounds(count: int, size: int) -> Index:

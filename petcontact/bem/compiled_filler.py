@@ -1,41 +1,46 @@
-"""A `ColumnFiller` that is one compiled function and the arrays of a mesh."""
+"""A `ColumnFiller` that is one compiled function and what it knows of a mesh."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .. import native
 from ..arrays import Array, Index
+from .kernel import ColumnData
+
+
+def data_members(data: ColumnData) -> list[NDArray[Any]]:
+    """The last members of such a struct: what makes columns out of G and H."""
+    return [
+        native.contiguous(data.traction_known, np.int64), native.contiguous(data.frame),
+        native.contiguous(data.rhs_first, np.int64), native.contiguous(data.rhs_traction),
+        native.contiguous(data.rhs_displacement),
+    ]  # fmt: skip
 
 
 class CompiledFiller:
-    """The function of C and what it knows of one mesh; the arrays stay where they are while this lives.
+    """A function of C and the struct that it reads.
 
     Parameters
     ----------
-    function : callable
-        Takes rows, columns, the arrays, the constants, and the two blocks to fill.
-    arrays : sequence of (array, type)
-    constants : sequence of float
+    name : str
+        Of a function of the library with the arguments `native.FILLER`.
+    mesh : native.Record
     """
 
-    def __init__(self, function: native.Compiled, arrays: Sequence[tuple[Any, type]], constants: Sequence[float]) -> None:
-        self._function = function
-        self._arrays = [native.contiguous(array, dtype) for array, dtype in arrays]
-        self._known = [*(native.pointer(array) for array in self._arrays), *constants]
+    def __init__(self, name: str, mesh: native.Record) -> None:
+        function, address = native.function(name, native.FILLER), native.address(name)
+        assert function is not None and address is not None
+        self._function, self._mesh = function, mesh
+        self.compiled: tuple[int, int] | None = address, mesh.address
 
     def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
         """As in `ColumnFiller`."""
         rows, columns = native.contiguous(rows, np.int64), native.contiguous(columns, np.int64)
         self._function(
-            len(rows), native.pointer(rows), len(columns), native.pointer(columns), *self._known,
+            self._mesh.address, len(rows), native.pointer(rows), len(columns), native.pointer(columns),
             native.pointer(system), native.pointer(right_hand_sides),
         )  # fmt: skip
-
-    @property
-    def compiled(self) -> tuple[int, int] | None:
-        """As in `ColumnFiller`."""
-        return None

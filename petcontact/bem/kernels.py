@@ -5,23 +5,29 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any
 
+import numpy as np
+
+from ..arrays import Array
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Material
-from .kelvin2d import columns
+from .kelvin2d import compiled as plane
 from .kelvin2d.expansions import expansion
 from .kelvin2d.kernel import Kelvin2D
-from .kelvin3d import compiled
+from .kelvin3d import compiled as space
 from .kelvin3d.kernel import Kelvin3D
 from .kernel import ColumnData, ColumnFiller, Kernel
 
 KERNELS: dict[int, Callable[[Material, float], Kernel]] = {2: Kelvin2D, 3: Kelvin3D}
 """By dimension, from a material and the unit of length of a mesh."""
 COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller | None]] = {
-    Kelvin2D: columns.compiled_columns, Kelvin3D: compiled.compiled_columns
+    Kelvin2D: plane.compiled_columns, Kelvin3D: space.compiled_columns
 }  # fmt: skip
 """By the very class of a kernel: one that inherits may have other integrals."""
 EXPANSIONS: dict[type, Callable[..., Any]] = {Kelvin2D: expansion}
 """What elements add to a field far from them, likewise by the very class of a kernel."""
+
+FIELDS: dict[type, Callable[..., tuple[Array, Array, Array] | None]] = {Kelvin3D: Kelvin3D.field}
+"""What elements add to a field near them by compiled code, where it does better than integrals; by the very class."""
 
 
 def kernel_for(mesh: BoundaryMesh, material: Material) -> Kernel:
@@ -33,3 +39,41 @@ def column_filler(kernel: Kernel, mesh: BoundaryMesh, data: ColumnData) -> Colum
     """Compiled code for whole blocks of columns on a mesh; None where the kernel's integrals have to do."""
     maker = COLUMN_FILLERS.get(type(kernel))
     return None if maker is None else maker(kernel, mesh, data)
+
+
+def field_of(kernel: Kernel, targets: Any, elements: Any, u: Array, traction: Array) -> tuple[Array, Array, Array]:
+    """What some elements add to the field inside a body.
+
+    Parameters
+    ----------
+    kernel : Kernel
+    targets, elements
+        m points off the boundary and elements with k nodes, as the mesh gives them.
+    u, traction : (k, d) arrays
+        Displacement [length] at the nodes, and traction over the kernel's `traction_scale` [length].
+
+    Returns
+    -------
+    u : (m, d) array
+        [length]
+    stress : (m, d(d+1)/2) array
+        Over `traction_scale`.
+    wound : (m,) array
+        The part of the full angle, in space of the full solid angle, under which the elements are seen: a rigid
+        translation, whose sum over a closed boundary is 1 inside and 0 outside.
+    """
+    compiled = FIELDS.get(type(kernel))
+    if compiled is not None and (found := compiled(kernel, targets, elements, u, traction)) is not None:
+        return found
+    kernel_g, kernel_h = kernel.integrals(targets, elements)
+    kernel_d, kernel_s = kernel.stress_integrals(targets, elements)
+    assert kernel_g is not None and kernel_h is not None
+    axes = range(kernel.dim)
+    displacement, stress = (
+        np.stack(
+            [sum(traction[:, j] @ a[j] + sign * (u[:, j] @ b[j]) for j in axes) for a, b in zip(*pair, strict=True)], axis=1
+        )
+        for sign, pair in ((-1.0, (kernel_g, kernel_h)), (1.0, (kernel_d, kernel_s)))
+    )
+    wound = -sum(kernel_h[i, i].sum(axis=0) for i in axes) / kernel.dim
+    return displacement, stress, wound

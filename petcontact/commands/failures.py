@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import sys
 import traceback
 from collections.abc import Callable
@@ -19,6 +20,9 @@ PATIENCE = 3.0
 """Seconds that a failed rank waits for the others to fail likewise before it ends the job."""
 NO_MORE = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EBADF}
 """What a write to a stream fails with; errors of files have a name."""
+
+UNLOADED = re.compile("failed to map segment|cannot allocate memory", re.IGNORECASE)
+"""What the loader says of a library for which there is no memory."""
 
 
 def guarded(program: Callable[[], int]) -> int:
@@ -56,6 +60,8 @@ def guarded(program: Callable[[], int]) -> int:
 
 def _described(error: BaseException) -> tuple[str, int]:
     """One line that can be printed, and the exit status."""
+    if isinstance(error, MemoryError) or (isinstance(error, ImportError) and UNLOADED.search(str(error))):
+        return "out of memory: use a coarser mesh, more ranks or -bem_mat_type hodlr", 1
     if isinstance(error, PetcontactError):
         return printable(" ".join(str(error).split())), error.exit_status
     if isinstance(error, OSError) and error.strerror and error.filename is not None:
@@ -67,8 +73,6 @@ def _described(error: BaseException) -> tuple[str, int]:
         return f"interrupted by {error}", error.exit_status
     if isinstance(error, KeyboardInterrupt):
         return "interrupted by SIGINT; nothing was written", 130
-    if isinstance(error, MemoryError):
-        return "out of memory: use a coarser mesh, more ranks or -bem_mat_type hodlr", 1
     if type(error).__module__.startswith("petsc4py"):
         return str(solver_error("PETSc", error)), 1
     frames = traceback.extract_tb(error.__traceback__)

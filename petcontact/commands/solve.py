@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import difflib
 import os
 import sys
 import time
@@ -157,11 +158,15 @@ def read_files(config: str, case: Any) -> list[str]:
 
 
 def report_unused(first: bool) -> None:
-    """Name the PETSc options that no object asked for."""
+    """Name the PETSc options that no object asked for, and the nearest of ours."""
+    from ..model.solver_options import Bem
     from ..runtime.petsc import unused_options
 
+    ours = [f"-bem_{name}" for name in Bem.model_fields]
     for name in unused_options() if first else []:
-        print(f"petcontact: PETSc option {name} was not used by any object (-help lists those that are)", file=sys.stderr)
+        near = difflib.get_close_matches(name, ours, n=1)
+        hint = f", did you mean {near[0]}?" if near else " (-help lists those that are)"
+        print(f"petcontact: PETSc option {name} was not used by any object{hint}", file=sys.stderr)
 
 
 def report_ignored(case: Any, adaptive: bool) -> None:

@@ -25,10 +25,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--ranks-per-case", metavar="K", type=int, default=1,
                         help="ranks that solve one case together, for cases too large for one")  # fmt: skip
     parser.add_argument("--part", metavar="K/N",
-                        help="compute the K-th of N parts, for jobs of an array that share the folder; a last run without "
-                        "it brings their rows into results.h5")  # fmt: skip
-    parser.add_argument("--force", action="store_true",
-                        help="compute finished cases again; replace what another sweep left there")
+                        help="compute the K-th of N parts, for jobs of an array that share the folder")  # fmt: skip
+    parser.add_argument("--force", action="store_true", help="compute finished cases again")
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:

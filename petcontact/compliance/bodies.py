@@ -11,7 +11,7 @@ import copy
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 import scipy
@@ -55,6 +55,10 @@ class Interface:
         Traction at the secondary's nodes to J times it at the primary's.
     obstacle : int, optional
         Number of the obstacle; with neither a body nor an obstacle the primary is fixed.
+    distance : (m,) array, optional
+        To the primary along n, whatever the gap is given as; infinite where nothing is faced [length].
+    sag : float
+        Height of curved faces over the elements that stand for them, where it is in the gap [length].
     held : bool
         Whether u_n = gap is data of the body, and the tangents alone are contact directions.
     """
@@ -70,6 +74,8 @@ class Interface:
     values: scipy.sparse.csr_array | None = None
     loads: scipy.sparse.csr_array | None = None
     obstacle: int | None = None
+    distance: Array | None = None
+    sag: float = 0.0
     held: bool = False
 
     @property
@@ -131,10 +137,10 @@ class BodiesSystem:
         self._maps = [self._maps_of(number, body) for number, body in enumerate(self.bodies)]
         self._x, self._layer = np.concatenate(x), list[Surrogate]()
         modes, balance, resultant = [], [], []
-        for body, (seen, spread) in zip(self.bodies, self._maps, strict=True):
-            self.base += (seen @ body.u_0.reshape(states, -1).T).T
-            modes.append(seen @ body.contact_modes)
-            balance.append((spread.T @ body.balance.T).T)
+        for body, maps in zip(self.bodies, self._maps, strict=True):
+            self.base += maps.seen(body.u_0.reshape(states, -1).T).T
+            modes.append(maps.seen(body.contact_modes))
+            balance.append(maps.felt(body.balance.T).T)
             resultant.append(body.resultant)
         self.modes, self.balance = np.concatenate(modes, axis=1), np.concatenate(balance)
         self.resultant = np.concatenate(resultant, axis=1)
@@ -150,16 +156,20 @@ class BodiesSystem:
             products = ProductCompliance(self._apply, (self.size, self.k), motions, comm, self.surrogate, text)
             return shared_by(cases, products, self.weight, self.base.shape[1], comm)
         whole: Array | None = None
-        for body, (seen, spread) in zip(self.bodies, self._maps, strict=True):
+        for body, maps in zip(self.bodies, self._maps, strict=True):
             assert body.compliance is not None
-            mine = seen @ (spread.T @ body.compliance.T).T
+            mine = maps.seen(maps.felt(body.compliance.T).T)
             whole = mine if whole is None else whole + mine
         assert whole is not None
         dense = DenseCompliance(whole, comm, self.surrogate)
         return shared_by(cases, dense, self.weight, self.base.shape[1], comm)
 
-    def _maps_of(self, number: int, body: ElasticBody) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
-        """Displacement in a body's contact directions to v (k M, k m_c), and σ to tractions there (k m_c, k M)."""
+    def _maps_of(self, number: int, body: ElasticBody) -> ContactMaps:
+        """Between a body's contact directions and those of all interfaces."""
+        if len(self.bodies) == 1 and all(face.primary is None for face in self.interfaces):
+            place, frame = self._place, np.concatenate([face.directions for face in self.interfaces])
+            if np.array_equal(frame, body.data.contact_frame[place]):
+                return _Reordered((self.k * place[:, None] + np.arange(self.k)).ravel())
         rows, columns = self.k * self.size, body.data.contact_directions.size
         seen, spread = scipy.sparse.csr_array((rows, columns)), scipy.sparse.csr_array((columns, rows))
         for where, face in zip(self.slices, self.interfaces, strict=True):
@@ -179,7 +189,7 @@ class BodiesSystem:
                 )  # fmt: skip
                 seen = seen + sign * (place @ (out @ moved))
                 spread = spread + sign * (place @ (out @ pushed)).T
-        return scipy.sparse.csr_array(seen), scipy.sparse.csr_array(spread)
+        return _Combined(scipy.sparse.csr_array(seen), scipy.sparse.csr_array(spread.T))
 
     def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array]) -> Array:
         d = self.dim
@@ -203,8 +213,8 @@ class BodiesSystem:
     def _apply(self, sigma: Array) -> Array:
         """S σ, (M, k), body by body. Collective."""
         flat, result = sigma.ravel(), np.zeros(sigma.size)
-        for body, (seen, spread) in zip(self.bodies, self._maps, strict=True):
-            result += seen @ body.apply(spread @ flat)
+        for body, maps in zip(self.bodies, self._maps, strict=True):
+            result += maps.seen(body.apply(maps.carried(flat)))
         return result.reshape(sigma.shape)
 
     def surrogate(self) -> Surrogate | None:
@@ -238,7 +248,7 @@ class BodiesSystem:
 
     def tractions(self, number: int, sigma: Array) -> Array:
         """Tractions (m_c, k) in the contact directions of a body for σ (M, k)."""
-        return np.asarray(self._maps[number][1] @ sigma.ravel()).reshape(-1, self.k)
+        return self._maps[number].carried(sigma.ravel()).reshape(-1, self.k)
 
     def motion(self, number: int, alpha: Array) -> Array:
         """The part of α (r,) that belongs to one body."""
@@ -255,6 +265,56 @@ class BodiesSystem:
         self.operator.close()
         for body in self.bodies:
             body.close()
+
+
+class ContactMaps(Protocol):
+    """Between vectors in the contact directions of a body (k m_c, ...) and of all interfaces (k M, ...)."""
+
+    def seen(self, moved: Array) -> Array:
+        """v of a displacement of the body."""
+        ...
+
+    def carried(self, sigma: Array) -> Array:
+        """Tractions on the body of σ."""
+        ...
+
+    def felt(self, work: Array) -> Array:
+        """The transpose of `carried`."""
+        ...
+
+
+@dataclass(frozen=True)
+class _Reordered:
+    """Of a body that is the only one, and whose directions those of the interfaces are."""
+
+    order: Index
+
+    def seen(self, moved: Array) -> Array:
+        return moved[self.order]
+
+    def carried(self, sigma: Array) -> Array:
+        result = np.empty_like(sigma)
+        result[self.order] = sigma
+        return result
+
+    felt = seen
+
+
+@dataclass(frozen=True)
+class _Combined:
+    """By sparse matrices (k M, k m_c)."""
+
+    displacement: scipy.sparse.csr_array
+    traction: scipy.sparse.csr_array
+
+    def seen(self, moved: Array) -> Array:
+        return np.asarray(self.displacement @ moved)
+
+    def carried(self, sigma: Array) -> Array:
+        return np.asarray(self.traction.T @ sigma)
+
+    def felt(self, work: Array) -> Array:
+        return np.asarray(self.traction @ work)
 
 
 def _blocks(frame: Array, place: Index, count: int) -> scipy.sparse.csr_array:

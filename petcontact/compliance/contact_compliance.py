@@ -9,9 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..contact.active_set.rigid_modes import RigidModeConstraint
-from ..contact.linearisation import Linearisation
-from ..contact.system import Modes, Surrogate
+from ..contact.system import Linearisation, Modes, RigidModeConstraint, Surrogate
 from ..linalg.bordered import BorderedKrylov
 from ..linalg.ksp import LinearSolver
 from ..linalg.row_layout import even_ranges
@@ -126,7 +124,9 @@ class DenseCompliance(ContactCompliance):
     def _sized(self, size: int) -> Array:
         """This rank's rows of the KSP's matrix."""
         if self._robin is None or self._robin.getSize()[0] != size:
-            self._drop()
+            # a KSP keeps the size that it was used with
+            self.close()
+            self._solver = LinearSolver(self._comm, "", "iterate")
             first, last = even_ranges(size, self._comm.getSize())[self._comm.getRank()]
             layout = (last - first, size)
             self._robin = petsc().Mat().createDense((layout, layout), comm=self._comm)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..bem.kernel import Kernel
-from ..bem.kernels import EXPANSIONS, kernel_for
+from ..bem.kernels import EXPANSIONS, field_of, kernel_for
 from ..errors import InputError
 from ..mesh.boundary_mesh import Batch, BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
@@ -151,18 +151,9 @@ def field_at(
         step = max(1, ENTRIES // len(group.nodes))
         for first in range(0, len(near), step):
             rows = near[first : first + step]
-            targets = mesh.points(points[rows])
-            kernel_g, kernel_h = kernel.integrals(targets, group.elements)
-            kernel_d, kernel_s = kernel.stress_integrals(targets, group.elements)
-            assert kernel_g is not None and kernel_h is not None
-            for i in range(d):
-                for j in range(d):
-                    displacement[rows, i] += pushed[:, j] @ kernel_g[i, j] - moved[:, j] @ kernel_h[i, j]
-                # a rigid translation: ∫T is -1 inside and 0 outside
-                wound[rows] -= kernel_h[i, i].sum(axis=0) / d
-            for c in range(stress.shape[1]):
-                for j in range(d):
-                    stress[rows, c] += pushed[:, j] @ kernel_d[c, j] + moved[:, j] @ kernel_s[c, j]
+            found = field_of(kernel, mesh.points(points[rows]), group.elements, moved, pushed)
+            for total, part in zip((displacement, stress, wound), found, strict=True):
+                total[rows] += part
     _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
     outside = np.flatnonzero(~(wound > 0.5))
     if len(outside):
@@ -185,11 +176,7 @@ def _(
     """What changes near the ends of elements where the data are brought together."""
     for near in Joints(mesh, u, traction).near(points):
         targets, pushed = mesh.points(points[near.rows]), near.traction / kernel.traction_scale
-        kernel_g, kernel_h = kernel.integrals(targets, near.elements)
-        kernel_d, kernel_s = kernel.stress_integrals(targets, near.elements)
-        assert kernel_g is not None and kernel_h is not None
-        change_u = np.einsum("ijkm,kj->mi", kernel_g, pushed) - np.einsum("ijkm,kj->mi", kernel_h, near.u)
-        change_s = np.einsum("cjkm,kj->mc", kernel_d, pushed) + np.einsum("cjkm,kj->mc", kernel_s, near.u)
+        change_u, change_s, _ = field_of(kernel, targets, near.elements, near.u, pushed)
         displacement[near.rows] += near.share[:, None] * change_u
         stress[near.rows] += near.share[:, None] * change_s
 

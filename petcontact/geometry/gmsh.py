@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import LARGEST_COORDINATE, Array
 from ..errors import InputError
 from .arcs import turn_through
 from .outline import Outline, Side, arc, oriented, shown
@@ -57,18 +57,19 @@ def read_msh(file: str) -> Any:
     import meshio
 
     try:
-        return meshio.gmsh.read(file)
+        mesh = meshio.gmsh.read(file)
     except Exception as error:  # meshio meets damaged files with whatever exception its parser runs into
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
         raise InputError(
             f"{file}: not a Gmsh mesh that can be read ({reason}); save it as format 2.2 or 4.1 without Mesh.SaveAll"
         ) from None
+    if not np.all(np.abs(mesh.points) <= LARGEST_COORDINATE):
+        raise InputError(f"{file}: coordinates that are not finite, or larger than {LARGEST_COORDINATE:g}")
+    return mesh
 
 
 def _plane(points: Array, file: str) -> Array:
     """The points (n, 2) of a mesh in a plane z = const."""
-    if not np.all(np.isfinite(points)):
-        raise InputError(f"{file}: coordinates that are not finite")
     return np.asarray(points[:, :2], dtype=float)
 
 

@@ -100,11 +100,11 @@ class LinearSolver:
         """Solve with this matrix from now on; LU is computed at the next solve.
 
         A dense LU over several ranks is ScaLAPACK's: the matrix is converted, which no option of PETSc does by itself.
-        Where PETSc lacks ScaLAPACK every rank factors a copy.
+        Where PETSc lacks ScaLAPACK, or has not a row for each rank, every rank factors a copy.
         """
         self._drop_converted()
         if self._comm.getSize() > 1 and matrix.getType() == "mpidense" and self.ksp.getPC().getType() == "lu":
-            if has_scalapack():
+            if has_scalapack() and self._in_even_blocks(matrix.getSize()[0]):
                 self._converted = matrix = matrix.convert("scalapack", petsc().Mat())
             else:
                 self.ksp.getPC().setType("redundant")
@@ -121,7 +121,8 @@ class LinearSolver:
 
     def solve_many(self, rhs: Any) -> Any:
         """operator · X = rhs for a dense matrix of right-hand sides; returns X, dense."""
-        if self.ksp.getType() != "preonly":
+        in_blocks = self._converted is None or self._in_even_blocks(rhs.getSize()[1])
+        if self.ksp.getType() != "preonly" or not in_blocks:
             solution = rhs.duplicate()
             self._solve_columns(rhs, solution)
         elif self._converted is not None:
@@ -132,6 +133,11 @@ class LinearSolver:
         if not np.isfinite(solution.norm()):
             raise SolverError(self.stage, "the solution is not finite", "look at the data and the mesh")
         return solution
+
+    def _in_even_blocks(self, count: int) -> bool:
+        """Whether ScaLAPACK can share out rows or columns: equal blocks, the last rank's may be smaller."""
+        size = int(self._comm.getSize())
+        return (size - 1) * -(-count // size) <= count
 
     def _solve_converted(self, rhs: Any, solution: Any) -> None:
         """ScaLAPACK's matrices have a layout of their own, whatever that of the matrix they came from."""
@@ -188,13 +194,15 @@ class LinearSolver:
         try:
             call()
         except petsc().Error as error:
-            raise solver_error(self.stage, error) from error
+            raise solver_error(self.stage, error, self._prefix) from error
 
     def _check(self, solution: Any) -> None:
         self.reason = self.ksp.getConvergedReason()
         if self.reason < 0:
             name = f"KSP {self.ksp.getType()} ended with {reason_name(self.reason)} after {self.iterations} iterations"
-            raise SolverError(self.stage, name, "try -ksp_type preonly -pc_type lu, or look with -ksp_monitor_true_residual")
+            ours = f"-{self._prefix}"
+            raise SolverError(self.stage, name, f"try {ours}ksp_type preonly {ours}pc_type lu, or look with "
+                                                f"{ours}ksp_monitor_true_residual")  # fmt: skip
         if solution is not None and not np.isfinite(solution.norm()):
             raise SolverError(
                 self.stage, "the solution is not finite (KSP_DIVERGED_NANORINF)", "look at the data and the mesh"

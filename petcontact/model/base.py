@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import difflib
 import stat
-import sys
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, dataclass_transform
 
@@ -13,16 +12,26 @@ import numpy as np
 import pydantic
 import pydantic_core
 
-from ..arrays import LARGEST_COORDINATE
+from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ..errors import InputError
+from ..runtime.petsc_options import refused_in_config
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
 else:
     ModelMetaclass = type(pydantic.BaseModel)  # its module is private and may move
 
-Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False)]
-Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False)]
+
+
+def _not_too_large(value: float) -> float:
+    if abs(value) > LARGEST_NUMBER:
+        raise ValueError(f"must lie between {-LARGEST_NUMBER:g} and {LARGEST_NUMBER:g}")
+    return value
+
+
+_Limited = pydantic.AfterValidator(_not_too_large)
+Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False), _Limited]
+Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False), _Limited]
 Coordinate = Annotated[
     float, pydantic.Field(strict=True, ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE, allow_inf_nan=False)
 ]
@@ -39,11 +48,12 @@ def _expression(value: Any) -> float | str | tuple[float, ...] | Callable[..., A
         return float(value)
     if isinstance(value, (list, tuple)) and value and all(map(_is_number, value)):
         return tuple(map(float, value))
-    raise ValueError(f"must be a finite number or an expression in quotes (at most {LONGEST_EXPRESSION} characters)")
+    raise ValueError(f"must be a finite number or an expression in quotes (from {-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}, "
+                     f"at most {LONGEST_EXPRESSION} characters)")  # fmt: skip
 
 
 def _is_number(value: Any) -> bool:
-    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= sys.float_info.max
+    return isinstance(value, (int, float)) and not isinstance(value, bool) and abs(value) <= LARGEST_NUMBER
 
 
 def _in_file(value: Any) -> Any:
@@ -61,6 +71,13 @@ def _option_name(name: Any) -> str:
     if isinstance(name, str) and name[:1].isalpha() and name.isascii() and name.replace(".", "_").isidentifier():
         return name
     raise ValueError("must be the name of a PETSc option without its dash")
+
+
+def checked_options(table: Mapping[str, bool | int | float | str]) -> dict[str, bool | int | float | str]:
+    """Options of PETSc that a config may set."""
+    if reason := refused_in_config(table):
+        raise ValueError(reason)
+    return dict(table)
 
 
 def one_of(names: Collection[str]) -> pydantic.BeforeValidator:
@@ -82,9 +99,12 @@ Expression = Annotated[
 ]  # fmt: skip
 """A number, or an expression in x, y, nx, ny, s (see `petcontact.model.expressions`); in Python also a function of some of
 these by name, or one value a node of the part."""
-Options = dict[
-    Annotated[str, pydantic.BeforeValidator(_option_name)],
-    Annotated[bool | int | float | str, pydantic.BeforeValidator(_option)],
+Options = Annotated[
+    dict[
+        Annotated[str, pydantic.BeforeValidator(_option_name)],
+        Annotated[bool | int | float | str, pydantic.BeforeValidator(_option)],
+    ],
+    pydantic.AfterValidator(checked_options),
 ]
 """PETSc options without the leading dash."""
 

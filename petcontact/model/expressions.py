@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import simpleeval
 
-from ..arrays import Array
+from ..arrays import LARGEST_NUMBER, Array
 from ..errors import InputError
 
 PRODUCT = "cannot be read; a product needs its sign, as in 10*x"
@@ -152,6 +152,9 @@ def _finite(values: Array, variables: Mapping[str, Array], what: str) -> Array:
         k = int(np.argmin(np.isfinite(values)))
         place = ", ".join(f"{name} = {variables[name][k]:g}" for name in ("x", "y", "z") if name in variables)
         raise InputError(f"{what} is not finite at {place}")
+    if np.abs(values).max(initial=0.0) > LARGEST_NUMBER:
+        largest = values[np.argmax(np.abs(values))]
+        raise InputError(f"{what} reaches {largest:g}; allowed are values from {-LARGEST_NUMBER:g} to {LARGEST_NUMBER:g}")
     return values
 
 

@@ -6,7 +6,8 @@ A caller asks for a function by name and falls back on numpy when there is none:
     if constant is not None: ...
 
 The C code allocates nothing, keeps nothing and knows neither Python nor numpy: ctypes hands it pointers, with Python's
-lock released. Its digits are the same on every machine (`elementary.h`). PETCONTACT_NATIVE=0 switches it off.
+lock released. Its digits are the same on every machine (`elementary.h`). PETCONTACT_NATIVE=0 switches it off,
+PETCONTACT_NATIVE=FILE takes another build of it.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ from __future__ import annotations
 import ctypes
 import functools
 import os
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -23,16 +25,17 @@ from numpy.typing import NDArray
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
+FILLER = "pipippp"
+"""Arguments of a function of C that fills columns of an operator: what it knows, rows, columns, and two blocks."""
 Compiled = Callable[..., None]
 _TYPES = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
 
 
 @functools.cache
 def _library() -> ctypes.CDLL | None:
-    path = Path(__file__).with_name("_kernels" + SUFFIX)
-    if os.environ.get(VARIABLE, "1") == "0" or not path.exists():
-        return None
-    return ctypes.CDLL(str(path))
+    asked = os.environ.get(VARIABLE, "1")
+    path = Path(__file__).with_name("_kernels" + SUFFIX) if asked in ("0", "1", "") else Path(asked)
+    return ctypes.CDLL(str(path)) if asked != "0" and path.exists() else None
 
 
 @functools.cache
@@ -62,6 +65,17 @@ def address(name: str) -> int | None:
 def pointer(array: NDArray[Any] | None) -> int | None:
     """The address of an array's first number; the caller keeps it alive, and sees to its type and strides."""
     return None if array is None else array.__array_interface__["data"][0]
+
+
+class Record:
+    """A struct of C: pointers to arrays (which are kept alive), int64_t and double, in the order of the members."""
+
+    def __init__(self, *members: NDArray[Any] | int | float | None) -> None:
+        self.arrays = [member for member in members if isinstance(member, np.ndarray)]
+        kinds = "".join("d" if isinstance(m, float) else "q" if isinstance(m, int) else "P" for m in members)
+        values = [pointer(m) or 0 if m is None or isinstance(m, np.ndarray) else m for m in members]
+        self._memory = ctypes.create_string_buffer(struct.pack(kinds, *values))
+        self.address = ctypes.addressof(self._memory)
 
 
 def contiguous(array: NDArray[Any], dtype: type = np.float64) -> NDArray[Any]:

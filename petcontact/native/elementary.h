@@ -9,8 +9,10 @@
 #include <stdint.h>
 #include <string.h>
 
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12
+#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12 &&          \
+    !defined(PETCONTACT_ONE_LEVEL)
 /* one copy for each level of the processor, chosen when the library is loaded */
+#define PETCONTACT_LEVELS
 #define DISPATCHED __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
 #pragma GCC optimize("O3")
 #else
@@ -20,8 +22,18 @@
 
 static const double PI = 3.14159265358979323846;
 
-INLINE int64_t bits_of(double x) { int64_t i; memcpy(&i, &x, sizeof i); return i; }
-INLINE double double_of(int64_t i) { double x; memcpy(&x, &i, sizeof x); return x; }
+INLINE int64_t bits_of(double x)
+{
+    int64_t i;
+    memcpy(&i, &x, sizeof i);
+    return i;
+}
+INLINE double double_of(int64_t i)
+{
+    double x;
+    memcpy(&x, &i, sizeof x);
+    return x;
+}
 
 /* 2 atanh(s) for |s| <= 0.1716, that is ln((1+s)/(1-s)) up to a ratio of √2. */
 INLINE double twice_atanh(double s)
@@ -41,9 +53,9 @@ INLINE double twice_atanh(double s)
 INLINE double logarithm(double x)
 {
     const int64_t root_half = 0x3fe6a09e667f3bcd, one = 0x3ff0000000000000;
-    int64_t i = bits_of(x) + (one - root_half);                /* exponent of x over √½, biased */
+    int64_t i = bits_of(x) + (one - root_half); /* exponent of x over √½, biased */
     int64_t biased = (int64_t)((uint64_t)i >> 52);
-    double m = double_of(bits_of(x) - (biased << 52) + one);   /* in [√½, √2) */
+    double m = double_of(bits_of(x) - (biased << 52) + one); /* in [√½, √2) */
     double k = double_of(biased | 0x4330000000000000) - (4503599627370496.0 + 1023.0);
     return k * 0.6931471805598903 + (twice_atanh((m - 1.0) / (m + 1.0)) + k * 5.497923018708371e-14);
 }
@@ -53,7 +65,7 @@ INLINE double angle_of(double y, double x)
 {
     double ay = fabs(y), ax = fabs(x);
     double low = ay < ax ? ay : ax, high = ay < ax ? ax : ay;
-    int turned = low > 0.41421356237309503 * high;             /* beyond π/8 the angle to the diagonal is the smaller one */
+    int turned = low > 0.41421356237309503 * high; /* beyond π/8 the angle to the diagonal is the smaller one */
     double numerator = turned ? low - high : low, denominator = turned ? low + high : high;
     double t = numerator / (denominator == 0.0 ? 1.0 : denominator), z = t * t;
     double p = -0.019176884154115826;

@@ -8,26 +8,37 @@
 typedef void (*Filler)(const void *context, int64_t m, const int64_t *rows, int64_t k, const int64_t *columns,
                        double *system, double *beside);
 
-enum { CHECKS = 4, CHECKS_OF_KNOWN = 8 };  /* nodes whose rows have to be right in the end */
+enum { CHECKS = 4, CHECKS_OF_KNOWN = 8 }; /* nodes whose rows have to be right in the end */
 
 typedef struct {
     Filler fill;
     const void *context;
     int64_t d;
-    const int64_t *nodes, *beside;         /* 0, 1, 2 ...; first column beside of each node */
+    const int64_t *nodes, *beside; /* 0, 1, 2 ...; first column beside of each node */
     double tolerance;
 } Operator;
 
 typedef struct {
-    int64_t row, column, m, n, rows, in, columns;  /* first nodes, their numbers; scalar rows, columns of nodes, all columns */
-    const double *dense;                   /* all entries, column after column, or null */
+    int64_t row, column, m, n, rows, in,
+        columns;         /* first nodes, their numbers; scalar rows, columns of nodes, all columns */
+    const double *dense; /* all entries, column after column, or null */
 } Block;
 
-typedef struct {
-    double *u, *v, *gram_u, *gram_v, *row, *fetched;
+typedef struct {                            /* scratch memory for one block */
+    double *dense;                          /* all its entries, where it is known whole */
+    double *u, *v;                          /* `most` crosses, rows and columns */
+    double *gram_u, *gram_v, *core, *basis; /* most² */
+    double *values;                         /* most */
+    double *row, *fetched;                  /* d rows, or a column; d rows of a node, or the columns of one */
     char *used_rows, *used_columns;
     int64_t most;
 } Work;
+
+typedef struct { /* what is built: numbers, room for them, and a rank for each block */
+    int64_t single;
+    void *values;
+    int64_t capacity, *ranks;
+} Store;
 
 INLINE void fill_block(const Operator *a, int64_t m, const int64_t *rows, int64_t k, const int64_t *columns, double *out)
 {
@@ -181,7 +192,7 @@ INLINE int64_t crosses(const Operator *a, const Block *b, const Work *w)
         }
         w->used_rows[row] = 1;
         column = largest(w->row + (row % d) * b->columns, w->used_columns, b->columns);
-        if (column < 0) {                  /* a row that is known already */
+        if (column < 0) { /* a row that is known already */
             checking = 1;
             continue;
         }
@@ -255,10 +266,10 @@ INLINE void eigenvectors(int64_t k, int64_t stride, double small, double *s, dou
 /* With V Vᵀ = L Lᵀ and Lᵀ U Uᵀ L = Yᵀ S² Y the singular values of Uᵀ V are S; of the k crosses those combinations stay that
    hold the tolerance: rows (Y Lᵀ) U and the orthonormal rows (Y L⁻¹) V. Returns their number; the coefficients are left in
    gram_u (left) and gram_v (right), a row each. V, whose pivots are 1, is well conditioned. */
-INLINE int64_t recompress(const Work *w, int64_t k, double tolerance, double *scratch)
+INLINE int64_t recompress(const Work *w, int64_t k, double tolerance)
 {
     const int64_t p = w->most;
-    double *l = w->gram_v, *s = scratch, *y = scratch + p * p;
+    double *l = w->gram_v, *s = w->core, *y = w->basis, *values = w->values;
     for (int64_t j = 0; j < k; j++)
         for (int64_t i = j; i < k; i++) {
             double sum = l[i * p + j];
@@ -290,7 +301,6 @@ INLINE int64_t recompress(const Work *w, int64_t k, double tolerance, double *sc
         all += s[i * p + i] > 0.0 ? s[i * p + i] : 0.0;
     /* from the largest down: a selection by repeated search is nothing beside the rest */
     int64_t rank = 0;
-    double *values = y + p * p;
     for (int64_t i = 0; i < k; i++)
         values[i] = s[i * p + i];
     left = all;
@@ -303,7 +313,7 @@ INLINE int64_t recompress(const Work *w, int64_t k, double tolerance, double *sc
             break;
         left -= values[best];
         values[best] = -1.0;
-        double *right = w->gram_u + rank * p;  /* later: left and right change places */
+        double *right = w->gram_u + rank * p; /* later: left and right change places */
         memcpy(right, y + best * p, k * sizeof(double));
         rank++;
     }
@@ -358,54 +368,41 @@ INLINE void store(const double *values, int64_t n, int single, void *out)
 /* Builds blocks one after another until one may not fit any more; returns through `done` how many were built and the numbers
    used. A block is five numbers (first row node, their number, first column node, their number, kind: 0 dense, 1 of low
    rank); its result the rank, -1 where it is kept whole, or -2 where the crosses do not do and it has to be divided. Blocks
-   of low rank are kept as rank rows of U and rank rows of V, whole ones column after column. `real` has room for the
-   entries of a block that is known whole (of at most `whole` numbers where it is of low rank), most crosses, 2 most²,
-   the d rows of a node or a column, and what is fetched or 2 most² + most; `flags` for a row and a column. */
-DISPATCHED void petcontact_hmatrix_build(
-    int64_t filler, int64_t context, int64_t d, const int64_t *nodes, const int64_t *beside, double tolerance, int64_t count,
-    const int64_t *blocks, int64_t whole, int64_t most, int64_t *ranks, int64_t single, void *values, int64_t capacity,
-    double *real, char *flags, int64_t *done)
+   of low rank are kept as rank rows of U and rank rows of V, whole ones column after column. Those of low rank with at most
+   `whole` entries are known whole, too. */
+DISPATCHED void petcontact_hmatrix_build(const Operator *a, const Work *w, int64_t whole, int64_t count,
+                                         const int64_t *blocks, const Store *to, int64_t *done)
 {
-    const Operator a = {(Filler)(intptr_t)filler, (const void *)(intptr_t)context, d, nodes, beside, tolerance};
-    const int64_t size = single ? sizeof(float) : sizeof(double);
+    const int64_t d = a->d, most = w->most, size = to->single ? sizeof(float) : sizeof(double);
     int64_t used = 0, i = 0;
     for (; i < count; i++) {
         const int64_t *g = blocks + 5 * i;
-        Block b = {g[0], g[2], g[1], g[3], d * g[1], d * g[3], d * g[3] + beside[g[2] + g[3]] - beside[g[2]], 0};
-        const int64_t both = b.rows + b.columns, line = d * b.columns > b.rows ? d * b.columns : b.rows;
-        const int64_t limit = most * both < b.rows * b.columns ? most * both : b.rows * b.columns;
-        char *out = (char *)values + used * size;
-        if (used + (g[4] ? limit : b.rows * b.columns) > capacity)
+        Block b = {g[0], g[2], g[1], g[3], d * g[1], d * g[3], d * g[3] + a->beside[g[2] + g[3]] - a->beside[g[2]], 0};
+        const int64_t both = b.rows + b.columns, all = b.rows * b.columns, limit = most * both < all ? most * both : all;
+        char *out = (char *)to->values + used * size;
+        if (used + (g[4] ? limit : all) > to->capacity)
             break;
-        int known = !g[4] || b.rows * b.columns <= whole;
-        double *at = real;
-        if (known) {
-            fill_block(&a, b.m, nodes + b.row, b.n, nodes + b.column, at);
-            b.dense = at;
-            at += b.rows * b.columns;
+        if (!g[4] || all <= whole) {
+            fill_block(a, b.m, a->nodes + b.row, b.n, a->nodes + b.column, w->dense);
+            b.dense = w->dense;
         }
-        ranks[i] = -1;
+        to->ranks[i] = -1;
         if (g[4]) {
-            Work w = {at, at + most * b.rows, at + most * both, at + most * both + most * most,
-                      at + most * both + 2 * most * most, at + most * both + 2 * most * most + line, flags, flags + b.rows, most};
-            double *scratch = w.fetched;   /* free by then: 2 most² + most numbers, or what is fetched */
-            int64_t k = crosses(&a, &b, &w);
-            ranks[i] = -2;
+            const int64_t k = crosses(a, &b, w);
+            to->ranks[i] = b.dense ? -1 : -2;
             if (k >= 0) {
-                int64_t rank = recompress(&w, k, tolerance, scratch);
-                if (rank * both < b.rows * b.columns) {
-                    ranks[i] = rank;
-                    combine(rank, k, w.gram_u, most, w.u, b.rows, w.row, single, out);
-                    combine(rank, k, w.gram_v, most, w.v, b.columns, w.row, single, out + rank * b.rows * size);
+                const int64_t rank = recompress(w, k, a->tolerance);
+                if (rank * both < all) {
+                    to->ranks[i] = rank;
+                    combine(rank, k, w->gram_u, most, w->u, b.rows, w->row, to->single, out);
+                    combine(rank, k, w->gram_v, most, w->v, b.columns, w->row, to->single, out + rank * b.rows * size);
                     used += rank * both;
                 }
             }
-            if (ranks[i] == -2 && known)
-                ranks[i] = -1;
         }
-        if (ranks[i] == -1) {
-            store(b.dense, b.rows * b.columns, single, out);
-            used += b.rows * b.columns;
+        if (to->ranks[i] == -1) {
+            store(b.dense, all, to->single, out);
+            used += all;
         }
     }
     done[0] = i;
@@ -423,47 +420,47 @@ INLINE Lanes kept(const double *x)
 }
 
 /* Sums over eight interleaved partial sums, whatever the width of the processor's vectors. */
-#define PRODUCTS(NAME, TYPE, LOAD)                                                                                             \
-    INLINE double NAME##_dot(const TYPE *a, const double *x, int64_t n)                                                        \
-    {                                                                                                                          \
-        Lanes lane = {0.0}, other = {0.0};                                                                                     \
-        int64_t j = 0;                                                                                                         \
-        for (; j + 16 <= n; j += 16) {                                                                                         \
-            lane += LOAD(a + j) * kept(x + j);                                                                                 \
-            other += LOAD(a + j + 8) * kept(x + j + 8);                                                                        \
-        }                                                                                                                      \
-        double sum = total(lane + other);                                                                                      \
-        for (; j < n; j++)                                                                                                     \
-            sum += a[j] * x[j];                                                                                                \
-        return sum;                                                                                                            \
-    }                                                                                                                          \
-    /* y += Σ factor[l] a[l, :], four rows at a time */                                                                        \
-    INLINE void NAME##_add(const TYPE *a, int64_t k, const double *factor, int64_t n, double *y)                               \
-    {                                                                                                                          \
-        int64_t l = 0;                                                                                                         \
-        for (; l + 4 <= k; l += 4) {                                                                                           \
-            const TYPE *a0 = a + l * n, *a1 = a0 + n, *a2 = a1 + n, *a3 = a2 + n;                                              \
-            const double f0 = factor[l], f1 = factor[l + 1], f2 = factor[l + 2], f3 = factor[l + 3];                           \
-            for (int64_t j = 0; j < n; j++)                                                                                    \
-                y[j] += (f0 * a0[j] + f1 * a1[j]) + (f2 * a2[j] + f3 * a3[j]);                                                 \
-        }                                                                                                                      \
-        for (; l < k; l++)                                                                                                     \
-            for (int64_t j = 0; j < n; j++)                                                                                    \
-                y[j] += factor[l] * a[l * n + j];                                                                              \
-    }                                                                                                                          \
-    INLINE void NAME##_block(const int64_t *g, const TYPE *a, const double *x, double *y, double *work)                        \
-    {                                                                                                                          \
-        const int64_t m = g[1], n = g[3], q = g[5], rank = g[6];                                                               \
-        const double *x_n = x + g[2], *x_q = x + g[4];                                                                         \
-        if (rank < 0) {                                                                                                        \
-            NAME##_add(a, n, x_n, m, y + g[0]);                                                                                \
-            NAME##_add(a + n * m, q, x_q, m, y + g[0]);                                                                        \
-            return;                                                                                                            \
-        }                                                                                                                      \
-        const TYPE *v = a + rank * m;                                                                                          \
-        for (int64_t l = 0; l < rank; l++)                                                                                     \
-            work[l] = NAME##_dot(v + l * (n + q), x_n, n) + NAME##_dot(v + l * (n + q) + n, x_q, q);                           \
-        NAME##_add(a, rank, work, m, y + g[0]);                                                                                \
+#define PRODUCTS(NAME, TYPE, LOAD)                                                                                          \
+    INLINE double NAME##_dot(const TYPE *a, const double *x, int64_t n)                                                     \
+    {                                                                                                                       \
+        Lanes lane = {0.0}, other = {0.0};                                                                                  \
+        int64_t j = 0;                                                                                                      \
+        for (; j + 16 <= n; j += 16) {                                                                                      \
+            lane += LOAD(a + j) * kept(x + j);                                                                              \
+            other += LOAD(a + j + 8) * kept(x + j + 8);                                                                     \
+        }                                                                                                                   \
+        double sum = total(lane + other);                                                                                   \
+        for (; j < n; j++)                                                                                                  \
+            sum += a[j] * x[j];                                                                                             \
+        return sum;                                                                                                         \
+    }                                                                                                                       \
+    /* y += Σ factor[l] a[l, :], four rows at a time */                                                                    \
+    INLINE void NAME##_add(const TYPE *a, int64_t k, const double *factor, int64_t n, double *y)                            \
+    {                                                                                                                       \
+        int64_t l = 0;                                                                                                      \
+        for (; l + 4 <= k; l += 4) {                                                                                        \
+            const TYPE *a0 = a + l * n, *a1 = a0 + n, *a2 = a1 + n, *a3 = a2 + n;                                           \
+            const double f0 = factor[l], f1 = factor[l + 1], f2 = factor[l + 2], f3 = factor[l + 3];                        \
+            for (int64_t j = 0; j < n; j++)                                                                                 \
+                y[j] += (f0 * a0[j] + f1 * a1[j]) + (f2 * a2[j] + f3 * a3[j]);                                              \
+        }                                                                                                                   \
+        for (; l < k; l++)                                                                                                  \
+            for (int64_t j = 0; j < n; j++)                                                                                 \
+                y[j] += factor[l] * a[l * n + j];                                                                           \
+    }                                                                                                                       \
+    INLINE void NAME##_block(const int64_t *g, const TYPE *a, const double *x, double *y, double *work)                     \
+    {                                                                                                                       \
+        const int64_t m = g[1], n = g[3], q = g[5], rank = g[6];                                                            \
+        const double *x_n = x + g[2], *x_q = x + g[4];                                                                      \
+        if (rank < 0) {                                                                                                     \
+            NAME##_add(a, n, x_n, m, y + g[0]);                                                                             \
+            NAME##_add(a + n * m, q, x_q, m, y + g[0]);                                                                     \
+            return;                                                                                                         \
+        }                                                                                                                   \
+        const TYPE *v = a + rank * m;                                                                                       \
+        for (int64_t l = 0; l < rank; l++)                                                                                  \
+            work[l] = NAME##_dot(v + l * (n + q), x_n, n) + NAME##_dot(v + l * (n + q) + n, x_q, q);                        \
+        NAME##_add(a, rank, work, m, y + g[0]);                                                                             \
     }
 
 PRODUCTS(single, float, widened)
@@ -484,8 +481,8 @@ DISPATCHED void petcontact_hmatrix_multiply(int64_t count, const int64_t *table,
 }
 
 /* Sums of n numbers by group: the groups met are listed, their sums held in `sums` (zero before, and to be zeroed after). */
-INLINE int64_t grouped(const void *values, int64_t offset, int single, const int64_t *group, int64_t n,
-                       double *sums, int64_t *met, int64_t found, char *seen)
+INLINE int64_t grouped(const void *values, int64_t offset, int single, const int64_t *group, int64_t n, double *sums,
+                       int64_t *met, int64_t found, char *seen)
 {
     for (int64_t j = 0; j < n; j++) {
         const int64_t h = group[j];
@@ -500,45 +497,49 @@ INLINE int64_t grouped(const void *values, int64_t offset, int single, const int
     return found;
 }
 
-/* coarse[row group, column group] += the sums of the blocks' entries, (row groups, column groups); a group of -1
-   takes part in none. `sums`, `met` and `seen` have room for the row groups and then the column groups, zero before. */
-DISPATCHED void petcontact_hmatrix_coarse(
-    int64_t count, const int64_t *table, int64_t single, const int64_t *row_group, const int64_t *column_group,
-    int64_t row_groups, int64_t column_groups, double *coarse, double *sums, int64_t *met, char *seen)
+typedef struct { /* groups of rows and of columns, -1 for none; scratch memory, zero before */
+    const int64_t *row_group, *column_group;
+    int64_t column_groups;
+    double *row_sums, *column_sums;
+    int64_t *rows_met, *columns_met;
+    char *row_seen, *column_seen;
+} Grouping;
+
+/* coarse[row group, column group] += the sums of the blocks' entries, (row groups, column groups). */
+DISPATCHED void petcontact_hmatrix_coarse(int64_t count, const int64_t *table, int64_t single, const Grouping *w,
+                                          double *coarse)
 {
-    double *row_sums = sums, *column_sums = sums + row_groups;
-    int64_t *rows_met = met, *columns_met = met + row_groups;
     for (int64_t i = 0; i < count; i++) {
         const int64_t *g = table + 8 * i;
         const void *a = (const void *)(intptr_t)g[7];
         const int64_t m = g[1], n = g[3], q = g[5], terms = g[6] < 0 ? n + q : g[6];
         for (int64_t l = 0; l < terms; l++) {
-            int64_t rows = grouped(a, l * m, single, row_group + g[0], m, row_sums, rows_met, 0, seen);
+            const int64_t rows = grouped(a, l * m, single, w->row_group + g[0], m, w->row_sums, w->rows_met, 0, w->row_seen);
             int64_t columns = 0;
-            char *column_seen = seen + row_groups;
             if (g[6] < 0) {
-                const int64_t at = l < n ? g[2] + l : g[4] + l - n, h = column_group[at];
+                const int64_t at = l < n ? g[2] + l : g[4] + l - n, h = w->column_group[at];
                 if (h >= 0) {
-                    column_sums[h] = 1.0;
-                    columns_met[columns++] = h;
+                    w->column_sums[h] = 1.0;
+                    w->columns_met[columns++] = h;
                 }
             } else {
-                const int64_t v = g[6] * m + l * (n + q);
-                columns = grouped(a, v, single, column_group + g[2], n, column_sums, columns_met, 0, column_seen);
-                columns = grouped(a, v + n, single, column_group + g[4], q, column_sums, columns_met, columns, column_seen);
+                const int64_t v = g[6] * m + l * (n + q), *group = w->column_group;
+                columns = grouped(a, v, single, group + g[2], n, w->column_sums, w->columns_met, 0, w->column_seen);
+                columns =
+                    grouped(a, v + n, single, group + g[4], q, w->column_sums, w->columns_met, columns, w->column_seen);
             }
             for (int64_t r = 0; r < rows; r++) {
-                double *to = coarse + rows_met[r] * column_groups;
+                double *to = coarse + w->rows_met[r] * w->column_groups;
                 for (int64_t c = 0; c < columns; c++)
-                    to[columns_met[c]] += row_sums[rows_met[r]] * column_sums[columns_met[c]];
+                    to[w->columns_met[c]] += w->row_sums[w->rows_met[r]] * w->column_sums[w->columns_met[c]];
             }
             for (int64_t r = 0; r < rows; r++) {
-                row_sums[rows_met[r]] = 0.0;
-                seen[rows_met[r]] = 0;
+                w->row_sums[w->rows_met[r]] = 0.0;
+                w->row_seen[w->rows_met[r]] = 0;
             }
             for (int64_t c = 0; c < columns; c++) {
-                column_sums[columns_met[c]] = 0.0;
-                column_seen[columns_met[c]] = 0;
+                w->column_sums[w->columns_met[c]] = 0.0;
+                w->column_seen[w->columns_met[c]] = 0;
             }
         }
     }

@@ -4,8 +4,10 @@
 
 void petcontact_level(char *name)
 {
-#if defined(__x86_64__) && defined(__gnu_linux__) && defined(__GNUC__) && !defined(__clang__) && __GNUC__ >= 12
-    strcpy(name, __builtin_cpu_supports("x86-64-v4") ? "x86-64-v4" : __builtin_cpu_supports("x86-64-v3") ? "x86-64-v3" : "x86-64");
+#ifdef PETCONTACT_LEVELS
+    strcpy(name, __builtin_cpu_supports("x86-64-v4")   ? "x86-64-v4"
+                 : __builtin_cpu_supports("x86-64-v3") ? "x86-64-v3"
+                                                       : "x86-64");
 #else
     strcpy(name, "one level");
 #endif

@@ -12,7 +12,11 @@ typedef struct {
 
 INLINE Stack stack_of(const int64_t *entry)
 {
-    Stack s = {entry[0], entry[1], entry[2], (const double *)(intptr_t)entry[3], (const int64_t *)(intptr_t)entry[4],
+    Stack s = {entry[0],
+               entry[1],
+               entry[2],
+               (const double *)(intptr_t)entry[3],
+               (const int64_t *)(intptr_t)entry[4],
                (const int64_t *)(intptr_t)entry[5]};
     return s;
 }
@@ -44,7 +48,8 @@ INLINE void rows_times(int count, const double *rows, int64_t q, const double *x
 
 /* y[rows] += sign · block x[columns] for every block of some stacks. `entries` holds six numbers a stack (see Stack);
    `work` has room for the columns of a block. */
-DISPATCHED void petcontact_multiply(int64_t stacks, const int64_t *entries, const double *x, double *y, double sign, double *work)
+DISPATCHED void petcontact_multiply(int64_t stacks, const int64_t *entries, const double *x, double *y, double sign,
+                                    double *work)
 {
     for (int64_t i = 0; i < stacks; i++) {
         Stack s = stack_of(entries + 6 * i);
@@ -69,8 +74,8 @@ DISPATCHED void petcontact_multiply(int64_t stacks, const int64_t *entries, cons
 }
 
 /* y[columns] += sign · blockᵀ x[rows], likewise. */
-DISPATCHED void petcontact_multiply_transposed(int64_t stacks, const int64_t *entries, const double *x, double *y, double sign,
-                                               double *work)
+DISPATCHED void petcontact_multiply_transposed(int64_t stacks, const int64_t *entries, const double *x, double *y,
+                                               double sign, double *work)
 {
     for (int64_t i = 0; i < stacks; i++) {
         Stack s = stack_of(entries + 6 * i);

@@ -52,6 +52,7 @@ class Quantity(Protocol):
     def mesh(self, number: int, body: Body, level: Rung) -> RungMesh: ...
     def start(self, problem: PreparedProblem) -> Start | None: ...
     def observe(self, solution: Solution, level: Rung) -> None: ...
+    def apart(self, solution: Solution) -> float: ...
     def is_vague(self) -> bool: ...
     def info(self) -> dict[str, Any]: ...
 
@@ -79,6 +80,8 @@ class AdaptiveSolve:
         The problem on the last mesh.
     missed : float
         What its mesh leaves of the given data beyond what is asked (or 0) [-].
+    left : float
+        What a method of the problem's own leaves on that mesh, by the quantity's difference [-].
     """
 
     def __init__(self, problem: Problem, comm: Any, monitor: Monitor | None, law: Any) -> None:
@@ -89,7 +92,7 @@ class AdaptiveSolve:
         self.quantity = quantity_for(problem)
         self.solutions: list[Solution] = []
         self.discrete: Discrete | None = None
-        self.missed = 0.0
+        self.missed = self.left = 0.0
         self._bodies: dict[int, Body] = {}
 
     def climb(self, accuracy: float) -> str:
@@ -192,12 +195,13 @@ def adapt(
             solution = run(prepared, monitor=monitor)
         finally:
             prepared.close()
+        work.left = work.quantity.apart(solution) if solution.converged else 0.0
     return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
 
 
 def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
     quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
-    estimate = quantity.estimate if shown else math.inf
+    estimate = quantity.estimate + work.left if shown else math.inf
     info = {
         **solution.info, "accuracy": accuracy, "differences": quantity.differences,
         "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
@@ -209,6 +213,9 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
     status, reason = solution.status, solution.reason
     if status == "converged" and work.missed > 0.0:
         status, reason = "not converged", f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
+    elif status == "converged" and quantity.estimate <= accuracy < estimate:
+        status, reason = "not converged", (f"{solution.info['method']} leaves {work.left:.1e} of what it is to find on the "
+                                           "last mesh; lower method.tolerance")
     elif status == "converged" and estimate > accuracy:
         status, reason = "not converged", trouble or f"estimated error {estimate:.1e} > {accuracy:g} on the finest mesh"
     timings: dict[str, float] = {}

@@ -30,7 +30,9 @@ def with_estimate(solution: Solution, comm: Any) -> Solution:
     the finer one, of elements of higher order more.
     """
     problem = solution.problem
-    if not solution.bilateral or "estimated_error" in solution.info or not solution.converged or comm.getSize() > 1:
+    if not solution.bilateral or "estimated_error" in solution.info or not solution.converged:
+        return solution
+    if len(problem.body) > 1 or comm.getSize() > 1:
         return solution
     outline, mesh = problem.geometry.outline(), solution.mesh
     if not isinstance(outline, Outline) or not isinstance(mesh, CurveMesh):

@@ -45,6 +45,8 @@ def increments(
     """
     state, done = state_after(problem, done), list(done)
     current = list(problem.discrete.problem.obstacle)
+    # with all motions and normals known there is one solution for every load, whatever the path
+    divisible = bool(problem.discrete.problem.step) or not problem.discrete.interfaces[0].held or problem.system.modes.size
     for number, step in enumerate(problem.steps, 1):
         current = [changed(o, step) for o in current]
         passed = bool(done) and number < done[-1].step
@@ -66,7 +68,7 @@ def increments(
             if tried is None:
                 doubt = True
                 size *= 0.5
-                if size >= whole * 0.5**HALVINGS and problem.discrete.problem.step:
+                if size >= whole * 0.5**HALVINGS and divisible:
                     continue
                 tried = [_solved(increment, monitor)]
             problem.discrete.warnings += zero_energy_motions(*tried[-1][:2])

@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..arrays import Array
+from ..compliance.bodies import Interface
 from ..contact.criterion import equilibrium_defect, natural_residuals
 from ..contact.friction_law import contact_norm
 from ..contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
 from ..contact.laws import dissipation
 from ..contact.state import ContactState
-from ..geometry.rotation import axial, moment
+from ..geometry.rotation import Axial, axial, moment
 from ..results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from .diagnosis import failure
 from .eliminate import ELASTIC_LIMIT
 from .increment import Increment, IncrementState
 from .trust.increments import imbalance, objection
 from .trust.overlaps import overlaps
+
+LARGEST_IMBALANCE = 1e-2
+"""Imbalance of a pair that is not accepted."""
 
 
 def step_result(increment: Increment, outcome: ContactState, after: IncrementState, *, checked: bool) -> StepResult:
@@ -39,7 +44,10 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
                  "elastic": elastic if checked else np.nan, "equilibrium": unbalanced if checked else np.nan,
                  "elimination": problem.digits_lost}  # fmt: skip
     residuals["overlap"], between, place = overlaps(system, increment.system, discrete.law, problem.places, outcome)
+    pairs = _pairs(increment, outcome, bodies)
     status, reason = _judged(increment, outcome, elastic, limit)
+    if status == "converged":
+        status, reason = _balanced(increment, pairs, reason)
     if status == "converged" and (doubt := objection(residuals, between, place)):
         status, reason = "not converged", doubt
     obstacles = {
@@ -50,7 +58,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
     rest = contact_norm(law_residual(discrete.law, outcome.v, outcome.sigma, outcome.rho), system.weight)
     return StepResult(
         increment.name, increment.number, increment.target, status, reason, len(outcome.history), residuals,
-        _pairs(increment, outcome, bodies), bodies, obstacles, after.alpha, float(np.max(outcome.rho)), rest,
+        pairs, bodies, obstacles, after.alpha, float(np.max(outcome.rho)), rest,
         outcome.history,
     )  # fmt: skip
 
@@ -67,6 +75,20 @@ def _judged(increment: Increment, outcome: ContactState, elastic: float, limit: 
     if not excess <= WITHIN:
         return "not converged", f"tractions exceed what contact allows by {excess:.1e} of the bound"
     return "converged", outcome.reason
+
+
+def _balanced(increment: Increment, pairs: dict[str, PairResult], reason: str) -> tuple[str, str]:
+    """Status and reason of what is converged otherwise: action is reaction, but for the couple of friction across a gap."""
+    for face in increment.problem.system.interfaces:
+        if face.distance is None:
+            continue
+        pair, apart = pairs[face.name], np.where(np.isfinite(face.distance), face.distance, 0.0)[:, None] * face.normal
+        shear = np.einsum("mt,mtc->mc", pair.sigma_t, pair.tangent)
+        left = pair.imbalance_beyond(-moment(apart, pair.weight[:, None] * shear))
+        if not left <= LARGEST_IMBALANCE:
+            return "not converged", (f"pair {face.name!r}: force or moment on its two sides differ by {left:.1e} of all "
+                                     "that acts there")  # fmt: skip
+    return "converged", reason
 
 
 def _remedy(increment: Increment) -> str:
@@ -95,10 +117,20 @@ def _pairs(increment: Increment, outcome: ContactState, bodies: dict[str, BodyRe
         pressure = 0.0 - sigma_n
         gap = np.where(np.isfinite(face.gap), open_by + 0.0, np.inf)
         traction = np.einsum("mt,mtc->mc", sigma_t, face.tangent) + sigma_n[:, None] * face.normal
+        given, turned = _on_primary(increment, face, traction)
         pairs[face.name] = PairResult(
             x, face.normal, face.tangent, weight, mesh.variables(face.nodes).get("s", np.zeros(len(x))), pressure, sigma_t,
             bound[where], gap, moved + increment.before.slip[where], moved, states[where],
             weight @ traction, moment(x, weight[:, None] * traction),
-            float(weight @ spent[where]), float(weight @ error[where]),
+            float(weight @ spent[where]), float(weight @ error[where]), given, turned,
         )  # fmt: skip
     return pairs
+
+
+def _on_primary(increment: Increment, face: Interface, traction: Array) -> tuple[Array | None, Axial | None]:
+    """Force and moment on the body of the primary, by its own nodes, for tractions (m, d) on the secondary."""
+    if face.primary is None or face.primary_nodes is None or face.loads is None:
+        return None, None
+    mesh = increment.problem.discrete.meshes[face.primary]
+    force = -mesh.weight[face.primary_nodes, None] * (face.loads @ traction)
+    return force.sum(axis=0), moment(mesh.x[face.primary_nodes], force)

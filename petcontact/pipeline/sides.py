@@ -131,7 +131,6 @@ def _check_components(key: str, value: Sized, d: int) -> None:
 
 def as_problem(body: Body, boundary: Boundary, sides: list[Side], number: int) -> Problem:
     """One body as a problem of its own, for what only needs to know which parts are held, loaded or in contact."""
-    conditions: list[Any] = [c for c in body.boundary if not isinstance(c, Contact)]
     touching: dict[str, Contact] = {}
     for side in sides:
         law = side.law
@@ -141,6 +140,8 @@ def as_problem(body: Body, boundary: Boundary, sides: list[Side], number: int) -
         if side.body == number:
             gap = 0.0 if law.gap == "geometry" else law.gap
             touching[side.part] = Contact(part=side.part, **given, gap=gap)
+    # messages count the conditions as the body's own
+    conditions: list[Any] = [touching.pop(c.part) if isinstance(c, Contact) else c for c in body.boundary]
     conditions += [touching[part] for part in boundary.parts if part in touching]
     named = {c.part for c in conditions}
     conditions += [Traction(part=part, value=(0.0,) * boundary.dim) for part in boundary.parts if part not in named]

@@ -66,10 +66,15 @@ class Slip:
     def observe(self, solution: Solution, level: Rung) -> None:
         """Keep what a solution shows."""
         assert self._body is not None
-        self._shown.append(contact_lines(self._body, solution))
         if self._last is not None:
-            self.differences.append(difference(*self._shown[-2:]) / displacement_scale(solution))
+            self.differences.append(self.apart(solution))
+        self._shown.append(contact_lines(self._body, solution))
         self._last = solution
+
+    def apart(self, solution: Solution) -> float:
+        """Relative difference of u_t between the last solution that was kept and another one."""
+        assert self._body is not None
+        return difference(self._shown[-1], contact_lines(self._body, solution)) / displacement_scale(solution)
 
     def is_vague(self) -> bool:
         """Whether the same level is to be tried again."""

@@ -12,6 +12,7 @@ from ..model.case import load
 from ..model.problem import Problem
 from ..model.solver_options import Method
 from ..results.solution import Solution
+from ..runtime.petsc_options import refused_in_config
 from .adaptive import adapt, can_adapt
 from .eliminate import Announce
 from .fixed_mesh import with_estimate
@@ -97,5 +98,7 @@ def posed(problem: Problem | str | Path, method: Any, petsc_options: Mapping[str
     if isinstance(method, Method):
         changes["method"], method = method, None
     if petsc_options is not None:
+        if reason := refused_in_config(petsc_options):
+            raise InputError(f"petsc_options: {reason}")
         changes["petsc"] = {**problem.petsc, **petsc_options}
     return problem.model_copy(update=changes), method

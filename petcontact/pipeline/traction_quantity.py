@@ -76,9 +76,13 @@ class Tractions:
     def observe(self, solution: Solution, level: Rung) -> None:
         """Keep what a solution shows; attempts on one level are not compared."""
         if self._last and not self.is_vague():
-            self.differences.append(relative_difference(self._last[-1], solution))
+            self.differences.append(self.apart(solution))
         self._last = [solution]
         self._edges = found_edges(solution, level.edge)
+
+    def apart(self, solution: Solution) -> float:
+        """Relative difference of p and q between the last solution that was kept and another one."""
+        return relative_difference(self._last[-1], solution)
 
     def is_vague(self) -> bool:
         """Whether a contact is seen by so few nodes that its edges are guesses."""

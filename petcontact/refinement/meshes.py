@@ -30,15 +30,15 @@ PLANE_KEYS = ("grading", "levels", "graded_points", "accuracy")
 """Keys of `[mesh]` that say nothing in space."""
 
 
-def mesh_of(problem: Problem) -> BoundaryMesh:
-    """The mesh that a problem asks for, or the default one.
+def mesh_of(problem: Problem, boundary: Any = None) -> BoundaryMesh:
+    """The mesh that a problem of one body asks for, or the default one; on its boundary, where that is made already.
 
     Raises
     ------
     InputError
         If the mesh options do not fit the body, or the mesh is too large.
     """
-    return _mesh(problem.geometry.outline(), problem)
+    return _mesh(problem.geometry.outline() if boundary is None else boundary, problem)
 
 
 @functools.singledispatch

@@ -15,10 +15,8 @@ from ..contact.state import History
 from ..errors import InputError
 from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, von_mises
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.assembly import Assembly
 from ..model.base import nearest
-from ..model.case import Case
-from ..model.problem import Contact
+from ..model.problem import Contact, Problem
 from ..refinement.zones import Zone, zones_of
 from .records import BodyResult, ContactFields, PairResult, StepResult
 
@@ -29,7 +27,7 @@ class SolutionData:
 
     Attributes
     ----------
-    problem : Assembly
+    problem : Problem
         What was solved; a one-body file is one body named "body".
     meshes : dict of BoundaryMesh by body
     nodes : dict of (m,) arrays by interface
@@ -48,7 +46,7 @@ class SolutionData:
         The increment at which the solve ended, if it found no solution of it: its last iterate.
     """
 
-    problem: Assembly
+    problem: Problem
     meshes: dict[str, BoundaryMesh]
     nodes: dict[str, Index]
     sides: dict[str, tuple[str, str]]
@@ -59,17 +57,7 @@ class SolutionData:
     info: dict[str, Any] = field(default_factory=dict)
     failed: StepResult | None = None
 
-    assembly = property(lambda self: self.problem, doc="`problem`.")
-
-    @functools.cached_property
-    def case(self) -> Case | Assembly:
-        """The problem as a one-body file spells it, where it is of one body that faces fixed ground; else `problem`."""
-        problem = self.problem
-        if len(problem.body) > 1 or problem.obstacle or problem.contact or problem.body[0].point_force:
-            return problem
-        own = {name: getattr(problem.body[0], name) for name in ("material", "geometry", "mesh", "boundary")}
-        shared = {name: getattr(problem, name) for name in ("title", "units", "step", "method", "bem", "petsc")}
-        return Case.model_construct(**own, **shared)
+    assembly = case = property(lambda self: self.problem, doc="`problem`.")
 
     @property
     def converged(self) -> bool:
@@ -130,7 +118,9 @@ class SolutionData:
     def bilateral(self) -> bool:
         """Whether it is the paper's problem: one body in one load step, all its contact bilateral under a given bound."""
         contacts = [c for c in self.problem.body[0].boundary if isinstance(c, Contact)]
-        return isinstance(self.case, Case) and not self.problem.step and not self.last.alpha.size and all(
+        given = self.problem
+        one = len(given.body) == 1 and not (given.obstacle or given.contact or given.point_force)
+        return one and not self.problem.step and not self.last.alpha.size and all(
             c.normal == "bilateral" and c.gap == 0.0 and c.friction_coefficient is None for c in contacts
         )  # fmt: skip
 

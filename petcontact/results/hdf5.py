@@ -13,8 +13,8 @@ import numpy as np
 from ..contact.state import COLUMNS, History
 from ..errors import ResultError
 from ..mesh.storage import demand, read_mesh, write_mesh
-from ..model.assembly import Assembly
 from ..model.base import parse
+from ..model.problem import Problem
 from ..model.units import Units
 from .data import SolutionData
 from .format.checks import check_fields, check_group, check_history, check_link, check_pair, read_table
@@ -131,7 +131,7 @@ def _write_step(group: Any, place: Any, step: StepResult) -> None:
             here[key] = group[f"pairs/{name}/{key}"]
         for key in MOVING:
             here[key] = getattr(pair, key)
-        known = {key: getattr(pair, key) for key in (*RESULTANTS, "area")}
+        known = {key: getattr(pair, key) for key in (*RESULTANTS, "area", "imbalance")}
         here.attrs.update({key: value for key, value in known.items() if value is not None})
     for name, body in step.bodies.items():
         here = _ordered(place, f"body/{name}")
@@ -225,7 +225,7 @@ def _read_group(group: Any, source: str) -> SolutionData:
 
 def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
     """A group of format 3, or of format 2, which lacks ρ and its residual and lists by the alphabet."""
-    problem: Assembly = parse(Assembly, tomllib.loads(attributes["config"]), source)
+    problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
     meshes = {body.name: read_mesh(group[f"bodies/{body.name}/mesh"], source) for body in problem.body}
     nodes = {name: place["nodes"][()] for name, place in group.get("pairs", {}).items()}
     sides = {name: (str(p.attrs["body"]), str(p.attrs["part"])) for name, p in group.get("pairs", {}).items()}

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..arrays import Array, Index, Names, States
 from ..contact.state import History
-from ..geometry.rotation import Axial
+from ..geometry.rotation import Axial, moment
 
 
 @dataclass(frozen=True)
@@ -74,6 +74,22 @@ class PairResult:
     def area(self) -> float:
         """Length, in space area, of the closed part of the interface [length]."""
         return float(self.weight[self.state != 2].sum())
+
+    @property
+    def imbalance(self) -> float:
+        """What force and moment on the two sides leave over, over all that acts and its reach [-]; 0 of one body alone."""
+        return self.imbalance_beyond(0.0)
+
+    def imbalance_beyond(self, couple: Axial) -> float:
+        """The same, of the moment what a couple on the primary explains, such as that of friction across a gap."""
+        size = float(self.weight @ np.hypot(self.pressure, np.linalg.norm(self.sigma_t, axis=1)))
+        if self.force_primary is None or self.moment_primary is None or size == 0.0:
+            return 0.0
+        middle = self.weight @ self.x / self.weight.sum()
+        reach = float(np.linalg.norm(self.x - middle, axis=1).max())
+        force = self.force + self.force_primary
+        left = np.atleast_1d(self.moment + self.moment_primary - couple - moment(middle[None], force[None]))
+        return float(max(np.linalg.norm(force), np.linalg.norm(left) / reach)) / size
 
     @property
     def tension_share(self) -> float:

@@ -3,12 +3,18 @@
 from __future__ import annotations
 
 import math
+import mmap
 import os
 import re
 import resource
 import sys
 from pathlib import Path
 from typing import Any
+
+from ..errors import SolverError
+
+TO_START = 450_000_000
+"""Address space that PETSc, SciPy and one buffer of BLAS take before the first matrix [bytes]."""
 
 
 def peak_memory(comm: Any) -> int:
@@ -23,6 +29,26 @@ def physical_memory() -> float:
         return float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):
         return math.inf
+
+
+def check_address_space() -> None:
+    """Refuse to start under a limit of the address space (`ulimit -v`) that the libraries alone exceed.
+
+    OpenBLAS tries for ever to get a buffer that the system does not give.
+
+    Raises
+    ------
+    SolverError
+        If there is too little.
+    """
+    limits = [resource.getrlimit(kind)[0] for kind in (resource.RLIMIT_AS, resource.RLIMIT_DATA)]
+    if all(limit == resource.RLIM_INFINITY for limit in limits):
+        return
+    try:
+        mmap.mmap(-1, TO_START).close()
+    except OSError:
+        needed = f"it takes {TO_START / 1e6:.0f} MB of address space (ulimit -v)"
+        raise SolverError("start", "out of memory", needed) from None
 
 
 def _peak() -> int:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
-import itertools
 import os
 import sys
+import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InputError, MissingPetscError, SolverError
+from .memory import check_address_space
+from .petsc_options import OF_THE_PROGRAM, check, files_first
 from .signals import reinstall
 from .threads import cap_blas_threads
 
@@ -29,10 +30,6 @@ _LAUNCHED = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_L
 """Variables of which a launcher of ranks sets one."""
 _SINGLETON = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0", "OMPI_MCA_pml": "ob1"}
 """No daemon; no folder, which without a daemon would be one for all that start and end at that moment; no network."""
-_PROGRAM_OPTIONS = ("options_", "help", "log_", "malloc", "info", "skip_petscrc", "no_signal_handler", "on_error_",
-                    "start_in_debugger", "debugger", "fp_trap", "get_total_flops", "citations", "check_pointer_intensity",
-                    "memory_view", "objects_dump", "version", "petsc_ci")  # fmt: skip
-"""What PETSc reads itself, when it starts or ends."""
 
 
 def initialise(argv: Sequence[str] = ()) -> None:
@@ -49,11 +46,16 @@ def initialise(argv: Sequence[str] = ()) -> None:
     MissingPetscError
         If petsc4py cannot be imported.
     InputError
-        If an `-options_file` does not exist or includes itself, or a viewer's file cannot be written.
+        If PETSc refuses the options, a file of options is none, or a file that a viewer writes to cannot be written.
+    SolverError
+        If there is too little memory to start.
     """
     cap_blas_threads()
-    arguments = _files_first(argv)
+    check([*os.environ.get("PETSC_OPTIONS", "").split(), *argv])
+    arguments = files_first(argv)
     started = "petsc4py.PETSc" in sys.modules
+    if not started:
+        check_address_space()
     try:
         import petsc4py
 
@@ -62,7 +64,7 @@ def initialise(argv: Sequence[str] = ()) -> None:
             quiet = [] if "-options_left" in arguments else ["-options_left", "no"]
             # a pipe that closes (`| head`) or a crash is Python's to report, not a banner of PETSc's and an MPI abort
             quiet += ["-no_signal_handler"]
-            with _local():
+            with _local(), _told_in_one_line(bool(arguments)):
                 petsc4py.init(["petcontact", *quiet, *arguments])
             reinstall()
         from petsc4py import PETSc
@@ -75,8 +77,33 @@ def initialise(argv: Sequence[str] = ()) -> None:
         ) from error
     if started and arguments:
         PETSc.Options().insertString(" ".join(arguments))
-    if arguments:
-        _check_viewers()
+
+
+@contextlib.contextmanager
+def _told_in_one_line(asked: bool) -> Iterator[None]:
+    """What PETSc has against options when it starts, without its page on standard error."""
+    if not asked:
+        yield
+        return
+    with tempfile.TemporaryFile() as page:
+        kept, refused = os.dup(2), False
+        os.dup2(page.fileno(), 2)
+        try:
+            yield
+        except Exception as error:
+            if not type(error).__module__.startswith("petsc4py"):
+                raise
+            refused = True
+        finally:
+            os.dup2(kept, 2)
+            os.close(kept)
+            page.seek(0)
+            text = page.read()
+            if not refused:
+                os.write(2, text)
+    if refused:
+        lines = [line.partition("PETSC ERROR: ")[2] for line in text.decode(errors="replace").splitlines()]
+        raise InputError(f"PETSc's options: {' '.join(filter(None, lines[2:3])) or 'PETSc cannot start with them'}")
 
 
 @contextlib.contextmanager
@@ -95,53 +122,6 @@ def _local() -> Iterator[None]:
     finally:
         for name in ours:
             del os.environ[name]  # an mpiexec that we start shall not see them
-
-
-def _files_first(argv: Sequence[str]) -> list[str]:
-    """PETSc lets the last word win: with its files first, the command line has precedence over them in any order."""
-    files: list[str] = []
-    others: list[str] = []
-    words = iter(argv)
-    for word in words:
-        if word == "-options_file":
-            name = next(words, "")
-            _check_options_file(name, ())
-            files += [word, name]
-        else:
-            others.append(word)
-    return files + others
-
-
-def _check_options_file(name: str, within: tuple[str, ...]) -> None:
-    """Refuse an options file that is not there or, directly or not, includes itself: PETSc would follow it for ever."""
-    if not Path(name).is_file():
-        raise InputError(f"-options_file {name}: no such file")
-    real = os.path.realpath(name)
-    if real in within:
-        raise InputError(f"-options_file {name}: includes itself")
-    try:
-        lines = Path(name).read_text(encoding="utf-8", errors="replace").splitlines()
-    except OSError as error:
-        raise InputError(f"-options_file {name}: cannot be read ({error.strerror})") from None
-    for words in (line.partition("#")[0].split() for line in lines):
-        for word, included in itertools.pairwise(words):
-            if word == "-options_file":
-                _check_options_file(included.strip("\"'"), (*within, real))
-
-
-def _check_viewers() -> None:
-    """Refuse viewers that write to a file in a folder that is not there: those of PETSc's own end fail unnoticed."""
-    from petsc4py import PETSc
-
-    database = PETSc.Options()
-    for option, value in database.getAll().items():
-        kind, colon, rest = (value or "").partition(":")
-        file = Path(rest.partition(":")[0])
-        if not (colon and kind in ("", "ascii", "binary", "hdf5") and file.name):
-            continue
-        if file.is_dir() or not os.access(file.parent, os.W_OK | os.X_OK):
-            database.delValue(option)
-            raise InputError(f"-{option} {value}: {file} cannot be written")
 
 
 def failure_comm() -> Any:
@@ -182,7 +162,7 @@ def unused_options() -> list[str]:
     """Names of the PETSc options that no object has asked for: command line, options file, environment and tables."""
     database = petsc().Options()
     given = {name: _used(name) for name in database.getAll()} | _from_tables
-    return [f"-{name}" for name, used in given.items() if not used and not name.startswith(_PROGRAM_OPTIONS)]
+    return [f"-{name}" for name, used in given.items() if not used and not name.startswith(OF_THE_PROGRAM)]
 
 
 def _used(name: str) -> bool:
@@ -238,8 +218,8 @@ def stage(name: str) -> Iterator[None]:
             _clocks[-1][name] = _clocks[-1].get(name, 0.0) + time.perf_counter() - began
 
 
-def solver_error(name: str, error: PETSc.Error) -> SolverError:
-    """What a PETSc error code means for the user of a solver."""
+def solver_error(name: str, error: PETSc.Error, prefix: str = "") -> SolverError:
+    """What a PETSc error code means for the user of a solver, whose options have a prefix."""
     if error.ierr == 71:
         return SolverError(name, "zero pivot in LU (PETSC_ERR_MAT_LU_ZRPVT)", "the matrix is singular: is the body fixed?")
     # PETSc 3.18 gives the number of a source line where its dense matrices find no memory
@@ -248,9 +228,10 @@ def solver_error(name: str, error: PETSc.Error) -> SolverError:
     if error.ierr in (56, 86, 92):
         return SolverError(
             name, f"PETSc cannot do this combination of types (error {error.ierr}: {_last_line(error)})",
-            "choose another -ksp_type or -pc_type (-help lists them)",
+            f"choose another -{prefix}ksp_type or -{prefix}pc_type (-help lists them)",
         )
-    return SolverError(name, f"PETSc error {error.ierr}: {_last_line(error)}", "see -help and -ksp_error_if_not_converged")
+    return SolverError(name, f"PETSc error {error.ierr}: {_last_line(error)}",
+                       f"see -help and -{prefix}ksp_error_if_not_converged")  # fmt: skip
 
 
 def options_error(prefix: str, error: PETSc.Error) -> InputError:

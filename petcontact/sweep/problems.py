@@ -1,25 +1,44 @@
-"""Problems of a sweep: what a group shares is prepared once, and a case runs on it."""
+"""Problems of a sweep: what a group shares is prepared once, and each of its cases is run on it."""
 
 from __future__ import annotations
 
 import dataclasses
+import re
 from typing import Any
 
 from ..contact.methods.registry import method_of
 from ..model.problem import Problem
+from ..pipeline.assemble import with_laws_of
 from ..pipeline.increment import PreparedProblem
 from ..pipeline.run import prepare, run
 from ..results.solution import Solution
 
+LAWS = re.compile(r"(contact|boundary|body\.\d+\.boundary)\.\d+\.friction_(coefficient|bound)")
+MOTIONS = re.compile(r"(step\.\d+\.)?obstacle\.\d+\.(displacement|rotation|force|moment)(\.\d+)?")
+
+
+def shares_elimination(key: str, value: Any) -> bool:
+    """Whether cases that differ in the value of a dotted key, of this one and others like it, share their elimination.
+
+    Parameters of the method do; coefficients and bounds of friction do; motions and loads of obstacles do. The elimination
+    depends on meshes, materials, on which components are known, and on the data of the bodies (their loads are eliminated
+    with them); a friction that is zero or an expression may change the mesh.
+    """
+    if key.startswith("method."):
+        return key != "method.formulation"
+    if LAWS.fullmatch(key):
+        return isinstance(value, (int, float)) and value > 0.0
+    return key == "title" or MOTIONS.fullmatch(key) is not None
+
 
 def prepare_group(case: Problem, comm: Any, cases: int) -> PreparedProblem:
-    """Discretise and eliminate for so many cases that differ in their method alone."""
+    """Discretise and eliminate for so many cases that share it."""
     return prepare(case, comm, cases=cases)
 
 
 def run_case(shared: PreparedProblem, case: Problem) -> Solution:
     """One case of the group."""
-    discrete = dataclasses.replace(shared.discrete, problem=case, warnings=list(shared.discrete.warnings))
+    discrete = with_laws_of(shared.discrete, case)
     return run(dataclasses.replace(shared, discrete=discrete, method=method_of(case.method)))
 
 

@@ -104,6 +104,9 @@ QUANTITIES = {
     for function in (max_u_t, slip_length, slip_share, contact_area, tension_share, dissipated_energy)
 }
 """Of every case."""
+COLUMNS = ("id", "problem", "variant", "status", "published", "iterations", "final_rho", "residual", "elastic_residual",
+           "iterate_seconds", "reason", "digest", "keep", "bytes", "sum")  # fmt: skip
+"""What else a row of a sweep has, in its log and in its table."""
 
 
 def von_mises_at(solution: Solution, points: Sequence[Sequence[float]]) -> dict[str, float]:
@@ -121,14 +124,17 @@ def von_mises_at(solution: Solution, points: Sequence[Sequence[float]]) -> dict[
     return {f"von_mises_{number}": float(value) for number, value in enumerate(values, 1)}
 
 
-def users(names: Sequence[str], folder: Path) -> dict[str, Quantity]:
+def users(names: Sequence[str], folder: Path, coordinates: Sequence[str] = ()) -> dict[str, Quantity]:
     """Functions by "module:function"; modules are looked for beside the sweep file first.
 
     Raises
     ------
     InputError
-        If one cannot be imported, or is none, or has the name of a quantity that is there already.
+        If one cannot be imported, or is none, or two columns of the table would have one name.
     """
+    taken = [name for name in coordinates if name != "variant"]
+    if clash := next((name for k, name in enumerate(taken) if name in taken[:k] or (k and is_column(name))), None):
+        raise InputError(f"names: {clash}: a column of every table is called that, give another name")
     found: dict[str, Quantity] = {}
     sys.path.insert(0, str(folder.resolve()))
     try:
@@ -143,12 +149,17 @@ def users(names: Sequence[str], folder: Path) -> dict[str, Quantity]:
             if not callable(function):
                 raise InputError(f"quantities: {name}: not a function")
             short = attribute.rsplit(".", 1)[-1]
-            if short in found or short in QUANTITIES:
-                raise InputError(f"quantities: {name}: there is a quantity {short} already")
+            if short in found or short in coordinates or is_column(short):
+                raise InputError(f"quantities: {name}: there is a column {short} already; give the function another name")
             found[short] = function
     finally:
         sys.path.pop(0)
     return found
+
+
+def is_column(name: str) -> bool:
+    """Whether the table of any sweep has, or may have, such a column of its own."""
+    return name in COLUMNS or name in QUANTITIES or name.startswith(("force_", "von_mises_", "history_"))
 
 
 def row_of(

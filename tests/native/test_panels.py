@@ -6,14 +6,19 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from petcontact.pipeline.prepare import discretise
+from prepared import operators
 
 from petcontact import native
-from petcontact.bem import operators
+from petcontact.bem import kernels
+from petcontact.bem import operators as bem_operators
 from petcontact.bem.kelvin3d import integrals as module
+from petcontact.bem.kelvin3d import stress
 from petcontact.bem.kelvin3d.integrals import integrals
+from petcontact.bem.kelvin3d.kernel import Kelvin3D
+from petcontact.bem.kernels import field_of
 from petcontact.mesh.panels import make_panels
 from petcontact.model.case import load
+from petcontact.model.problem import Material
 
 pytestmark = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -47,6 +52,28 @@ def test_integrals_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: in
         assert np.all(np.abs(one - other) <= 1e-12 * 10.0**order * size)
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-4])
+@pytest.mark.parametrize("corners", [3, 4])
+@pytest.mark.parametrize("order", range(4))
+def test_fields_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: int, order: int, unit: float) -> None:
+    """Displacement, stress and solid angle of random data on three panels, near and far."""
+    panels, points = panels_and_points(corners, order, unit)
+    n = 3 * panels.n_nodes
+    points = np.delete(points, [*range(n), *range(2 * n, 2 * n + 20)], axis=0)     # those on panels or in their planes
+    rng = np.random.default_rng(order)
+    u, traction = unit * rng.normal(size=(2, 3 * panels.n_nodes, 3))
+    kernel = Kelvin3D(Material(young_modulus=2.0, poisson_ratio=0.3), 1.7 * unit)
+    ours = field_of(kernel, points, panels, u, traction)
+    monkeypatch.setattr(kernels, "FIELDS", {})
+    monkeypatch.setattr(stress, "TOLERANCE", kernel.tolerance)     # the same rules
+    monkeypatch.setattr(module, "available", lambda: False)
+    theirs = field_of(kernel, points, panels, u, traction)
+    for one, other, least in zip(ours, theirs, (0.0, 0.0, 1e-11), strict=True):
+        size = np.abs(other).reshape(len(points), -1).max(axis=1) + least
+        error = np.abs(one - other).reshape(len(points), -1).max(axis=1)
+        assert np.all(error <= 1e-9 * size) and np.median(error / size) <= 1e-13
+
+
 @pytest.mark.parametrize("order", [0, 2, 3])
 def test_digits_do_not_depend_on_the_company(order: int) -> None:
     """One target or many, one panel or many, G alone, H alone: the same bits."""
@@ -71,8 +98,8 @@ def test_digits_do_not_depend_on_the_company(order: int) -> None:
 def test_columns_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, name: str, keys: dict[str, object]) -> None:
     """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression asks for them."""
     case = load(CONFIGS / f"{name}.toml", keys)
-    quick, slow = (discretise(case) for _ in range(2))
-    monkeypatch.setattr(operators, "column_filler", lambda *_: None)
+    quick, slow = (operators(case) for _ in range(2))
+    monkeypatch.setattr(bem_operators, "column_filler", lambda *_: None)
     assert slow._filler is None
     monkeypatch.undo()
     assert quick._filler is not None

@@ -10,6 +10,7 @@ import os
 import shutil
 import signal
 import subprocess
+import sys
 import tempfile
 import tomllib
 from collections.abc import Iterator
@@ -291,6 +292,23 @@ def test_test_with_arguments_runs_pytest_alone(checks):
     done = call(checks / "scripts/test", "tests/test_mesh.py", "-k", "a or b")
     assert done.returncode == 0
     assert (checks / "calls").read_text().splitlines()[1:] == ["python -m pytest tests/test_mesh.py -k a or b"]
+
+
+@pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc here")
+@pytest.mark.parametrize(("numbers", "status"), [(4, 0), (5, 1)])
+def test_test_sanitize_stops_at_an_access_out_of_bounds(checks, numbers, status):
+    """Kernels of a few lines, and instead of pytest a program that hands them room for four numbers."""
+    native = checks / "petcontact/native"
+    native.mkdir(parents=True)
+    (native / "fill.c").write_text("void fill(long n, double *x) { for (long i = 0; i < n; i++) x[i] = 1.0; }\n")
+    (native / "part").mkdir()
+    (native / "part/other.c").write_text("void other(void) {}\n")
+    word = f"import ctypes, os; ctypes.CDLL(os.environ['PETCONTACT_NATIVE']).fill({numbers}, (ctypes.c_double * 4)())"
+    words = '[[ "$*" == "-m pytest -m not mpi and not slow tests/native"* ]]'
+    program(checks / ".venv/bin/python", f'{words} && {sys.executable} -c "{word}"')
+    done = call(checks / "scripts/test", "--sanitize")
+    assert done.returncode == status, done.stderr
+    assert ("heap-buffer-overflow" in done.stdout) == (status == 1)
 
 
 def test_test_slow_and_coverage(checks):

@@ -10,6 +10,8 @@ from sweep_files import quietly, sweep_file
 from petcontact import load_case
 from petcontact.fields.interior import field_at
 from petcontact.pipeline.solve import solve
+from petcontact.sweep import problems
+from petcontact.sweep import run as running
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.quantities import QUANTITIES, contact_of, resultants, row_of, von_mises_at
 from petcontact.sweep.store.case_table import read_case_table
@@ -113,3 +115,37 @@ tolerance = [1e-8, 1e-9]
     else:
         assert set(kept["interface"]) == {"top"} and kept["history_step"].tolist() == [1.0, 2.0]
         assert kept["weight"][kept["state"] != 2].sum() == pytest.approx(area[3], rel=1e-12)
+
+
+def test_friction_and_motions_of_obstacles_share_one_elimination(tmp_path, comm, monkeypatch):
+    (tmp_path / "punch.toml").write_text(PUNCH)
+    sweep = read_sweep(sweep_file(tmp_path, """
+problems = ["punch.toml"]
+keep = "all"
+[cross]
+"contact.0.friction_coefficient" = [0.05, 0.1, 0.4]
+"step.1.obstacle.0.displacement.0" = [0.001, 0.03]
+"""))  # fmt: skip
+    calls = []
+    monkeypatch.setattr(running, "prepare_group", lambda *words: calls.append(words) or problems.prepare_group(*words))
+    assert quietly(sweep, tmp_path / "out").exit_status == 0
+    assert len(calls) == 1
+    for place in range(len(sweep)):
+        alone, kept = solve(sweep[place].case, comm=comm), load_case(tmp_path / "out", sweep.ids[place])
+        a, b = alone.last.pairs["top"], kept.last.pairs["top"]
+        assert np.array_equal(a.pressure, b.pressure) and np.array_equal(a.slip, b.slip)
+        assert kept.info["warnings"] == alone.info["warnings"]
+    force = read_case_table(tmp_path / "out").numbers("force_x")
+    assert len(set(force.round(9))) == 6
+
+
+def test_friction_bounds_of_the_papers_body_share_one_elimination(tmp_path, comm, monkeypatch):
+    text = 'problems = ["example1.toml"]\nkeep = "all"\n[set]\nelement_size = 0.4\n[cross]\n'
+    sweep = read_sweep(sweep_file(tmp_path, text + '"boundary.0.friction_bound" = [100.0, 150.0, 300.0]\n'))
+    calls = []
+    monkeypatch.setattr(running, "prepare_group", lambda *words: calls.append(words) or problems.prepare_group(*words))
+    assert quietly(sweep, tmp_path / "out").exit_status == 0 and len(calls) == 1
+    for place in range(3):
+        alone, kept = solve(sweep[place].case, comm=comm), load_case(tmp_path / "out", sweep.ids[place])
+        assert np.all(kept.contact.friction_bound == (100.0, 150.0, 300.0)[place])
+        np.testing.assert_allclose(kept.contact.sigma_t, alone.contact.sigma_t, rtol=1e-9, atol=1e-9)

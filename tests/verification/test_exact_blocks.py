@@ -14,11 +14,21 @@ import pytest
 
 from petcontact import Problem, Step
 from petcontact.model.base import parse
+<<<<<<< HEAD
+from petcontact.pipeline import adaptive, assemble
+from petcontact.pipeline.run import prepare, run
+=======
 from petcontact.pipeline import adaptive_assembly, assemble
 from petcontact.pipeline.load_steps import prepare_assembly, run_steps
+from petcontact.reference.cattaneo_mindlin import LinePartialSlip
+from petcontact.reference.half_plane import elliptic_load
+from petcontact.reference.hertz import LineContact, contact_modulus
+>>>>>>> main
 
 E, NU, MU, A, C = 1.0, 0.3, 0.4, 1.0, 0.6
-P_0, G, KAPPA = 1.0 / (4.0 * (1.0 - NU**2)), E / (2.0 * (1.0 + NU)), 3.0 - 4.0 * NU
+PAIR = LineContact(0.125 * np.pi / (1.0 - NU**2), 1.0, contact_modulus(E, NU, E, NU))
+SHEAR = LinePartialSlip(PAIR, MU, MU * PAIR.load * (1.0 - C**2))
+P_0, G = PAIR.peak, E / (2.0 * (1.0 + NU))
 TEXT = """
 [[body]]
 name = "lower"
@@ -45,44 +55,23 @@ friction_coefficient = 0.4
 """
 
 
-def half_plane(x, load, a):
-    """2G(u + iv), σ_xx, σ_yy, σ_xy at points (n, 2) of y <= 0 for tractions load·sqrt(1 - x²/a²), load = p + iq."""
-    z = x[:, 0] + 1j * np.minimum(x[:, 1], -1e-300)
-    near, far = z, np.conj(z)
-
-    def root(w):
-        return np.sqrt(w - a) * np.sqrt(w + a)
-
-    def integral(w):
-        return 1j * load / (4.0 * a) * (w * w - w * root(w) + a * a * np.log((w + root(w)) / a))
-
-    def potential(w):
-        return 1j * load / (2.0 * a) * (w - root(w))
-
-    slope = 1j * load / (2.0 * a) * (1.0 - near / root(near))
-    u = KAPPA * integral(near) + integral(far) - (near - far) * np.conj(potential(near))
-    other = potential(near) - potential(far) + (near - far) * np.conj(slope)
-    yy, xy = other.real, -other.imag
-    return u, 4.0 * potential(near).real - yy, yy, xy
-
-
 def exact(x, push=1.0):
     """u (n, 2), σ_xx, σ_yy, σ_xy of the lower block, q times `push`; the upper one's are those at -x, with -u."""
     sums = [0.0, 0.0, 0.0, 0.0]
     for load, a in ((P_0 * (1.0 + 1j * push * MU), A), (-1j * push * MU * P_0 * C / A, C)):
-        values, origin = half_plane(x, load, a), half_plane(np.zeros((1, 2)), load, a)
+        values, origin = elliptic_load(x, load, a, NU), elliptic_load(np.zeros((1, 2)), load, a, NU)
         for k in range(4):
             sums[k] = sums[k] + values[k] - (origin[0] if k == 0 else 0.0)
     return np.column_stack([sums[0].real, sums[0].imag]) / (2.0 * G), *sums[1:]
 
 
-def discretise(assembly, make_mesh=None, pushes=(1.0,)):
-    """The assembly with exact data at the ends of its steps, for a shear of these multiples of q."""
-    discrete = assemble.discretise(assembly, make_mesh)
-    for sign, far, mesh, loading in zip((1.0, -1.0), ("bottom", "top"), discrete.meshes, discrete.loadings, strict=True):
+def discretise(problem, make_mesh=None, law=None, pushes=(1.0,)):
+    """The problem with exact data at the ends of its steps, for a shear of these multiples of q."""
+    discrete = assemble.discretise(problem, make_mesh, law)
+    for sign, far, mesh, data in zip((1.0, -1.0), ("bottom", "top"), discrete.meshes, discrete.data, strict=True):
         n, part = mesh.normal, np.array(mesh.part_names)[mesh.node_part]
         held, sides = part == far, (part == "left") | (part == "right")
-        for push, value in zip(pushes, loading.value[1:], strict=True):
+        for push, value in zip(pushes, data.value[1:], strict=True):
             u, xx, yy, xy = exact(sign * mesh.x, push)
             value[held] = sign * u[held]
             value[sides] = np.column_stack([xx * n[:, 0] + xy * n[:, 1], xy * n[:, 0] + yy * n[:, 1]])[sides]
@@ -100,15 +89,13 @@ def errors(solution):
     """Relative L2 errors of p and q; τ points to -x on the lower block's top."""
     pair = solution.last.pairs["pair"]
     x, weight = pair.x[:, 0], pair.weight
-    p = P_0 * np.sqrt(np.maximum(1.0 - (x / A) ** 2, 0.0))
-    q = MU * (p - P_0 * C / A * np.sqrt(np.maximum(1.0 - (x / C) ** 2, 0.0)))
-    found = pair.pressure, -pair.sigma_t[:, 0]
-    return np.array([np.sqrt(weight @ (a - b) ** 2 / (weight @ b**2)) for a, b in zip(found, (p, q), strict=True)])
+    both = zip((pair.pressure, -pair.sigma_t[:, 0]), (PAIR.pressure(x), SHEAR.traction(x)), strict=True)
+    return np.array([np.sqrt(weight @ (a - b) ** 2 / (weight @ b**2)) for a, b in both])
 
 
 def solved(**mesh):
-    assembly = blocks(**mesh)
-    solution = run_steps(prepare_assembly(assembly, discrete=discretise(assembly)))
+    problem = blocks(**mesh)
+    solution = run(prepare(problem, discrete=discretise(problem)))
     assert solution.converged, solution.reason
     return solution
 
@@ -134,11 +121,11 @@ def test_meshes_graded_to_given_edges():
 def test_a_cycle_dissipates_what_its_loop_encloses(increments):
     """+Q, -Q, +Q at constant pressure: energies in closed form (Mindlin), the same for any number of increments."""
     steps = [{"name": "press"}, *({"name": name, "increments": increments} for name in ("push", "pull", "push again"))]
-    assembly = blocks(graded_points=GIVEN, levels=6, order=4, grading=0.3).model_copy(
+    problem = blocks(graded_points=GIVEN, levels=6, order=4, grading=0.3).model_copy(
         update={"step": tuple(Step(**step) for step in steps)}
     )
-    discrete = discretise(assembly, pushes=(0.0, 1.0, -1.0, 1.0))
-    solution = run_steps(prepare_assembly(assembly, discrete=discrete))
+    discrete = discretise(problem, pushes=(0.0, 1.0, -1.0, 1.0))
+    solution = run(prepare(problem, discrete=discrete))
     assert solution.converged, solution.reason
     spent = [sum(s.pairs["pair"].dissipated for s in solution.steps if s.step == k) for k in (1, 2, 3, 4)]
     assert spent == pytest.approx([0.0, 0.0011635208, 0.0023270416, 0.0023270416], rel=2e-7, abs=1e-15)
@@ -147,8 +134,8 @@ def test_a_cycle_dissipates_what_its_loop_encloses(increments):
 
 def test_edges_are_found(monkeypatch):
     """Joints go to the edges of contact and stick, mesh after mesh; the estimate is honest."""
-    monkeypatch.setattr(adaptive_assembly, "discretise", discretise)
-    solution = adaptive_assembly.adapt(blocks(), 2e-4)
+    monkeypatch.setattr(adaptive, "discretise", discretise)
+    solution = adaptive.adapt(blocks(), 2e-4)
     assert solution.converged and np.all(errors(solution) < (5e-6, 2e-5))
     assert errors(solution).max() < solution.info["estimated_error"] <= 2e-4
     assert np.allclose(np.array(solution.info["edges"]["pair"]) - 3.0, [-1.0, -0.6, 0.6, 1.0], atol=1e-6)

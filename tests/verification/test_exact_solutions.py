@@ -12,8 +12,10 @@ import pytest
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Method, Problem, SideBySide, Traction, solve
 from petcontact.fields.interior import field_at
+from petcontact.reference.lame import Cylinder
 
 STEEL = Material(young_modulus=200.0, poisson_ratio=0.3)
+TUBE = Cylinder(1.0, 2.0, 200.0, 0.3, pressure_inside=1.0)
 METHOD = Method(name="projection", rule="modified", rho=100.0, tolerance=1e-10, max_iterations=5000)
 
 
@@ -39,12 +41,11 @@ class Lame:
 
     @staticmethod
     def exact(x):
-        """Displacement and stress by Lamé: σ_r = A - B/r², σ_θ = A + B/r², A = 1/3, B = 4/3."""
+        """Displacement and stress."""
         r = np.hypot(*x.T)
-        a, b = 1.0 / 3.0, 4.0 / 3.0
         cos, sin = x.T / r
-        radial = (1.0 + 0.3) / 200.0 * (0.4 * a * r + b / r)
-        stress = [a - b / r**2 * (cos**2 - sin**2), a + b / r**2 * (cos**2 - sin**2), -2.0 * b / r**2 * sin * cos]
+        (along, around), radial = TUBE.stress(r), TUBE.displacement(r)
+        stress = [along * cos**2 + around * sin**2, along * sin**2 + around * cos**2, (along - around) * sin * cos]
         return np.column_stack([radial * cos, radial * sin]), np.column_stack(stress)
 
     @staticmethod

@@ -13,11 +13,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ... import native
 from ...arrays import Array, Index
 from ...mesh.basis import gauss
 from ...mesh.elements import Elements, Targets
 from .arcs import Arcs
+from .compiled import available, compiled_integrals
 from .constant_elements import constant
 from .segments import Segments
 from .tensors import Result
@@ -28,9 +28,6 @@ CHUNK = 16384
 """Pairs of one temporary: a dozen of them nearly fit a core's second-level cache, and calls cost little in them."""
 POINT_CHUNK = 6 * CHUNK
 """The same with Gauss points, of which fewer temporaries are needed."""
-
-
-_constant_compiled = native.function("petcontact_constant", "ippppippppddppii")
 
 
 def integrals(
@@ -68,6 +65,8 @@ def integrals(
     curved = elements.curved
     if n == 0 or m == 0:
         pass
+    elif available(elements):
+        compiled_integrals(targets, elements, poisson_ratio, length, result.kernel_g, result.kernel_h)
     elif curved.any() and not curved.all():
         for chosen in (np.flatnonzero(~curved), np.flatnonzero(curved)):
             parts = integrals(
@@ -126,21 +125,6 @@ def _off_line(targets: Targets, line: Index) -> Array | None:
 
 def _constant(targets: Targets, elements: Elements, result: Result) -> None:
     """Straight elements of order 0: closed form for all pairs."""
-    if _constant_compiled is not None:
-        n, m = len(elements.index), len(targets.line)
-        arrays = [
-            *(native.contiguous(a) for a in (elements.start, elements.end)),
-            *(native.contiguous(a, np.int64) for a in (elements.line, elements.index)),
-            native.contiguous(targets.point),
-            *(native.contiguous(a, np.int64) for a in (targets.line, targets.element)),
-            native.contiguous(targets.xi),
-        ]
-        pointers = [native.pointer(a) for a in arrays]
-        _constant_compiled(
-            n, *pointers[:4], m, *pointers[4:], result.poisson_ratio, result.length,
-            native.pointer(result.kernel_g), native.pointer(result.kernel_h), n * m, m,
-        )  # fmt: skip
-        return
     own_element, own_column = _pairs(targets.element, elements)
     for rows in _chunks(len(elements.index), len(targets.line), CHUNK):
         inside = (own_element >= rows.start) & (own_element < rows.stop)

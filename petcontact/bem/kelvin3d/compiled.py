@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import ctypes
 import functools
 import itertools
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 
 from ... import native
-from ...arrays import Array
+from ...arrays import Array, Index
 from ...mesh.basis import gauss
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import SurfaceMesh
-from ..compiled_filler import CompiledFiller
+from ..compiled_filler import CompiledFiller, data_members
 from ..kernel import ColumnData
 from .rules import COUNTS, MOST_POINTS, least_log_rho
 
@@ -22,13 +21,14 @@ TRIANGLE = 4
 """Is added to the order of triangles: the kind of a panel."""
 ROOM = 256
 """Gauss points of a panel that the compiled code has room for."""
-_panels = native.function("petcontact_panels", "ipiippdippp")
-_columns = native.function("petcontact_panel_columns", "ipip" + 13 * "p" + "ddpp")
+_panels = native.function("petcontact_panels", "pipiippp")
+_field = native.function("petcontact_panel_field", "pipiipppp")
+_columns = native.function("petcontact_panel_columns", native.FILLER)
 
 
 @functools.lru_cache(maxsize=16)
 def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
-    """The limits of the choice of Gauss points and their rules as `kelvin3d.c` reads them."""
+    """The limits of the choice of Gauss points and their rules as native/space/panel.h reads them."""
     # half the sum of the distances from both ends over half the length is (ρ + 1/ρ)/2
     least = [np.cosh(np.minimum(least_log_rho(order, tolerance), 700.0)) for order in range(HIGHEST_ORDER + 1)]
     points = np.zeros((2, len(COUNTS), COUNTS[-1]))
@@ -76,54 +76,64 @@ def compiled_integrals(
     """Fill `integrals`' results (3, 3, n k, m), G and H or one of them; `most` are the Gauss points of far panels."""
     assert _panels is not None
     points, records, kind = native.contiguous(points), _records(panels), _kind(panels)
-    rules, weights = _rules(tolerance, most), _weights(kind)
+    family = native.Record(kind, _rules(tolerance, most), _weights(kind), poisson_ratio)
     _panels(
-        len(records), native.pointer(records), records.shape[1], kind, native.pointer(rules), native.pointer(weights),
-        poisson_ratio, len(points), *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
+        family.address, len(records), native.pointer(records), records.shape[1], len(points),
+        *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
     )  # fmt: skip
 
 
-class _Mesh(ctypes.Structure):
-    """What `petcontact_panel_filler` knows."""
+def compiled_field(
+    points: Array, panels: Panels, poisson_ratio: float, tolerance: float, data: Array
+) -> tuple[Array, tuple[Index, Index]] | None:
+    """What panels add to displacement and stress at points inside the body, contracted with the boundary data.
 
-    _fields_: ClassVar = [
-        *((f"array_{k}", ctypes.c_void_p) for k in range(13)), ("nu", ctypes.c_double), ("length", ctypes.c_double),
-    ]  # fmt: skip
+    Parameters
+    ----------
+    points : (m, 3) array
+        [length]
+    panels : Panels
+        n panels of k nodes.
+    poisson_ratio, tolerance : float
+    data : (n k, 6) array
+        Traction over 2µ [-] and displacement [length] at their nodes.
 
-
-class CompiledColumns(CompiledFiller):
-    """Columns of one mesh; those of one panel beside each other cost its integrals once."""
-
-    def __init__(self, mesh: SurfaceMesh, data: ColumnData, poisson_ratio: float, length: float, tolerance: float) -> None:
-        kind, first = np.zeros(mesh.n_elements, dtype=np.int64), np.zeros(mesh.n_elements, dtype=np.int64)
-        records, start = [], 0
-        for panels in (batch.elements for batch in mesh.batches()):
-            part = _records(panels)
-            kind[panels.index] = _kind(panels)
-            first[panels.index] = start + part.shape[1] * np.arange(len(part))
-            records.append(part.ravel())
-            start += part.size
-        self._weights = {number: _weights(number) for number in np.unique(kind).tolist()}
-        table = np.array([native.pointer(self._weights[k]) if k in self._weights else 0 for k in range(2 * TRIANGLE)])
-        real, whole = np.float64, np.int64
-        arrays: list[tuple[Any, type]] = [
-            (mesh.x, real), (mesh.element, whole), (mesh.first_node, whole), (kind, whole), (np.concatenate(records), real),
-            (first, whole), (_rules(tolerance, MOST_POINTS), real), (table, whole), (data.traction_known, whole),
-            (data.frame, real), (data.rhs_first, whole), (data.rhs_traction, real), (data.rhs_displacement, real),
-        ]  # fmt: skip
-        assert _columns is not None
-        super().__init__(_columns, arrays, (poisson_ratio, length))
-        self._context = _Mesh(*self._known)
-
-    @property
-    def compiled(self) -> tuple[int, int] | None:
-        """As in `ColumnFiller`."""
-        address = native.address("petcontact_panel_filler")
-        return None if address is None else (address, ctypes.addressof(self._context))
+    Returns
+    -------
+    field : (m, 10) array
+        Displacement [length], stress over 2µ, and the share of the solid angle that the panels take.
+    close : pair of arrays
+        Panels and points too near for Gauss points, whose stress is missing. Nothing where nothing was compiled.
+    """
+    if _field is None:
+        return None
+    points, data, records, kind = native.contiguous(points), native.contiguous(data), _records(panels), _kind(panels)
+    family = native.Record(kind, _rules(tolerance, (ROOM,) * len(MOST_POINTS)), _weights(kind), poisson_ratio)
+    field, close = np.empty((len(points), 10)), np.zeros((len(records), len(points)), dtype=np.bool_)
+    _field(
+        family.address, len(records), native.pointer(records), records.shape[1], len(points),
+        *(native.pointer(a) for a in (points, data, field, close)),
+    )  # fmt: skip
+    element, column = np.nonzero(close)
+    return field, (element, column)
 
 
-def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledColumns | None:
+def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledFiller | None:
     """None where nothing was compiled; the kernel is a `Kelvin3D`."""
     if _columns is None:
         return None
-    return CompiledColumns(mesh, data, kernel.material.poisson_ratio, kernel.unit_length, kernel.tolerance)
+    kind, first = np.zeros(mesh.n_elements, dtype=np.int64), np.zeros(mesh.n_elements, dtype=np.int64)
+    records, start = [], 0
+    for panels in (batch.elements for batch in mesh.batches()):
+        part = _records(panels)
+        kind[panels.index] = _kind(panels)
+        first[panels.index] = start + part.shape[1] * np.arange(len(part))
+        records.append(part.ravel())
+        start += part.size
+    used = np.unique(kind).tolist()
+    weights = np.array([native.pointer(_weights(k)) if k in used else 0 for k in range(2 * TRIANGLE)])
+    return CompiledFiller("petcontact_panel_columns", native.Record(
+        native.contiguous(mesh.x), *(native.contiguous(array, np.int64) for array in (mesh.element, mesh.first_node)), kind,
+        np.concatenate(records), first, _rules(kernel.tolerance, MOST_POINTS), weights, kernel.material.poisson_ratio,
+        kernel.unit_length, *data_members(data),
+    ))  # fmt: skip

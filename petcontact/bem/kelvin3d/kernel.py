@@ -6,12 +6,15 @@ import math
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ...arrays import Array
 from ...mesh.panels import Panels
 from ...model.problem import Material
 from . import point_force
+from .compiled import compiled_field
 from .integrals import TOLERANCE, integrals
-from .stress import stress_integrals
+from .stress import near_stress, stress_integrals
 
 
 @dataclass(frozen=True)
@@ -59,6 +62,16 @@ class Kelvin3D:
         """Stress at points (m, 3) off the boundary; xx, yy, zz, xy, xz, yz come first."""
         kernel_d, kernel_s = stress_integrals(targets, elements, self.material.poisson_ratio)
         return kernel_d, kernel_s * self.unit_length
+
+    def field(self, targets: Array, elements: Panels, u: Array, traction: Array) -> tuple[Array, Array, Array] | None:
+        """As `bem.kernels.field_of`, by compiled code; None where nothing was compiled."""
+        data = np.concatenate([traction / self.unit_length, u], axis=1)
+        found = compiled_field(targets, elements, self.material.poisson_ratio, self.tolerance, data)
+        if found is None:
+            return None
+        field, (element, column) = found
+        stress = field[:, 3:9] + near_stress(targets, elements, element, column, self.material.poisson_ratio, data)
+        return field[:, :3], self.unit_length * stress, field[:, 9]
 
     def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
         """As in `Kernel`."""

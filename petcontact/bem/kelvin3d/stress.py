@@ -74,6 +74,20 @@ def stress_integrals(points: Array, panels: Panels, poisson_ratio: float) -> tup
     return kernel_d.reshape(flat), kernel_s.reshape(flat)
 
 
+def near_stress(
+    points: Array, panels: Panels, element: Index, column: Index, poisson_ratio: float, data: Array
+) -> Array:
+    """What is missing of the stress of `compiled.compiled_field`, (m, 6): pairs of a panel and a point in closed form."""
+    result, data = np.zeros((len(points), 6)), data.reshape(len(panels.index), panels.n_nodes, 6)
+    for first in range(0, len(element), NEAR_CHUNK):
+        some = slice(first, first + NEAR_CHUNK)
+        d, s = _near(points[column[some]], panels, element[some], poisson_ratio)
+        own = data[element[some]]
+        values = np.einsum("nckb,nbk->nc", d, own[..., :3]) + np.einsum("nckb,nbk->nc", s, own[..., 3:])
+        np.add.at(result, column[some], values)
+    return result
+
+
 def _tensors(integral: Integral, normal: Array, poisson_ratio: float) -> tuple[Array, Array]:
     """D and S (6, 3, ...) from integrals of products of r over powers of r, in the frame of these and of the normal."""
     nu, scale = poisson_ratio, 1.0 / (8.0 * np.pi * (1.0 - poisson_ratio))

@@ -14,8 +14,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...bem.operators import BoundaryOperators
-from ...contact.linearisation import Linearisation
-from ...contact.system import Modes, Surrogate
+from ...contact.system import Linearisation, Modes, Surrogate
 from ...model.solver_options import Bem
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread

@@ -16,7 +16,7 @@ from .aca import low_rank
 from .block_tree import Blocks, Clusters, divided
 from .entries import Callback, Entries, block
 
-_build = native.function("petcontact_hmatrix_build", "iiippdi" + "piipipi" + "ppp")
+_build = native.function("petcontact_hmatrix_build", "ppiipp" + "p")
 
 CHUNK = 1 << 24
 """Numbers of one piece of memory."""
@@ -126,29 +126,29 @@ class _Compiled:
         tiles, m, n, limit = (np.ascontiguousarray(a[:some]) for a in (tiles, m, n, limit))
         capacity = max(CHUNK, int(limit.max()))
         known = np.where((tiles[:, 4] == 0) | (m * n <= KNOWN), m * n, 0)
-        fetched = np.maximum(np.maximum(self.d * n, max(self.d, self.wide) * m), 2 * most**2 + most)
-        room = known + (tiles[:, 4] > 0) * (most * (m + n) + 2 * most**2 + np.maximum(self.d * n, m) + fetched)
+        crossed = np.where(tiles[:, 4] > 0, most, 0)
         values: Any = np.empty(capacity, self.dtype)
-        ranks = np.empty(some, dtype=np.int64)
-        real, flags = self._work(int(room.max())), np.empty(int((m + n).max()), dtype=np.int8)
-        done = np.empty(2, dtype=np.int64)
+        ranks, done = np.empty(some, dtype=np.int64), np.empty(2, dtype=np.int64)
+        operator = native.Record(*self.addresses, self.d, self.nodes, self.beside, self.tolerance)
+        work = native.Record(*self._work(
+            known.max(), (crossed * m).max(), (crossed * n).max(), most**2, most**2, most**2, most**2, most,
+            np.maximum(self.d * n, m).max(), np.maximum(self.d * n, max(self.d, self.wide) * m).max(), m.max(), n.max(),
+        ), most)  # fmt: skip
+        store = native.Record(int(self.dtype is np.float32), values, capacity, ranks)
         _build(
-            *self.addresses, self.d, native.pointer(self.nodes), native.pointer(self.beside), self.tolerance, some,
-            native.pointer(tiles), KNOWN, most, native.pointer(ranks), int(self.dtype is np.float32), native.pointer(values),
-            capacity, native.pointer(real), native.pointer(flags), native.pointer(done),
-        )  # fmt: skip
+            operator.address, work.address, KNOWN, some, native.pointer(tiles), store.address, native.pointer(done)
+        )
         if self.callback is not None:
             self.callback.check()
+        del store                                              # holds the values, which are cut off where they end
         values.resize(int(done[1]), refcheck=False)
         return Chunk(tiles[: done[0]], ranks[: done[0]], values)
 
-
-    def _work(self, size: int) -> Array:
+    def _work(self, *sizes: int) -> list[Array]:
         """Room for a thread, kept: new memory costs a page fault each time that it is touched."""
-        found: Array | None = getattr(self._local, "work", None)
-        if found is None or len(found) < size:
-            found = self._local.work = np.empty(size)
-        return found
+        found: list[Array] = getattr(self._local, "work", [np.empty(0)] * len(sizes))
+        self._local.work = [old if len(old) >= size else np.empty(size) for old, size in zip(found, sizes, strict=True)]
+        return self._local.work  # type: ignore[no-any-return]
 
 
 class _Plain:

@@ -14,7 +14,7 @@ from .build import Chunk, build_blocks
 from .entries import Entries, block
 
 _multiply = native.function("petcontact_hmatrix_multiply", "ipi" + "ppp")
-_coarse = native.function("petcontact_hmatrix_coarse", "ipi" + "pp" + "ii" + "pppp")
+_coarse = native.function("petcontact_hmatrix_coarse", "ipi" + "pp")
 
 SINGLE = 1e-6
 """Tolerance from which numbers are kept in single precision."""
@@ -149,12 +149,10 @@ class HMatrix:
     def _add_coarse(self, number: int, row_group: Index, column_group: Index, result: Array) -> None:
         table, values = self._tables[number], self._chunks[number].values
         if _coarse is not None:
-            both, moved = sum(result.shape), self._addressed(number)
-            sums, met, seen = np.zeros(both), np.zeros(both, dtype=np.int64), np.zeros(both, dtype=np.int8)
-            _coarse(
-                len(moved), native.pointer(moved), self._single, native.pointer(row_group), native.pointer(column_group),
-                *result.shape, *(native.pointer(a) for a in (result, sums, met, seen)),
-            )  # fmt: skip
+            moved = self._addressed(number)
+            scratch = [np.zeros(k, dtype) for dtype in (np.float64, np.int64, np.int8) for k in result.shape]
+            grouping = native.Record(row_group, column_group, result.shape[1], *scratch)
+            _coarse(len(moved), native.pointer(moved), self._single, grouping.address, native.pointer(result))
             return
         for first, m, column, n, other, q, rank, place in table.tolist():
             rows = row_group[first : first + m]

@@ -15,8 +15,7 @@ from ...arrays import Array, Index, Mask
 from ...errors import SolverError
 from ...linalg.bordered import BorderedKrylov, Elimination, Map
 from ..linearisation import Linearisation
-from ..system import ContactSystem, Modes, Surrogate
-from .rigid_modes import RigidModeConstraint
+from ..system import ContactSystem, Modes, RigidModeConstraint, Surrogate
 
 DIRECT_SIZE = 512
 """Contact unknowns up to which LU on a block beats Krylov iterations on it (with a fast T)."""

@@ -19,7 +19,6 @@ from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
 from ..active_set.monolithic import MonolithicSolver
 from ..active_set.pivots import LinearSolver, Pivot, Predictor, box_problem, next_tau, pivots
-from ..active_set.rigid_modes import RigidModeConstraint
 from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import equilibrium_defect
 from ..equilibrium import unbalanced_load
@@ -28,7 +27,7 @@ from ..law_protocol import OPEN, SLIP, ContactLaw
 from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
-from ..system import ContactSystem, MonolithicSystem, Surrogate
+from ..system import ContactSystem, MonolithicSystem, RigidModeConstraint, Surrogate
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""

@@ -1,14 +1,16 @@
-"""Where rays and perpendiculars from points meet straight sides and arcs."""
+"""Where rays and perpendiculars from points meet straight sides and arcs, and the segments that face one another."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index
-from ...geometry.arcs import half_angles, on_arcs
-from .hits import SLACK, Faces, Hits
+from ...geometry.arcs import arc_lengths, half_angles, on_arcs
+from ..basis import gauss
+from .hits import SLACK, TOGETHER, Faces, Hits, Segments, along
 
 SAMPLES = 17
 """Points at which a curve is looked at between its nodes."""
@@ -50,21 +52,88 @@ class Curves(Faces):
             rise = np.where(self.curvature == 0.0, np.nan, np.cos(alpha) / self.curvature)
         return np.asarray(0.5 * (self.start + self.end) + rise[:, None] * left)
 
-    def stretch(self, number: Index, distance: Array) -> Array:
-        """Arc length at a distance along the normals over that of the curves themselves."""
-        return np.asarray(1.0 + self.curvature[number] * distance)
-
     def __len__(self) -> int:
         return len(self.start)
 
-    def _cast(self, x: Array, direction: Array) -> Hits:
-        return _cast(x, direction, self)
+    def rims(self) -> tuple[Index, Array]:
+        """See `Faces.rims`."""
+        return np.tile(np.arange(len(self)), 2), np.repeat([0.0, 1.0], len(self))
 
-    def _foot(self, x: Array, normal: Array) -> Hits:
-        return _foot(x, normal, self)
+    def cast(self, x: Array, direction: Array) -> Hits:
+        """See `Faces.cast`."""
+        return self._nearest(_crossings, x, direction)
+
+    def _nearest(self, meet: Callable[[Array, Array, Curves], tuple[Array, Array]], x: Array, vector: Array) -> Hits:
+        """Of all meetings within the curves the one with the smallest distance, either way."""
+        step = max(1, TOGETHER // max(1, len(self)))
+        face, place, far = np.full(len(x), -1), np.zeros(len(x)), np.full(len(x), np.inf)
+        for k in range(0, len(x), step):
+            distance, fraction = meet(x[k : k + step], vector[k : k + step], self)
+            met = (fraction >= -SLACK) & (fraction <= 1.0 + SLACK) & np.isfinite(distance)
+            # the same point at the end of two curves belongs to the one that holds it better
+            rank = np.where(met, np.abs(distance) + 1e-14 * np.abs(fraction - 0.5), np.inf)
+            best, row = np.argmin(rank, axis=1), np.arange(len(distance))
+            here = met[row, best]
+            face[k + row[here]] = best[here]
+            place[k + row[here]] = np.clip(fraction[row, best][here], 0.0, 1.0)
+            far[k + row[here]] = distance[row, best][here]
+        return Hits(face, place, far)
+
+    def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
+        """From where points x with outward normals (m, 2) are faced: the nearest foot of a perpendicular, or against a
+        direction. The distance is along the curve's normal, or the direction."""
+        if direction is None:
+            return self._nearest(_feet, x, normal)
+        hits = self.cast(x, -along(direction, normal))
+        # what looks away is met through the body
+        seen = normal @ direction < 0.0
+        return Hits(np.where(seen, hits.face, -1), hits.place, np.where(seen, hits.distance, np.inf))
+
+    def segments(self, other: Curves, order: Index, opposite: Index, direction: Array | None) -> Segments:
+        """See `Faces.segments`: each curve is cut where one of the others begins or ends."""
+        number, low, high = self._cut(other, direction)
+        middle = self.at(number, 0.5 * (low + high))
+        met = other.cast(middle[0], along(direction, middle[1])).face
+        beyond = np.where(met >= 0, opposite[met], opposite.max(initial=0))
+        count = np.maximum(order[number], beyond) + 1
+        chord = np.hypot(*(self.end - self.start).T)
+        size = arc_lengths(chord, half_angles(chord, self.curvature))
+        parts = []
+        for points in np.unique(count).tolist():
+            mine = np.flatnonzero(count == points)
+            xi, weight = gauss(points - 1)
+            width = (high - low)[mine, None]
+            place = (low[mine, None] + 0.5 * (1.0 + xi) * width).ravel()
+            face = np.repeat(number[mine], points)
+            x, normal = self.at(face, place)
+            hits = other.cast(x, along(direction, normal))
+            facing = (hits.face >= 0) & (np.sum(along(direction, normal) * normal, axis=1) > SLACK)
+            weights = (0.5 * weight * width).ravel() * size[face]
+            parts.append(Segments(face, place, hits.face, hits.place, weights).take(facing))
+        return Segments.joined(parts)
+
+    def _cut(self, other: Curves, direction: Array | None) -> tuple[Index, Array, Array]:
+        """Pieces of these curves between what faces ends of the others: numbers (k,), and fractions (k,) at either end."""
+        x, normal = other.at(*other.rims())
+        numbers, fractions = ([part] for part in self.rims())
+        step = max(1, TOGETHER // max(1, len(self)))
+        for k in range(0, len(x), step):
+            here, away = x[k : k + step], along(direction, normal[k : k + step])
+            found = _feet(here, away, self) if direction is None else _crossings(here, -away, self)
+            _, number = np.nonzero((found[1] > SLACK) & (found[1] < 1.0 - SLACK))
+            numbers.append(number)
+            fractions.append(found[1][(found[1] > SLACK) & (found[1] < 1.0 - SLACK)])
+        number, fraction = np.concatenate(numbers), np.concatenate(fractions)
+        order = np.lexsort((fraction, number))
+        number, fraction = number[order], fraction[order]
+        apart = np.append(True, (np.diff(fraction) > SLACK) | (np.diff(number) > 0))
+        number, fraction = number[apart], fraction[apart]
+        piece = np.flatnonzero(np.diff(number) == 0)
+        return number[piece], fraction[piece], fraction[piece + 1]
 
 
-def _cast(x: Array, direction: Array, curves: Curves) -> Hits:
+def _crossings(x: Array, direction: Array, curves: Curves) -> tuple[Array, Array]:
+    """Distances and fractions (m, n) where lines meet curves whose normals point against them, else not a number."""
     chord = curves.end - curves.start
     away = curves.start[None] - x[:, None]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -77,7 +146,7 @@ def _cast(x: Array, direction: Array, curves: Curves) -> Hits:
     bent = np.flatnonzero(curves.curvature)
     if len(bent):
         t[:, bent], fraction[:, bent] = _cast_on_arcs(x, direction, curves, bent)
-    return _nearest(t, fraction)
+    return t, fraction
 
 
 def _cast_on_arcs(x: Array, direction: Array, curves: Curves, bent: Index) -> tuple[Array, Array]:
@@ -103,7 +172,8 @@ def _fraction_on_arc(offset: Array, curves: Curves, bent: Index) -> Array:
     return fraction
 
 
-def _foot(x: Array, normal: Array, curves: Curves) -> Hits:
+def _feet(x: Array, normal: Array, curves: Curves) -> tuple[Array, Array]:
+    """Distances along the curves' normals and fractions (m, n) of the feet of perpendiculars from points that face them."""
     chord = curves.end - curves.start
     length = np.hypot(*chord.T)
     away = x[:, None] - curves.start[None]
@@ -117,18 +187,4 @@ def _foot(x: Array, normal: Array, curves: Curves) -> Hits:
         fraction[:, bent] = _fraction_on_arc(offset, curves, bent)
         distance[:, bent] = np.sign(bend) * (radius - 1.0 / np.abs(bend))
         against[:, bent] = np.sign(bend) * np.einsum("mkc,mc->mk", offset, normal) < 0.0
-    return _nearest(np.where(against, distance, np.nan), fraction)
-
-
-def _nearest(distance: Array, fraction: Array) -> Hits:
-    """Of all meetings within the curves the one with the smallest distance, either way."""
-    met = (fraction >= -SLACK) & (fraction <= 1.0 + SLACK) & np.isfinite(distance)
-    size = np.where(met, np.abs(distance), np.inf)
-    # the same point at the end of two curves belongs to the one that holds it better
-    best = np.argmin(np.where(met, size + 1e-14 * np.abs(fraction - 0.5), np.inf), axis=1)
-    row = np.arange(len(best))
-    none = ~met[row, best]
-    return Hits(
-        np.where(none, -1, best), np.where(none, 0.0, np.clip(fraction[row, best], 0.0, 1.0)),
-        np.where(none, np.inf, distance[row, best]),
-    )  # fmt: skip
+    return np.where(against, distance, np.nan), np.where(against, fraction, np.nan)

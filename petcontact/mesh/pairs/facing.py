@@ -1,8 +1,7 @@
 """Two parts that may touch: gap, directions, and the maps between their nodes, in any dimension.
 
 A point x of the secondary faces the point of the primary that the line from x along the direction n meets (n: the
-secondary's outward normal, or one that is given); conversely a point of the primary faces the foot of that line.
-J = ds_A/ds_B is the ratio of arc lengths, in space areas, of the secondary and the primary there: t_B = -J t_A.
+secondary's outward normal, or one that is given). Action is reaction: the maps of values and of tractions are adjoint.
 """
 
 from __future__ import annotations
@@ -14,10 +13,14 @@ import scipy
 
 from ...arrays import Array, Index, Mask
 from ..boundary_mesh import BoundaryMesh
-from .hits import Hits, along
+from .hits import Segments, along
+from .mortar import balanced, projection, rounded
+from .sag import sag
 
 NEAR = 0.1
 """Distance, over the size of the secondary, within which elements have to match."""
+SHARED = 1e-6
+"""Elements that share less of the secondary's do not face one another."""
 
 
 @dataclass(frozen=True)
@@ -33,11 +36,16 @@ class Facing:
     distance : (m,) array
         To the primary along n, infinite where it is not met [length].
     values : (m, k) sparse array
-        Values at the primary's nodes to values at the points that the secondary's nodes face.
+        V: values at the primary's nodes to values at the points that the secondary's nodes face (see `mortar`).
     loads : (k, m) sparse array
-        Traction at the secondary's nodes to J times it at the primary's nodes.
+        W_B⁻¹ Vᵀ W_A, W the nodes' weights: traction at the secondary's nodes to J times it at the primary's nodes, J being
+        the ratio of arc lengths, in space areas, of the secondary and the primary.
     matched : bool
         Whether each element of the secondary that is near the primary faces one of its elements.
+    sizes : (float, float)
+        Mean length, in space area, of the elements of the secondary and the primary near each other.
+    sag : float
+        Largest height of a curved face over an element that stands for it there; 0 where elements match [length].
     """
 
     secondary: Index
@@ -47,6 +55,8 @@ class Facing:
     values: scipy.sparse.csr_array
     loads: scipy.sparse.csr_array
     matched: bool
+    sizes: tuple[float, float]
+    sag: float
 
     @property
     def met(self) -> Mask:
@@ -57,31 +67,35 @@ class Facing:
 def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, direction: Array | None) -> Facing:
     """How the nodes of a part face another part, along a direction or the secondary's normals."""
     a, b = secondary.nodes_of(part), primary.nodes_of(other)
-    elements_a, own = secondary.faces(part)
-    elements_b, opposite = primary.faces(other)
+    elements, own = secondary.faces(part)
+    others, opposite = primary.faces(other)
     normal = np.array(along(direction, secondary.normal[a]))
     there = opposite.cast(secondary.x[a], normal)
-    back = own.comes_from(primary.x[b], primary.normal[b], direction)
-    values = _interpolation(primary, elements_b, there)[:, b]
-    loads = _interpolation(secondary, elements_a, back)[:, a]
-    met = np.abs(there.distance) < NEAR * float(secondary.weight[a].sum()) ** (1.0 / (secondary.dim - 1))
-    couples = np.unique(np.column_stack([secondary.element[a[met]], elements_b[there.face[met]]]), axis=0)
-    matched = all(len(np.unique(side)) == len(couples) for side in couples.T)
-    # J = |n_B·n| / |n_A·n|, over the stretch where n turns with the secondary
-    met = back.face >= 0
-    number = np.maximum(back.face, 0)
-    n_a = own.at(number, back.place)[1]
-    n = along(direction, n_a)
-    against, out = (np.abs(np.sum(vectors * n, axis=1)) for vectors in (primary.normal[b], n_a))
-    ratio = np.divide(against, out, out=np.zeros(len(out)), where=met & (out > 0.0))
-    if direction is None:
-        ratio /= own.stretch(number, np.where(met, back.distance, 0.0))
-    loads = scipy.sparse.csr_array(scipy.sparse.diags(np.where(met, ratio, 0.0)) @ loads)
-    return Facing(a, b, normal, there.distance, values, loads, matched)
+    segments = own.segments(opposite, secondary.order[elements], primary.order[others], direction)
+    y = opposite.at(segments.other, segments.opposite)[0]
+    values = projection(secondary, elements, primary, others, segments, y)[a][:, b]
+    # what looks past the other part carries nothing, though its element may face some of it
+    met = (there.face >= 0) & (np.diff(values.indptr) > 0)
+    values = scipy.sparse.csr_array(scipy.sparse.diags(met.astype(float)) @ values)
+    distance = np.where(met, there.distance, np.inf)
+    faced = secondary.x[a] + np.where(met, distance, 0.0)[:, None] * normal
+    values = rounded(balanced(values, primary.x[b], faced, secondary.tangents_to(normal), primary.weight[b]))
+    far = np.linalg.norm(y - own.at(segments.face, segments.place)[0], axis=1)
+    near = segments.take(far < NEAR * float(secondary.weight[a].sum()) ** (1.0 / (secondary.dim - 1)))
+    measure = [np.asarray(np.bincount(mesh.element, mesh.weight), dtype=float)[some]
+               for mesh, some in ((secondary, elements), (primary, others))]  # fmt: skip
+    couples = _couples(near, measure[0])
+    sides = [np.unique(numbers) for numbers in couples.T]
+    matched = all(len(numbers) == len(couples) for numbers in sides)
+    sizes = [float(every[numbers].sum()) / max(1, len(numbers)) for every, numbers in zip(measure, sides, strict=True)]
+    missed = [float(sag(faces)[numbers].max(initial=0.0)) for faces, numbers in zip((own, opposite), sides, strict=True)]
+    loads = scipy.sparse.diags(1.0 / primary.weight[b]) @ values.T @ scipy.sparse.diags(secondary.weight[a])
+    return Facing(a, b, normal, distance, values, scipy.sparse.csr_array(loads), matched, (sizes[0], sizes[1]),
+                  0.0 if matched else max(missed))  # fmt: skip
 
 
-def _interpolation(mesh: BoundaryMesh, elements: Index, hits: Hits) -> scipy.sparse.csr_array:
-    """Nodal values of a mesh to values at hits on some of its elements, 0 where none is met."""
-    met = np.flatnonzero(hits.face >= 0)
-    rows = scipy.sparse.csr_array((np.ones(len(met)), (met, np.arange(len(met)))), shape=(len(hits.face), len(met)))
-    return scipy.sparse.csr_array(rows @ mesh.basis_at(elements[hits.face[met]], hits.place[met]))
+def _couples(segments: Segments, size: Array) -> Index:
+    """Which faces of the secondary, of sizes (n,), and of the primary face one another, (k, 2)."""
+    couples, number = np.unique(np.column_stack([segments.face, segments.other]), axis=0, return_inverse=True)
+    shared = np.bincount(number.ravel(), segments.weight, len(couples))
+    return np.asarray(couples[shared > SHARED * size[couples[:, 0]]])

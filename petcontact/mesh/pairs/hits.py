@@ -1,10 +1,10 @@
-"""Where rays and perpendiculars from points meet the faces of a part: what curves and panels have in common."""
+"""Where rays from points meet the faces of a part, and segments: what curves and panels have in common."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -39,9 +39,35 @@ class Hits:
     place: Array
     distance: Array
 
-    def where(self, seen: Mask) -> Hits:
-        """The same for some of the points (m,), none for the others."""
-        return Hits(np.where(seen, self.face, -1), self.place, np.where(seen, self.distance, np.inf))
+
+@dataclass(frozen=True)
+class Segments:
+    """Quadrature points on a part where it faces another one; each segment lies on one face of either.
+
+    Attributes
+    ----------
+    face, other : (q,) arrays
+        Numbers of the face that a point lies on, and of the one of the other part that it faces.
+    place, opposite : (q,) or (q, 2) arrays
+        Places of the point, and of the one that is faced, as in `Hits`.
+    weight : (q,) array
+        On the part that faces the other [length, in space area].
+    """
+
+    face: Index
+    place: Array
+    other: Index
+    opposite: Array
+    weight: Array
+
+    def take(self, chosen: Mask) -> Segments:
+        """Some of the points."""
+        return Segments(*(getattr(self, key)[chosen] for key in Segments.__annotations__))
+
+    @staticmethod
+    def joined(parts: list[Segments]) -> Segments:
+        """All points of some lists, at least one."""
+        return Segments(*(np.concatenate([getattr(part, key) for part in parts]) for key in Segments.__annotations__))
 
 
 class Faces(ABC):
@@ -59,22 +85,18 @@ class Faces(ABC):
         """Numbers and places of points spread evenly over every face, its ends or corners among them."""
 
     @abstractmethod
-    def stretch(self, number: Index, distance: Array) -> Array:
-        """Length or area at a distance along the normals over that of the faces themselves, (k,)."""
+    def rims(self) -> tuple[Index, Array]:
+        """Numbers of the faces and places of the ends of curves, the middles of the sides of panels."""
 
     @abstractmethod
-    def _cast(self, x: Array, direction: Array) -> Hits: ...
+    def segments(self, other: Any, order: Index, opposite: Index, direction: Array | None) -> Segments:
+        """Where these faces, of orders (n,), face those of another part of the same kind, of orders `opposite`.
+
+        Along the outward normals, or a direction; products of the two polynomials are integrated exactly where the faces
+        are straight or flat.
+        """
 
     @abstractmethod
-    def _foot(self, x: Array, normal: Array) -> Hits: ...
-
-    def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
-        """From where on the faces points with outward normals (m, d) are met, by perpendiculars or against a direction."""
-        if direction is None:
-            return self.foot(x, normal)
-        # what looks away is met through the body
-        return self.cast(x, -along(direction, normal)).where(normal @ direction < 0.0)
-
     def cast(self, x: Array, direction: Array) -> Hits:
         """The nearest meeting of the lines x + t·direction with faces whose outward normal points against it.
 
@@ -83,17 +105,3 @@ class Faces(ABC):
         x, direction : (m, d) arrays
             Points [length] and unit vectors.
         """
-        return self._in_turns(x, direction, self._cast)
-
-    def foot(self, x: Array, normal: Array) -> Hits:
-        """The nearest foot of a perpendicular from points x, whose normals (m, d) point against that of the face.
-
-        The distance is along the face's outward normal.
-        """
-        return self._in_turns(x, normal, self._foot)
-
-    def _in_turns(self, x: Array, vector: Array, meet: Callable[[Array, Array], Hits]) -> Hits:
-        """What `meet` finds, some points at a time: its temporaries have an entry for each point and face."""
-        step = max(1, TOGETHER // max(1, len(self)))
-        parts = [meet(x[k : k + step], vector[k : k + step]) for k in range(0, max(1, len(x)), step)]
-        return Hits(*(np.concatenate([getattr(part, key) for part in parts]) for key in ("face", "place", "distance")))

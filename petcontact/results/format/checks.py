@@ -109,5 +109,5 @@ def check_pair(mesh: BoundaryMesh, nodes: Any, arrays: Mapping[str, Any], name: 
     """Refuse the fields of a contact pair that do not fit each other or the mesh of its secondary side."""
     demand_range(nodes, mesh.n_nodes, f"{name}/nodes")
     for key, values in arrays.items():
-        one_a_node = not isinstance(values, np.ndarray) or key in ("force", "moment") or len(values) == len(nodes)
+        one_a_node = not isinstance(values, np.ndarray) or key.startswith(("force", "moment")) or len(values) == len(nodes)
         demand(one_a_node, f"{name}/{key} has shape {np.shape(values)}, not one value for each of {len(nodes)} nodes")

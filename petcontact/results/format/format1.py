@@ -11,9 +11,8 @@ import numpy as np
 from ...contact.state import COLUMNS, History
 from ...errors import ResultError
 from ...mesh.storage import read_mesh
-from ...model.assembly import ONE_BODY, assembly_of
 from ...model.base import parse
-from ...model.case import Case
+from ...model.problem import ONE_BODY, Problem
 from ..data import SolutionData
 from ..ground import ground_pairs
 from ..records import BodyResult, ContactFields, StepResult
@@ -40,7 +39,7 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
     rows = group["history"]
     history = History(**{key: rows[key][()].tolist() for key in (*COLUMNS, *["exchanged"] * ("exchanged" in rows))})
     check_history(vars(history), source)
-    problem = assembly_of(parse(Case, tomllib.loads(attributes["config"]), source))
+    problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
     found = ground_pairs(
         mesh, dict.fromkeys(contact["part"].tolist()), contact["nodes"], fields["traction"], bound=contact["friction_bound"],
         **{key: contact[key] for key in ("tangent", "u_t", "sigma_t", "state")},

@@ -48,6 +48,7 @@ def _pair(name: str, pair: PairResult, dissipated: float, error: float) -> list[
     spent = dissipated if dissipated > least * float(pair.weight @ np.abs(p)) else 0.0
     items = [
         f"force {vector(_clean(pair.force))}", f"moment {vector(_clean(pair.moment, _reach(pair)))}",
+        *_primary(pair),
         f"closed {pair.area:.6g} of {total:.6g}", f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
         f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {slip if slip > least else 0.0:.4g}",
         f"dissipated {spent:.6g}" + (f" (error at most {error:.2g})" if spent > 0.0 and error > COARSE * spent else ""),
@@ -63,6 +64,14 @@ def _pair(name: str, pair: PairResult, dissipated: float, error: float) -> list[
     if penetration > least or excess > 1e-9 * float(np.abs(p).max(initial=0.0)):
         items.append(f"penetration {penetration:.1e}, |q| over its bound by {excess:.1e}")
     return wrapped(f"    {printable(name)}: ", items)
+
+
+def _primary(pair: PairResult) -> list[str]:
+    """What the other body feels, and how far that is from action and reaction."""
+    if pair.force_primary is None or pair.moment_primary is None:
+        return []
+    return [f"on the primary {vector(_clean(pair.force_primary))}",
+            f"moment {vector(_clean(pair.moment_primary, _reach(pair)))}", f"imbalance {pair.imbalance:.1e}"]  # fmt: skip
 
 
 def _clean(force: Axial, size: float = 0.0) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.assembly import ONE_BODY
+from ...model.problem import ONE_BODY
 from ...refinement.zones import Zone
 from ...runtime.terminal import printable
 from ..data import SolutionData

@@ -1,24 +1,22 @@
-"""Axes of a sweep: keys whose values change together, and the words that they give to the ids of the cases."""
+"""Axes of a sweep: keys whose values change together, what they are called, and the words that they give to the ids."""
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
-
-import numpy as np
 
 from ...errors import InputError
 from ...model.case import KEYS, whole_key
 from .sweep_file import Sample, SweepFile
 
-FIRST_WORDS = {"method.rule": "", "method.rho": "rho", "mesh.element_size": "h"}
-"""Keys that come first in an id, in this order, and the names that they have there."""
+SHORT = {"method.rule": "", "method.rho": "rho", "mesh.element_size": "h"}
+"""What stands before the value in an id, where that is not the name of the key."""
 LONGEST_VALUE = 24
-"""Characters of a value in an id; a longer one is cut and told apart by a hash."""
+"""Characters of a value in an id; where an axis has a longer one, or values look alike, its entries are numbered."""
 
 
 @dataclass(frozen=True)
@@ -40,41 +38,41 @@ class Axis:
     words: list[str]
 
 
-def make_axes(file: SweepFile, source: str) -> list[Axis]:
-    """Those of `cross`, one a key; of `zip`, `sample` and `points`, one each.
+def make_axes(file: SweepFile, problems: Sequence[Mapping[str, Any]], source: str) -> tuple[list[Axis], dict[str, str]]:
+    """Those of `cross`, one a key; of `zip`, `sample` and `points`, one each. And the names of their keys.
 
     Raises
     ------
     InputError
-        If a key is given twice or its entries cannot be told apart.
+        If a key is given twice, its entries cannot be told apart, or a name is given to a key that does not vary.
     """
-    axes = [_listed((full_key(key, source),), [(value,) for value in values]) for key, values in file.cross.items()]
-    if file.zip:
-        axes.append(_listed(tuple(full_key(key, source) for key in file.zip), list(zip(*file.zip.values(), strict=True))))
-    if file.sample is not None:
-        keys = tuple(full_key(key, source) for key in file.sample.range)
-        axes.append(_numbered(keys, sampled(file.sample), "sample"))
-    if file.points:
-        assert not isinstance(file.points, str)
-        axes.append(_numbered(tuple(full_key(key, source) for key in file.points),
-                              list(zip(*file.points.values(), strict=True)), "point"))  # fmt: skip
-    for axis in axes:
-        if len(set(axis.words)) < len(axis.words):
-            word = next(word for k, word in enumerate(axis.words) if word in axis.words[:k])
-            raise InputError(f"{source}: {', '.join(axis.keys)}: two cases have the id ...{word}: is a value listed twice?")
-    return axes
+    assert not isinstance(file.points, str)
+    listed: list[Mapping[str, list[Any]]] = [{key: values} for key, values in file.cross.items()]
+    numbered = {"sample": sampled(file.sample) if file.sample is not None else {}, "point": file.points or {}}
+    tables = [*((table, "") for table in (*listed, file.zip) if table),
+              *((table, word) for word, table in numbered.items() if table)]  # fmt: skip
+    keys = [[full_key(key, source) for key in table] for table, _ in tables]
+    every, given = [key for some in keys for key in some], {full_key(key, source): name for key, name in file.names.items()}
+    names = names_of(every, problems, given)
+    if unknown := set(given) - set(every):
+        raise InputError(f"{source}: names: {min(unknown)} does not vary")
+    axes = []
+    for mine, (table, word) in zip(keys, tables, strict=True):
+        values = list(zip(*table.values(), strict=True))
+        words = [f"{word}{number}" for number in range(1, len(values) + 1)]
+        if not word:
+            columns = [_words(SHORT.get(key, names[key].replace("_", "")), some)
+                       for key, some in zip(mine, table.values(), strict=True)]  # fmt: skip
+            words = ["-".join(some) for some in zip(*columns, strict=True)]
+        if len(set(words)) < len(words):
+            twice = next(word for k, word in enumerate(words) if word in words[:k])
+            raise InputError(f"{source}: {', '.join(mine)}: two cases have the id ...{twice}: is a value listed twice?")
+        axes.append(Axis(tuple(mine), values, words))
+    return axes, names
 
 
-def _listed(keys: tuple[str, ...], values: list[tuple[Any, ...]]) -> Axis:
-    return Axis(keys, values, ["-".join(key_word(k, v) for k, v in zip(keys, some, strict=True)) for some in values])
-
-
-def _numbered(keys: tuple[str, ...], values: list[tuple[Any, ...]], name: str) -> Axis:
-    return Axis(keys, values, [f"{name}{number}" for number in range(1, len(values) + 1)])
-
-
-def sampled(sample: Sample) -> list[tuple[float, ...]]:
-    """Points of a design, the same for the same seed."""
+def sampled(sample: Sample) -> dict[str, list[float]]:
+    """Points of a design by key, the same for the same seed."""
     import warnings
 
     from scipy.stats import qmc
@@ -85,10 +83,8 @@ def sampled(sample: Sample) -> list[tuple[float, ...]]:
         # scipy warns of a number of Sobol points that is no power of two
         warnings.simplefilter("ignore", UserWarning)
         unit = engine.random(sample.points)
-    columns = []
-    for (key, (low, high)), part in zip(sample.range.items(), unit.T, strict=True):
-        columns.append(low * (high / low) ** part if key in sample.log else low + (high - low) * part)
-    return [tuple(map(float, point)) for point in np.transpose(columns)]
+    return {key: (low * (high / low) ** part if key in sample.log else low + (high - low) * part).tolist()
+            for (key, (low, high)), part in zip(sample.range.items(), unit.T, strict=True)}  # fmt: skip
 
 
 def full_key(key: str, source: str) -> str:
@@ -105,9 +101,41 @@ def full_key(key: str, source: str) -> str:
     return found
 
 
-def key_word(key: str, value: Any) -> str:
-    """A key and its value in an id: `rho1e3`, `poissonratio0.2`; a rule stands for itself."""
-    return FIRST_WORDS.get(key, key.rsplit(".", 1)[-1].replace("_", "")) + value_word(value)
+def names_of(keys: Sequence[str], problems: Sequence[Mapping[str, Any]], given: Mapping[str, str] = {}) -> dict[str, str]:
+    """What keys are called: as is `given`, by their last word where that is unique, else by `speaking`.
+
+    >>> names_of(["method.rho", "boundary.0.value.1"], [{"boundary": [{"part": "left", "value": [1.0, 0.0]}]}])
+    {'method.rho': 'rho', 'boundary.0.value.1': 'left.value.y'}
+    """
+    spoken = {key: {speaking(key, data) for data in problems} for key in keys}
+    whole = {key: words.pop() if len(words) == 1 else key for key, words in spoken.items()}
+    last = [name.rsplit(".", 1)[-1] for name in whole.values()]
+    short = {key: word if last.count(word) == 1 and not re.fullmatch(r"[xyz]|value|\d+", word) else whole[key]
+             for key, word in zip(whole, last, strict=True)}  # fmt: skip
+    return {**short, **given}
+
+
+def speaking(key: str, data: Any) -> str:
+    """A dotted key with names of bodies, parts, pairs and steps in the place of their numbers, and x, y, z of components."""
+    words: list[str] = []
+    for step in key.split("."):
+        inside = isinstance(data, (list, tuple)) and step.isdecimal() and int(step) < len(data)
+        entry = data[int(step)] if inside else data.get(step) if isinstance(data, Mapping) else None
+        if inside and isinstance(entry, Mapping) and (entry.get("name") or entry.get("part")):
+            words[-1] = ".".join(str(entry[name]) for name in ("body", "name", "part") if entry.get(name))
+        else:
+            words.append("xyz"[int(step)] if inside and not isinstance(entry, Mapping) and len(data) <= 3 else step)
+        data = entry
+    return ".".join(words)
+
+
+def _words(name: str, values: Sequence[Any]) -> list[str]:
+    """A key and its values in ids: `rho1e3`, `poissonratio0.2`; a rule stands for itself."""
+    words = list(map(value_word, values))
+    different = len({value if isinstance(value, Hashable) else json.dumps(value, default=str) for value in values})
+    if max(map(len, words)) > LONGEST_VALUE or len(set(words)) < different:
+        words = [f"{number}" for number in range(1, len(words) + 1)]
+    return [name + word for word in words]
 
 
 def value_word(value: Any) -> str:
@@ -115,19 +143,10 @@ def value_word(value: Any) -> str:
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return short_number(value)
     text = value if isinstance(value, str) else json.dumps(value, sort_keys=True, default=str)
-    plain = re.sub(r"[^\w.+]+", "-", text).strip("-.") or "empty"
-    if len(plain) > LONGEST_VALUE:
-        return f"{plain[:LONGEST_VALUE]}~{hashlib.sha256(text.encode()).hexdigest()[:6]}"
-    return plain
+    return re.sub(r"[^\w.+]+", "-", text).strip("-.") or "empty"
 
 
 def short_number(value: float) -> str:
     """The shorter of 1000.0 and 1e3 without what says nothing."""
     scientific = f"{Decimal(repr(value)).normalize():e}".replace("e+", "e")
     return min(repr(value).removesuffix(".0"), scientific, key=len)
-
-
-def short_names(keys: list[str]) -> list[str]:
-    """The last word of each dotted key where that is unique: rho, not method.rho."""
-    last = [key.rsplit(".", 1)[-1] for key in keys]
-    return [word if last.count(word) == 1 else key for key, word in zip(keys, last, strict=True)]

@@ -1,4 +1,4 @@
-"""What a case is, as a digest: config, content of the files that it names, PETSc options, quantities that were asked for.
+"""What a case is, as a digest: config, content of the files that it names, PETSc options, quantities asked for, version.
 
 A result is used again only for a case of the same digest.
 """
@@ -9,19 +9,55 @@ import functools
 import hashlib
 import inspect
 import json
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from ... import __version__
+from ...errors import InputError
+from ...model.base import regular_file
 from .sweep import Sweep
 
 HARMLESS = ("monitor", "view", "log_", "info", "help", "options_", "malloc", "citations", "nox", "objects_dump",
             "no_signal_handler", "version", "skip_petscrc")  # fmt: skip
 """Parts of the names of PETSc options that change what is shown and never a digit."""
+LARGEST_NAMED = 4_000_000_000
+"""Bytes of a mesh or result that a case names, beyond which its content is not looked at."""
 
 
 class Identity:
     """Digests of the cases of a sweep.
+
+    Parameters
+    ----------
+    sweep : Sweep
+    facts : dict
+        What does not follow from the sweep file, as plain data: "bases", a digest for each base of the sweep, and "files",
+        that of each file which the values of an axis name.
+    """
+
+    def __init__(self, sweep: Sweep, facts: dict[str, Any]) -> None:
+        self.facts = facts
+        self._shape, self._bases = sweep.shape, facts["bases"]
+        folder = sweep.bases[0].folder
+        self._entries = [
+            [_text([[key, value, *(facts["files"][name] for name, _ in named_files({key: value}, folder))]
+                    for key, value in zip(axis.keys, some, strict=True)]) for some in axis.values]
+            for axis in sweep.axes
+        ]  # fmt: skip
+
+    def digest(self, place: int) -> str:
+        """32 hexadecimal digits for one case."""
+        words = []
+        for size, entries in zip(reversed(self._shape[1:]), reversed(self._entries), strict=True):
+            place, digit = divmod(place, size)
+            words.append(entries[digit])
+        return _digest("\n".join([self._bases[place], *words]))
+
+
+def identify(sweep: Sweep, options: Mapping[str, str] = {}, functions: Mapping[str, Any] = {}) -> Identity:
+    """The digests as things are now.
 
     Parameters
     ----------
@@ -31,45 +67,26 @@ class Identity:
     functions : mapping of str to callable
         The user's own quantities.
     """
-
-    def __init__(self, sweep: Sweep, options: Mapping[str, str] = {}, functions: Mapping[str, Any] = {}) -> None:
-        digits = {name: text for name, text in options.items() if not any(part in name for part in HARMLESS)}
-        common = [sorted(digits.items()), sweep.file.von_mises, {name: _source(f) for name, f in functions.items()}]
-        keys = [key for axis in sweep.axes for key in axis.keys]
-        block = len(sweep) // len(sweep.bases)
-        self._shape = sweep.shape
-        self._bases = []
-        for number, base in enumerate(sweep.bases):
-            # the resolved config without what varies: it tells of defaults, too
-            config = sweep[number * block].case.model_dump(mode="json", exclude_none=True)
-            for key in keys:
-                _remove(config, key.split("."))
-            files = [file_digest(path) for path in named_files({**base.data, "set": base.fixed}, base.folder)]
-            self._bases.append(_text([common, base.problem, base.variant, config, files]))
-        folder = sweep.bases[0].folder
-        self._entries = [
-            [_text([_entry(*pair, folder) for pair in zip(axis.keys, some, strict=True)]) for some in axis.values]
-            for axis in sweep.axes
-        ]
-
-    def digest(self, place: int) -> str:
-        """32 hexadecimal digits for one case."""
-        words = []
-        for size, entries in zip(reversed(self._shape[1:]), reversed(self._entries), strict=True):
-            place, digit = divmod(place, size)
-            words.append(entries[digit])
-        return hashlib.blake2b("\n".join([self._bases[place], *words]).encode(), digest_size=16).hexdigest()
+    digits = {name: text for name, text in options.items() if not any(part in name for part in HARMLESS)}
+    functions_text = {name: _source(function) for name, function in functions.items()}
+    common = [__version__, sorted(digits.items()), sweep.file.von_mises, functions_text]
+    bases = []
+    for base in sweep.bases:
+        contents = [file_digest(path) for _, path in named_files({**base.data, "set": base.fixed}, base.folder)]
+        bases.append(_digest(_text([common, base.problem, base.variant, base.data, sorted(base.fixed.items()), contents])))
+    varied = [dict(zip(axis.keys, some, strict=True)) for axis in sweep.axes for some in axis.values]
+    files = {name: file_digest(path) for name, path in named_files(varied, sweep.bases[0].folder)}
+    return Identity(sweep, {"bases": bases, "files": files})
 
 
-def named_files(data: Any, folder: Path) -> Iterator[Path]:
-    """Files that plain data name: `file` relative to the problem's folder, `start` of a method as it is given."""
+def named_files(data: Any, folder: Path) -> Iterator[tuple[str, Path]]:
+    """Files that plain data name, as they are given and where they are: `file` relative to the problem's folder, `start` of
+    a method relative to where the program runs."""
     if isinstance(data, Mapping):
         for key, value in data.items():
             last = key.rsplit(".", 1)[-1]
-            if last == "file" and isinstance(value, str):
-                yield folder / value
-            elif last == "start" and isinstance(value, str) and Path(value).is_file():
-                yield Path(value)
+            if last in ("file", "start") and isinstance(value, str):
+                yield value, folder / value if last == "file" else Path(re.sub(r":\d+$", "", value))
             else:
                 yield from named_files(value, folder)
     elif isinstance(data, (list, tuple)):
@@ -84,11 +101,11 @@ def _file_digest(path: str, size: int, changed: int) -> str:
 
 
 def file_digest(path: Path) -> str:
-    """Of a file's content; empty where it cannot be read, which the case will meet in its turn."""
+    """Of a regular file's content; empty where it is none or cannot be read, which the case will meet in its turn."""
     try:
-        facts = path.stat()
+        facts = regular_file(path, LARGEST_NAMED).stat()
         return _file_digest(str(path), facts.st_size, facts.st_mtime_ns)
-    except OSError:
+    except (OSError, InputError):
         return ""
 
 
@@ -99,22 +116,8 @@ def _source(function: Any) -> str:
         return repr(getattr(function, "__qualname__", function))
 
 
-def _entry(key: str, value: Any, folder: Path) -> list[Any]:
-    """A key, its value, and the content of a file that it names."""
-    return [key, value, *(file_digest(path) for path in named_files({key: value}, folder))]
-
-
-def _remove(data: Any, steps: list[str]) -> None:
-    """Take a dotted key out of plain data, if it is there."""
-    for step in steps[:-1]:
-        if isinstance(data, list) and step.isdecimal():
-            data = data[int(step)]
-        else:
-            data = data.get(step) if isinstance(data, dict) else None
-    if isinstance(data, dict):
-        data.pop(steps[-1], None)
-    elif isinstance(data, list) and steps[-1].isdecimal():
-        data[int(steps[-1])] = None
+def _digest(text: str) -> str:
+    return hashlib.blake2b(text.encode(), digest_size=16).hexdigest()
 
 
 def _text(data: Any) -> str:

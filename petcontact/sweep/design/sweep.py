@@ -10,15 +10,15 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, overload
+from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
-from ...model.assembly import Assembly
 from ...model.base import parse
-from ...model.case import Case, parse_any
-from .axes import FIRST_WORDS, full_key, make_axes, short_names, value_word
+from ...model.case import parse_any
+from ...model.problem import Problem
+from .axes import full_key, make_axes, value_word
 from .sweep_file import LARGEST_SWEEP, SweepFile, read_files
 
 VALIDATED = 1000
@@ -35,13 +35,13 @@ class SweepCase:
     ----------
     id : str
         Readable and the same in every run, for example ``example1-modified-rho1e3-h0.05``; a valid file name.
-    case : Case or Assembly
+    case : Problem
     coordinates : dict
         What distinguishes the case: problem, variant, and the value of each key that varies.
     """
 
     id: str
-    case: Case | Assembly
+    case: Problem
     coordinates: dict[str, Any]
 
 
@@ -68,8 +68,8 @@ class Base:
     folder: Path
 
 
-class Sweep(Sequence[SweepCase]):
-    """The cases of a sweep file: problems slowest, the last axis fastest.
+class Sweep:
+    """The cases of a sweep file, a sequence: problems slowest, the last axis fastest.
 
     Attributes
     ----------
@@ -88,44 +88,33 @@ class Sweep(Sequence[SweepCase]):
         self.source = source
         self.file: SweepFile = parse(SweepFile, data, source)
         self.title = self.file.title
-        self.axes = make_axes(self.file, source)
+        self.axes, names = make_axes(self.file, list(problems.values()), source)
         self.bases = _bases(self.file, problems, source)
-        self._refuse_twice()
+        keys = [key for axis in self.axes for key in axis.keys]
+        for key in keys:
+            if keys.count(key) > 1 or any(key in base.fixed for base in self.bases):
+                raise InputError(f"{source}: {key}: the key is set elsewhere in this file too")
+        self._names = [names[key] for key in keys]
         self.shape = (len(self.bases), *(len(axis.values) for axis in self.axes))
         if len(self) > LARGEST_SWEEP:
             raise InputError(f"{source}: {len(self)} cases; the largest sweep has {LARGEST_SWEEP}")
-        # in an id rule, rho and h come first; stable for the rest
-        rank = {key: number for number, key in enumerate(FIRST_WORDS)}
-        self._words = sorted(self.axes, key=lambda axis: min(rank.get(key, len(rank)) for key in axis.keys))
-        self._names = short_names([key for axis in self.axes for key in axis.keys])
 
     def __len__(self) -> int:
         return math.prod(self.shape)
 
-    @overload
-    def __getitem__(self, place: int) -> SweepCase: ...
-    @overload
-    def __getitem__(self, place: slice) -> list[SweepCase]: ...
-    def __getitem__(self, place: int | slice) -> SweepCase | list[SweepCase]:
-        if isinstance(place, slice):
-            return [self[k] for k in range(*place.indices(len(self)))]
-        if not -len(self) <= place < len(self):
+    def __getitem__(self, place: int) -> SweepCase:
+        if not 0 <= place < len(self):
             raise IndexError(place)
-        place %= len(self)
         base, varied = self._entries(place)
-        id_ = self.ids[place]
-        case = parse_any(copy.deepcopy(base.data), f"{self.source}: {id_}", {**base.fixed, **varied}, base.folder)
-        return SweepCase(id_, case, self.coordinates(place))
+        source = f"{self.source}: {self.ids[place]}"
+        case = parse_any(copy.deepcopy(base.data), source, {**base.fixed, **varied}, base.folder)
+        return SweepCase(self.ids[place], case, self.coordinates(place))
 
     @functools.cached_property
     def ids(self) -> list[str]:
         """Of all cases, by place."""
         bases = ["-".join(filter(None, (base.problem, base.variant and value_word(base.variant)))) for base in self.bases]
-        inner = ["-".join(words) for words in itertools.product(*(axis.words for axis in self._words))]
-        if self._words != self.axes:
-            shape, order = [len(axis.words) for axis in self._words], [self._words.index(axis) for axis in self.axes]
-            inner = [inner[k] for k in np.arange(len(inner)).reshape(shape).transpose(order).ravel()]
-        return [f"{base}-{word}" if word else base for base in bases for word in inner]
+        return ["-".join(words) for words in itertools.product(bases, *(axis.words for axis in self.axes))]
 
     def coordinates(self, place: int) -> dict[str, Any]:
         """Problem, variant, and the values of the axes, of one case."""
@@ -151,13 +140,11 @@ class Sweep(Sequence[SweepCase]):
         InputError
             If a pattern matches nothing.
         """
-        found: set[int] = set() if patterns else set(range(len(self)))
-        for pattern in patterns:
-            names = set(fnmatch.filter(self.ids, pattern))
+        found = {pattern: set(fnmatch.filter(self.ids, pattern)) for pattern in patterns}
+        for pattern, names in found.items():
             if not names:
                 raise InputError(f"--only {pattern}: no case has such an id (--list shows them)")
-            found |= {place for place, id_ in enumerate(self.ids) if id_ in names}
-        return sorted(found)
+        return [place for place, id_ in enumerate(self.ids) if not patterns or any(id_ in names for names in found.values())]
 
     def validate(self) -> None:
         """Make the cases, or of many an evenly spaced part of them.
@@ -168,30 +155,19 @@ class Sweep(Sequence[SweepCase]):
             One line: file, case, key, what was given, what is allowed.
         """
         if len(set(self.ids)) < len(self):
-            seen: set[str] = set()
-            twice = next(id_ for id_ in self.ids if id_ in seen or seen.add(id_))  # type: ignore[func-returns-value]
+            ordered = sorted(self.ids)
+            twice = next(a for a, b in itertools.pairwise(ordered) if a == b)
             raise InputError(f"{self.source}: two cases have the id {twice}: is a value listed twice?")
         for place in np.unique(np.linspace(0, len(self) - 1, min(VALIDATED, len(self))).round().astype(int)).tolist():
             self[place]
 
     def _entries(self, place: int) -> tuple[Base, dict[str, Any]]:
         """The base of a case and the values of its axes by dotted key."""
-        digits = []
-        for size in reversed(self.shape):
-            place, digit = divmod(place, size)
-            digits.append(digit)
-        base, *entries = reversed(digits)
         varied: dict[str, Any] = {}
-        for axis, entry in zip(self.axes, entries, strict=True):
-            varied.update(zip(axis.keys, axis.values[entry], strict=True))
-        return self.bases[base], varied
-
-    def _refuse_twice(self) -> None:
-        """A key has one home."""
-        keys = [key for axis in self.axes for key in axis.keys]
-        for key in keys:
-            if keys.count(key) > 1 or any(key in base.fixed for base in self.bases):
-                raise InputError(f"{self.source}: {key}: the key is set elsewhere in this file too")
+        for axis in reversed(self.axes):
+            place, entry = divmod(place, len(axis.values))
+            varied = {**dict(zip(axis.keys, axis.values[entry], strict=True)), **varied}
+        return self.bases[place], varied
 
 
 def _bases(file: SweepFile, problems: dict[str, dict[str, Any]], source: str) -> list[Base]:

@@ -73,6 +73,8 @@ class SweepFile(Model):
         Named sets of keys that change together: each has a `name` and keys over those of `set`; crossed with the rest.
     set : dict
         Keys with one value for all cases, over those of the problem files.
+    names : dict of str to str
+        What keys that vary are called in tables and ids, where their own names do not please.
     keep : {"scalars", "contact", "all"}, optional
         Which fields are kept beside the table; contact up to 1000 cases by default, scalars beyond.
     quantities : list of str
@@ -89,6 +91,7 @@ class SweepFile(Model):
     points: str | Mapping[str, list[Any]] | None = None
     variant: tuple[dict[str, Any], ...] = ()
     set: Mapping[str, Any] = pydantic.Field(default={})
+    names: Mapping[str, Annotated[str, pydantic.Field(pattern=r"^[^\W\d][\w.]*$")]] = pydantic.Field(default={})
     keep: Keep | None = None
     quantities: tuple[str, ...] = ()
     von_mises: tuple[tuple[Coordinate, ...], ...] = ()

@@ -13,8 +13,6 @@ from ..design.axes import short_number
 from ..store.case_table import CaseTable
 
 Key = tuple[Any, ...]
-Grouping = tuple[tuple[str, ...], list[Key], Index]
-"""Names of columns, their different values, and which one each case has."""
 ITERATIONS = "iterations"
 """What cells hold unless something else is asked for; the one quantity with published values."""
 
@@ -89,62 +87,56 @@ class Facts:
     """The columns that cells are made of: the quantity, which cases converged, what was published."""
 
     def __init__(self, table: CaseTable, quantity: str) -> None:
-        self.count = quantity == ITERATIONS
-        self.status = table.status
-        nothing = self.count and quantity not in table.columns
-        value = np.full(len(table), np.nan) if nothing else table.numbers(quantity)
+        self.count, self.status = quantity == ITERATIONS, table.status
+        nothing = np.full(len(table), np.nan)
+        value = nothing if self.count and quantity not in table.columns else table.numbers(quantity)
         self.good: Index = (np.array(table.status) == "converged") & np.isfinite(value)
         self.value = np.where(self.good, value, 0.0)
-        there = self.count and "published" in table.columns
-        self.published: Array = table.numbers("published") if there else np.full(len(table), np.nan)
+        self.published: Array = table.numbers("published") if self.count and "published" in table.columns else nothing
 
     def cells(self, group: Index, groups: int) -> list[Cell]:
         """A cell for each of some groups of cases; `group` (n,) says which one a case belongs to, -1 for none."""
-        mine = group >= 0
 
         def total(values: Any) -> Array:
-            return np.bincount(group[mine], np.asarray(values, float)[mine], groups).astype(float)
+            return np.bincount(group + 1, values, groups + 1)[1:].astype(float)
 
         sizes, good = total(np.ones(len(group))), total(self.good)
         mean = total(self.value) / np.maximum(good, 1.0)
         # compared with the published counts are the cases that converged; where none did, all of them
-        compared = self.good | (good == 0.0)[group] if len(group) else self.good
+        compared = self.good | (np.append(good, 0.0)[group] == 0.0)
         known = compared & np.isfinite(self.published)
         published = total(np.where(known, self.published, 0.0)) / np.maximum(total(known), 1.0)
         whole = (total(known) == total(compared)) & (total(known) > 0)
-        first = np.full(groups, -1)
-        first[group[mine][::-1]] = np.flatnonzero(mine)[::-1]
+        last = np.zeros(groups + 1, np.int64)
+        last[group] = np.arange(len(group))
         return [
             Cell(float(mean[k]) if good[k] else None, float(published[k]) if whole[k] else None,
-                 self._note(int(sizes[k]), int(sizes[k] - good[k]), int(first[k])), self.count)
-            for k in range(groups)
+                 "" if good[k] == n else self.status[last[k]] if n == 1 else f"{n - good[k]:.0f} missed", self.count)
+            for k, n in enumerate(sizes)
         ]  # fmt: skip
 
-    def _note(self, size: int, missed: int, first: int) -> str:
-        return "" if not missed else self.status[first] if size == 1 else f"{missed} missed"
+    def cell(self) -> Cell:
+        """Of all cases."""
+        return self.cells(np.zeros(len(self.good), np.int64), 1)[0]
 
-    def cell(self, some: Index | None = None) -> Cell:
-        """Of some cases, all by default."""
-        group = np.zeros(len(self.good), np.int64) if some is None else np.where(some, 0, -1)
-        return self.cells(group, 1)[0]
+
+def numbered(codes: Index) -> tuple[Index, Index]:
+    """Codes (n,) renumbered from 0 in the order in which they come, and where each comes first."""
+    _, first, inverse = np.unique(codes, return_index=True, return_inverse=True)
+    order = np.argsort(first, kind="stable")
+    return np.argsort(order)[inverse.ravel()], first[order]
 
 
 def grouped(table: CaseTable, names: Sequence[str]) -> tuple[list[Key], Index]:
     """The different values of some columns, in the order in which they come, and which one each case has."""
-    if not len(table):
-        return [], np.zeros(0, np.int64)
-    number = np.zeros(len(table), np.int64)
+    number, first = numbered(np.zeros(len(table), np.int64))
     columns = [table.values(name) for name in names]
     for values in columns:
         seen: dict[Any, int] = {}
         codes = np.array([seen.setdefault(value, len(seen)) for value in values], np.int64)
-        # gone over again and again, so that the product of many columns fits 64 bits
-        number = np.unique(number * len(seen) + codes, return_inverse=True)[1].ravel()
-    _, first, inverse = np.unique(number, return_index=True, return_inverse=True)
-    order = np.argsort(first, kind="stable")
-    rank = np.empty_like(order)
-    rank[order] = np.arange(len(order))
-    return [tuple(values[k] for values in columns) for k in first[order]], rank[inverse.ravel()]
+        # renumbered again and again, so that the product of many columns fits 64 bits
+        number, first = numbered(number * len(seen) + codes)
+    return [tuple(values[k] for values in columns) for k in first], number
 
 
 def make_tables(
@@ -165,51 +157,32 @@ def make_tables(
     InputError
         If the sweep has no such column.
     """
-    names, facts = table.coordinates, Facts(table, quantity)
+    names, facts, averaging = table.coordinates, Facts(table, quantity), down is not None
     for name in [*(down or ()), *(across or ())]:
         table.values(name)
-    averaging = down is not None
     if across is None:
         across = [name for name in ("rule", "element_size") if name in names and name not in (down or ())]
     if down is None:
         free = [name for name in names if name not in across]
         down = ["rho"] if "rho" in free else free[-1:]
     apart = [] if averaging else [name for name in names if name not in down and name not in across]
+    (titles, of_case), (rows, line), (columns, column) = (grouped(table, some) for some in (apart, down, across))
     tables = []
-    titles, of_case = grouped(table, apart)
-    lines, columns = grouped(table, down), grouped(table, across)
     for number, key in enumerate(titles):
         title = ", ".join(f"{name} {text(value)}" if name != "problem" else text(value)
                           for name, value in zip(apart, key, strict=True))  # fmt: skip
-        tables.append(_table(title, of_case == number, facts, (tuple(down), *lines), (tuple(across), *columns)))
+        some = np.flatnonzero(of_case == number)
+        group = np.full(len(table), -1)
+        group[some], first = numbered(line[some] * len(columns) + column[some])
+        places = [(rows[line[k]], columns[column[k]]) for k in some[first]]
+        cells = dict(zip(places, facts.cells(group, len(places)), strict=True))
+        mine, heads = list(dict.fromkeys(row for row, _ in places)), list(dict.fromkeys(head for _, head in places))
+        means = []
+        if len(mine) > 1 and all(isinstance(value, (int, float)) for value in mine[0]):
+            group[some], _ = numbered(column[some])
+            means = facts.cells(group, len(heads))
+        tables.append(Table(title, tuple(down), tuple(across), mine, heads, cells, means))
     return tables
-
-
-def _table(title: str, some: Index, facts: Facts, down: Grouping, across: Grouping) -> Table:
-    (down_names, down_keys, line), (across_names, across_keys, column) = down, across
-    pairs, group = np.unique(np.where(some, line * len(across_keys) + column, -1), return_inverse=True)
-    group = group.ravel() - int(pairs[0] < 0)
-    pairs = pairs[pairs >= 0]
-    cells = {
-        (down_keys[pair // len(across_keys)], across_keys[pair % len(across_keys)]): cell
-        for pair, cell in zip(pairs.tolist(), facts.cells(group, len(pairs)), strict=True)
-    }
-    rows, columns = (_in_order(keys, numbers[some]) for keys, numbers in ((down_keys, line), (across_keys, column)))
-    means = []
-    if len(rows) > 1 and all(isinstance(value, (int, float)) for value in rows[0]):
-        of_column = facts.cells(np.where(some, column, -1), len(across_keys))
-        means = [of_column[k] for k in _first_seen(column[some])]
-    return Table(title, down_names, across_names, rows, columns, cells, means)
-
-
-def _first_seen(numbers: Index) -> list[int]:
-    values, first = np.unique(numbers, return_index=True)
-    found: list[int] = values[np.argsort(first, kind="stable")].tolist()
-    return found
-
-
-def _in_order(keys: list[Key], numbers: Index) -> list[Key]:
-    return [keys[k] for k in _first_seen(numbers)]
 
 
 def text(value: Any) -> str:

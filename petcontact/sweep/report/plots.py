@@ -40,7 +40,7 @@ class Plot:
     def caption(self) -> str:
         """In words."""
         what = f"{self.quantity} over {self.over}" + (f", a line for each {self.lines}" if self.lines else "")
-        return f"{what}; means of the cases that converged, with their range"
+        return f"{what}; means of the cases that converged"
 
     @property
     def stem(self) -> str:
@@ -85,27 +85,14 @@ def draw(figure: Any, table: CaseTable, plot: Plot) -> None:
             axes.plot(x[mine], y[mine], ".", markersize=3, alpha=0.6, label=name)
             continue
         mean = np.bincount(inverse.ravel(), y[mine], len(at)) / np.maximum(counts, 1)
-        (drawn,) = axes.plot(at, mean, "o-", markersize=3.5, linewidth=1.2, label=name)
-        if (counts > 1).any():
-            low, high = np.full(len(at), np.inf), np.full(len(at), -np.inf)
-            np.minimum.at(low, inverse.ravel(), y[mine])
-            np.maximum.at(high, inverse.ravel(), y[mine])
-            axes.fill_between(at, low, high, alpha=0.12, color=drawn.get_color(), linewidth=0.0)
+        axes.plot(at, mean, "o-", markersize=3.5, linewidth=1.2, label=name)
     if not good.any():
         axes.text(0.5, 0.5, "no case has both", ha="center", transform=axes.transAxes)
-    if _spans_decades(x[good]):
-        axes.set_xscale("log")
-    if _spans_decades(y[good]):
-        axes.set_yscale("log")
-    axes.set_xlabel(plot.over)
-    axes.set_ylabel(plot.quantity)
+    scales = ["log" if len(v) and v.min() > 0.0 and v.max() > 50.0 * v.min() else "linear" for v in (x[good], y[good])]
+    axes.set(xscale=scales[0], yscale=scales[1], xlabel=plot.over, ylabel=plot.quantity)
     axes.grid(alpha=0.3)
     if plot.lines:
         axes.legend(fontsize=8)
-
-
-def _spans_decades(values: Any) -> bool:
-    return bool(len(values)) and bool((values > 0.0).all()) and bool(values.max() > 50.0 * values.min())
 
 
 def write_plots(table: CaseTable, plots: Sequence[Plot], folder: str | Path) -> list[Path]:

@@ -64,16 +64,15 @@ def markdown(table: CaseTable, tables: Sequence[Table], quantity: str = ITERATIO
 
 
 def _grid(table: Table, quantity: str) -> list[list[str]]:
-    head = [*table.row_names, *column_heads(table, 0, quantity)]
+    head = [*table.row_names, *column_heads(table, quantity)]
     body = [[*map(text, row), *(table.text(row, column) for column in table.columns)] for row in table.rows]
     mean = ["mean", *[""] * (len(table.row_names) - 1), *(cell.text() for cell in table.means)]
     return [head, *body, *([mean] if table.means else [])]
 
 
-def column_heads(table: Table, skip: int, quantity: str) -> list[str]:
-    """What stands above each column: its coordinates but the first `skip`."""
-    names = table.column_names[skip:]
-    labels = (", ".join(label(n, v) for n, v in zip(names, key[skip:], strict=True)) for key in table.columns)
+def column_heads(table: Table, quantity: str) -> list[str]:
+    """What stands above each column."""
+    labels = (", ".join(label(n, v) for n, v in zip(table.column_names, key, strict=True)) for key in table.columns)
     return [found or quantity for found in labels]
 
 

@@ -1,4 +1,4 @@
-"""Groups: cases of one body, mesh, material and formulation, which one assembly and one elimination serve.
+"""Groups: cases that one assembly and one elimination serve, and what they will cost.
 
 What a group is follows from the keys that vary and never from what is left to compute, so that a sweep that is resumed
 computes what an uninterrupted one does, bit for bit.
@@ -9,12 +9,13 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ...arrays import Index
-from ..design.axes import Axis
 from ..design.sweep import Sweep
+from ..problems import shares_elimination
 from .cost import PROCESS_MEMORY, Cost, estimate
 
 ESTIMATED = 64
@@ -54,29 +55,26 @@ class Groups:
 
 
 def make_groups(sweep: Sweep) -> Groups:
-    """Cases that differ in the method's parameters alone belong together."""
+    """Cases that differ in nothing that the elimination depends on belong together."""
     of_case, first, size = _numbers(_codes(sweep, _shapes_system))
-    meshes, _, _ = _numbers(_codes(sweep, _shapes_mesh))
+    meshes, _, _ = _numbers(_codes(sweep, lambda key, value: _shapes_mesh(key)))
     return Groups(of_case, first, size, meshes[first])
-
-
-def _shapes_system(key: str) -> bool:
-    return key == "method.formulation" or not (key.startswith("method.") or key == "title")
 
 
 def _shapes_mesh(key: str) -> bool:
     return key == "method.formulation" or key.split(".")[0] in ("geometry", "mesh", "bem", "body")
 
 
-def _codes(sweep: Sweep, matters: Callable[[str], bool]) -> list[Index]:
+def _shapes_system(key: str, value: Any) -> bool:
+    return not shares_elimination(key, value)
+
+
+def _codes(sweep: Sweep, matters: Callable[[str, Any], bool]) -> list[Index]:
     """For the bases and each axis: entries that differ in nothing that matters have the same number."""
-    bases = [[base.problem, {k: v for k, v in base.fixed.items() if matters(k)}] for base in sweep.bases]
-    return [_same(bases), *(_same(_values(axis, matters)) for axis in sweep.axes)]
-
-
-def _values(axis: Axis, matters: Callable[[str], bool]) -> list[object]:
-    chosen = [k for k, key in enumerate(axis.keys) if matters(key)]
-    return [[some[k] for k in chosen] for some in axis.values]
+    bases = [[base.problem, {k: v for k, v in base.fixed.items() if matters(k, v)}] for base in sweep.bases]
+    axes = ([[(k, v) for k, v in zip(axis.keys, some, strict=True) if matters(k, v)] for some in axis.values]
+            for axis in sweep.axes)  # fmt: skip
+    return [_same(bases), *map(_same, axes)]
 
 
 def _same(entries: Sequence[object]) -> Index:
@@ -99,7 +97,7 @@ def _numbers(codes: list[Index]) -> tuple[Index, Index, Index]:
 
 def estimated(sweep: Sweep, groups: Groups, number: int, ranks: int) -> Cost:
     """The cost of one group."""
-    return estimate(sweep[int(groups.first[number])].case, int(groups.size[number]), ranks)
+    return estimate(sweep[int(groups.first[number])].case, ranks)
 
 
 def describe(sweep: Sweep, costs: Sequence[Cost], counts: tuple[int, int, int, int], teams: int, ranks: int) -> list[str]:
@@ -115,9 +113,9 @@ def describe(sweep: Sweep, costs: Sequence[Cost], counts: tuple[int, int, int, i
         Teams, and ranks of each.
     """
     cases, finished, to_do, groups = counts
+    shared = f" in {_count(groups, 'group')} that share assembly and elimination" if groups < to_do else ""
     plan = [
-        f"{sweep.title or 'sweep'}: {_count(cases, 'case')}, {finished} finished already, {to_do} to compute in "
-        f"{_count(groups, 'group')} that share assembly and elimination",
+        f"{sweep.title or 'sweep'}: {_count(cases, 'case')}, {finished} finished already, {to_do} to compute{shared}",
         f"  {_count(teams, 'team')} of {_count(ranks, 'rank')} each; kept beside the table: {sweep.keep}",
     ]
     if costs:

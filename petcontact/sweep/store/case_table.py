@@ -1,30 +1,36 @@
-"""All cases of a sweep as columns, finished or not, of a folder or a results.h5 of any format."""
+"""The cases of a sweep as columns, derived from its logs; and results.h5 with the finished ones, a data set a column.
+
+    pandas.DataFrame({name: column[()] for name, column in h5py.File("out/results.h5")["cases"].items()})
+"""
 
 from __future__ import annotations
 
 import functools
 import importlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
-from ...errors import InputError, ResultError
-from ...results.format.container import opened
-from ...results.solution import Solution, read_result
+from ...errors import InputError, OutputError, ResultError
+from ...results.format.container import write_atomically
+from ...results.solution import Solution, read_solution
+from ..design.identity import Identity
 from ..design.sweep import Sweep
-from . import format1
 from .columns import Column, Columns, columns_of, size_of, stacked, taken, texts
-from .finished import read_all
-from .folder import SweepFolder, read_index
-from .shards import contact_arrays, kept_in, read_contact, shard_path
-from .table_file import FORMAT, read_table
+from .fields import unpacked
+from .folder import FORMAT, FORMAT_VERSION, SweepFolder
+from .log import records
 
-OWN = ("digest", "fields")
+OWN = ("digest",)
 """Columns that are the program's, not the user's."""
+OF_RECORDS = ("id", "keep", "bytes", "sum")
+"""Entries of a record that are no columns: the id is that which the case has in the sweep."""
+TABLE = "cases"
 
 
 @dataclass(frozen=True)
@@ -40,7 +46,7 @@ class CaseTable:
         id, coordinates, status (converged | not converged | failed | missing), reason, iterations and the quantities; texts
         as UTF-8 bytes, NaN where there is nothing.
     folder : Path
-        Where the shards with fields are.
+        Where the logs with kept fields are.
     """
 
     title: str
@@ -69,7 +75,7 @@ class CaseTable:
         InputError
             If there is no such column.
         """
-        if name not in self.columns or name in OWN:
+        if name not in self.names:
             raise InputError(f"{name}: neither a coordinate nor a quantity of this sweep; there are {', '.join(self.names)}")
         return plain(self.columns[name])
 
@@ -86,26 +92,29 @@ class CaseTable:
             raise InputError(f"{name}: holds texts, not numbers")
         return self.columns[name].astype(float)
 
+    def kept(self, case: int) -> Solution | dict[str, Any] | None:
+        """What is kept of a case by its place in the table: the whole result, fields on the contact, or None.
+
+        Raises
+        ------
+        ResultError
+            If the fields are damaged.
+        """
+        digest = texts(self.columns["digest"][case : case + 1])[0]
+        logs = SweepFolder(self.folder).log_files()
+        newest = [record for path in logs for record in records(path) if record.row["digest"] == digest][-1:]
+        if not newest or not newest[0].row["bytes"]:
+            return None
+        (record,) = newest
+        content = record.fields()
+        if content is None:
+            raise ResultError(f"{record.path}: the fields of {record.row['id']} are damaged; the sweep computes them again")
+        return unpacked(content, record.row["keep"])
+
     def solution(self, case: int) -> Solution | None:
         """The whole result of a case by its place in the table; None where it is not kept."""
-        name, id_ = self._shard(case)
-        if kept_in(name) != "all":
-            return None
-        path = shard_path(self.folder, name)
-        return read_result(path) if "/" in name else read_result(path, id_)
-
-    def contact(self, case: int) -> dict[str, Any] | None:
-        """The fields on Γ_C of a case by its place in the table; None where they are not kept."""
-        name, id_ = self._shard(case)
-        if kept_in(name) == "contact":
-            return read_contact(shard_path(self.folder, name), id_)
-        solution = self.solution(case)
-        return None if solution is None else contact_arrays(solution)
-
-    def _shard(self, case: int) -> tuple[str, str]:
-        """Name of the shard with the fields of a case, and the case's id."""
-        some = slice(case, case + 1)
-        return texts(self.columns["fields"][some])[0] if "fields" in self.columns else "", texts(self.columns["id"][some])[0]
+        found = self.kept(case)
+        return None if isinstance(found, dict) else found
 
 
 def plain(values: Column) -> list[Any]:
@@ -115,8 +124,48 @@ def plain(values: Column) -> list[Any]:
     return [None if value != value else value for value in values.tolist()]
 
 
+def derived(sweep: Sweep, identity: Identity, logs: Iterable[Path]) -> Columns:
+    """A row a case of a sweep: the newest record of its digest, or the status "missing"."""
+    digests = [identity.digest(place).encode() for place in range(len(sweep))]
+    wanted = set(digests)
+    found = columns_of({name: value for name, value in row.items() if name not in OF_RECORDS}
+                       for path in logs for row, *_ in records(path) if row["digest"].encode() in wanted)  # fmt: skip
+    newest = {digest: row for row, digest in enumerate(found["digest"].tolist())} if found else {}
+    if len(newest) < len(wanted):
+        found = stacked([found, columns_of([{"digest": "", "status": "missing", "reason": ""}])])
+    rows = taken(found, np.array([newest.get(digest, -1) for digest in digests], np.int64))
+    heads = columns_of({"id": id_, **sweep.coordinates(place)} for place, id_ in enumerate(sweep.ids))
+    return {**heads, **{name: values for name, values in rows.items() if name not in heads}}
+
+
+def write_table(path: Path, title: str, coordinates: list[str], columns: Columns, facts: Mapping[str, Any]) -> None:
+    """results.h5, whole or not at all: the finished cases, and ranks and seconds of the run that wrote it.
+
+    Raises
+    ------
+    OutputError
+        If it cannot be written.
+    """
+    columns = taken(columns, columns["status"] != b"missing")
+    columns = {name: values for name, values in columns.items() if name not in OWN}
+
+    def fill(file: h5py.File) -> None:
+        file.attrs.update({"format": FORMAT, "format_version": FORMAT_VERSION, "title": title,
+                           "coordinates": json.dumps(coordinates), "facts": json.dumps(facts)})  # fmt: skip
+        table = file.create_group(TABLE, track_order=True)
+        for name, values in columns.items():
+            text = h5py.string_dtype("utf-8", values.dtype.itemsize)
+            packed = {"compression": 1, "shuffle": True, "fletcher32": True} if len(values) else {}
+            table.create_dataset(name, data=values.astype(text) if values.dtype.kind == "S" else values, **packed)
+
+    try:
+        write_atomically(path, fill)
+    except OutputError as error:
+        raise OutputError(f"{error}; the finished cases are whole, start the sweep again where there is room") from error
+
+
 def read_case_table(path: str | Path) -> CaseTable:
-    """The cases of a sweep's folder, of a run under way, too, or of its results.h5.
+    """The cases of a sweep's folder, of a run under way, too, or of the folder of a results.h5.
 
     Raises
     ------
@@ -124,46 +173,9 @@ def read_case_table(path: str | Path) -> CaseTable:
         If it is neither.
     """
     path = Path(path)
-    if not path.is_dir():
-        return _from_file(path)
-    index = read_index(path)
-    if index["version"] == 1:
-        return _from_format1(path, path, index)
-    try:
-        sweep = Sweep(index["source"], index["sweep"], index["problems"])
-    except (KeyError, TypeError, InputError) as error:
-        raise ResultError(f"{path}: not the index of a sweep ({error})") from None
-    columns, _ = read_all(SweepFolder(path))
-    newest = {id_: row for row, id_ in enumerate(texts(columns["id"]))} if columns else {}
-    places = [place for place, id_ in enumerate(sweep.ids) if id_ in newest]
-    there = taken(columns, [newest[sweep.ids[place]] for place in places]) if places else {}
-    missing = sorted(set(range(len(sweep))) - set(places))
-    if missing:
-        # texts and numbers of the coordinates come out as they do for the rows that are there
-        nothing = {"status": "missing", "reason": "", "fields": ""}
-        rows = ({"id": sweep.ids[k], **sweep.coordinates(k), **nothing} for k in missing)
-        there = stacked([there, columns_of(rows)]) if there else columns_of(rows)
-        there = taken(there, np.argsort([*places, *missing], kind="stable"))
-    return CaseTable(index["title"], sweep.coordinate_names, there, path)
-
-
-def _from_file(path: Path) -> CaseTable:
-    with opened(path) as file:
-        form, old = file.attrs.get("format"), ".index" in file
-        index = json.loads(file[".index"][()]) if old else {}
-    if form != FORMAT:
-        raise ResultError(f"{path}: not the folder or results.h5 of a sweep")
-    if old:
-        return _from_format1(path, path.parent, index)
-    table = read_table(path)
-    return CaseTable(table.title, table.coordinates, table.columns, path.parent)
-
-
-def _from_format1(path: Path, folder: Path, index: Mapping[str, Any]) -> CaseTable:
-    names = list(dict.fromkeys(name for entry in index["cases"] for name in entry["coordinates"]))
-    columns = columns_of(format1.read_rows(path, dict(index)))
-    columns["fields"] = np.array([f"cases/{id_}.h5".encode() for id_ in texts(columns["id"])], "S")
-    return CaseTable(index["title"], names, columns, folder)
+    folder = SweepFolder(path.parent if path.name == "results.h5" else path)
+    sweep, identity = folder.read_index()
+    return CaseTable(sweep.title, sweep.coordinate_names, derived(sweep, identity, folder.log_files()), folder.path)
 
 
 def load_sweep(path: str | Path) -> Any:
@@ -200,7 +212,7 @@ def load_case(path: str | Path, id_: str) -> Solution | dict[str, Any]:
     Parameters
     ----------
     path : str or Path
-        The folder of a sweep, finished or not.
+        The folder of a sweep, finished or not, or the results.h5 in it.
     id_ : str
         Of the case.
 
@@ -218,8 +230,7 @@ def load_case(path: str | Path, id_: str) -> Solution | dict[str, Any]:
     ids = texts(table.columns["id"])
     if id_ not in ids:
         raise ResultError(f"{path}: no case {id_}")
-    place = ids.index(id_)
-    found = table.solution(place) or table.contact(place)
+    found = table.kept(ids.index(id_))
     if found is None:
         raise ResultError(f'{path}: no fields of {id_} are there; keep = "contact" or "all" in the sweep file keeps them')
     return found
@@ -234,7 +245,7 @@ def read_case(path: str | Path, id_: str = "/") -> Solution:
         If there is no such file, sweep or case, or not all of its fields are kept.
     """
     if id_ == "/":
-        return read_result(path)
+        return read_solution(path)
     found = load_case(path, id_)
     if isinstance(found, dict):
         raise ResultError(f'{path}: {id_} has its fields on the contact part only; keep = "all" in the sweep file keeps all')

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
+import itertools
 import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -18,20 +18,11 @@ BLOCK = 1000
 
 def columns_of(rows: Iterable[Mapping[str, Any]]) -> Columns:
     """Columns of some rows in their order; memory stays near that of the columns."""
-    blocks, block = list[Columns](), list[Mapping[str, Any]]()
-    for row in rows:
-        block.append(row)
-        if len(block) == BLOCK:
-            blocks.append(_columns(block))
-            block = []
-    if block or not blocks:
-        blocks.append(_columns(block))
+    rest, blocks = iter(rows), []
+    while block := list(itertools.islice(rest, BLOCK)):
+        names = dict.fromkeys(name for row in block for name in row)
+        blocks.append({name: column([row.get(name) for row in block]) for name in names})
     return stacked(blocks)
-
-
-def _columns(rows: Sequence[Mapping[str, Any]]) -> Columns:
-    names = dict.fromkeys(name for row in rows for name in row)
-    return {name: column([row.get(name) for row in rows]) for name in names}
 
 
 def column(values: Sequence[Any]) -> Column:
@@ -59,17 +50,12 @@ def stacked(blocks: Sequence[Columns]) -> Columns:
 
 
 def _joined(parts: Sequence[Column | None], sizes: Sequence[int]) -> Column:
-    there = [part for part in parts if part is not None and len(part)]
-    if len({part.dtype.kind for part in there}) > 1 and any(part.dtype.kind == "S" for part in there):
-        there_as_text = [None if part is None else part if part.dtype.kind == "S" else
-                         column([json.dumps(v) for v in part.tolist()]) for part in parts]  # fmt: skip
-        return _joined(there_as_text, sizes)
-    texts = bool(there) and there[0].dtype.kind == "S"
-    filled = [
-        part if part is not None else np.zeros(size, "S1") if texts else np.full(size, np.nan)
-        for part, size in zip(parts, sizes, strict=True) if size
-    ]  # fmt: skip
-    return np.concatenate(filled) if filled else np.zeros(0)
+    kinds = {part.dtype.kind for part in parts if part is not None}
+    if len(kinds) > 1 and "S" in kinds:
+        parts = [column([json.dumps(v) for v in part.tolist()]) if part is not None and part.dtype.kind != "S" else part
+                 for part in parts]  # fmt: skip
+    nothing: Column = np.array([b""]) if "S" in kinds else np.array([np.nan])
+    return np.concatenate([nothing.repeat(size) if part is None else part for part, size in zip(parts, sizes, strict=True)])
 
 
 def size_of(columns: Columns) -> int:
@@ -85,12 +71,3 @@ def taken(columns: Columns, rows: Any) -> Columns:
 def texts(values: Column) -> list[str]:
     """A column of texts as Python's."""
     return [value.decode() for value in values.tolist()]
-
-
-def checksum(columns: Columns) -> str:
-    """Of names, types and every value."""
-    digest = hashlib.blake2b(digest_size=16)
-    for name, values in columns.items():
-        digest.update(f"{name} {values.dtype} {values.shape}".encode())
-        digest.update(np.ascontiguousarray(values).tobytes())
-    return digest.hexdigest()

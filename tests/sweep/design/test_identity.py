@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
+
 from sweep_files import sweep_file
 
-from petcontact.sweep.design.identity import Identity
-from petcontact.sweep.design.sweep import read_sweep
+from petcontact.sweep.design.identity import Identity, identify
+from petcontact.sweep.design.sweep import Sweep, read_sweep
 
 TEXT = """
 problems = ["example1.toml"]
@@ -18,7 +20,10 @@ tau = [1.0, 2.0]
 
 def digests(folder, rho=(1.0, 10.0), more="", **keywords):
     sweep = read_sweep(sweep_file(folder, TEXT.format(rho=list(rho), more=more)))
-    identity = Identity(sweep, **keywords)
+    identity = identify(sweep, **keywords)
+    # a reader has no options, functions or files
+    again = Identity(Sweep(*sweep.content), json.loads(json.dumps(identity.facts)))
+    assert [again.digest(k) for k in range(len(sweep))] == [identity.digest(k) for k in range(len(sweep))]
     return {sweep.ids[k]: identity.digest(k) for k in range(len(sweep))}
 
 
@@ -65,5 +70,5 @@ start = "{start}"
             path.write_text(content)
         path = sweep_file(tmp_path, 'problems = ["body.toml"]\n[cross]\nrho = [1.0]\n')
         (tmp_path / "body.toml").write_text(text)
-        found.append(Identity(read_sweep(path)).digest(0))
+        found.append(identify(read_sweep(path)).digest(0))
     assert len(set(found)) == 3

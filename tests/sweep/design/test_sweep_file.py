@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -9,7 +11,9 @@ from hypothesis import strategies as st
 from sweep_files import CONFIGS, sweep_file
 
 from petcontact.errors import InputError
-from petcontact.sweep.design.axes import short_number
+from petcontact.model.case import read_toml
+from petcontact.sweep.design import sweep_file as module
+from petcontact.sweep.design.axes import names_of, short_number, speaking
 from petcontact.sweep.design.sweep import Sweep, read_sweep
 from petcontact.sweep.design.sweep_file import read_files
 
@@ -54,11 +58,12 @@ omega = 0.9
         "example1-as-is-poissonratio0.2-tau1", "example1-as-is-poissonratio0.3-tau1",
         "example1-other-start-poissonratio0.2-tau1", "example1-other-start-poissonratio0.3-tau1",
     ]  # fmt: skip
-    assert [(c.case.method.omega, c.case.method.start) for c in sweep[::2]] == [(1.5, "zero"), (0.9, "frictionless")] * 2
+    found = [(sweep[k].case.method.omega, sweep[k].case.method.start) for k in (0, 2, 4, 6)]
+    assert found == [(1.5, "zero"), (0.9, "frictionless")] * 2
     assert sweep[3].coordinates == {"problem": "example1", "variant": "other start", "poisson_ratio": 0.3, "tau": 1.0}
 
 
-def test_words_of_an_id_keep_their_order_whatever_the_order_of_the_axes(tmp_path):
+def test_the_words_of_an_id_are_in_the_order_of_the_file(tmp_path):
     sweep = read_sweep(sweep_file(tmp_path, """
 problems = ["example1.toml"]
 [cross]
@@ -68,9 +73,64 @@ rho = [1.0, 10.0]
 """))  # fmt: skip
     for case in sweep:
         c = case.coordinates
-        assert case.id == f"example1-rho{c['rho']:g}-h{c['element_size']:g}-tau{c['tau']:g}"
+        assert case.id == f"example1-h{c['element_size']:g}-tau{c['tau']:g}-rho{c['rho']:g}"
         assert (case.case.method.rho, case.case.method.tau, case.case.mesh.element_size) == (
             c["rho"], c["tau"], c["element_size"])  # fmt: skip
+
+
+def test_loads_of_parts_and_bodies_have_speaking_names(tmp_path):
+    sweep = read_sweep(sweep_file(tmp_path, """
+problems = ["example1.toml"]
+[cross]
+"boundary.2.value.0" = [400.0, 500.0]
+"boundary.3.value" = [[0.0, 50.25], [0.0, -50.25]]
+"boundary.0.friction_bound" = [100.0]
+"""))  # fmt: skip
+    left, right = (sweep[0].case.boundary[k].part for k in (2, 3))
+    assert sweep.coordinate_names == ["problem", f"{left}.value.x", f"{right}.value", "friction_bound"]
+    assert sweep.ids[1] == f"example1-{left}.value.x400-{right}.value2-frictionbound100"
+    assert (left, right) == ("left", "right")
+
+
+def test_names_of_bodies_pairs_and_steps_stand_for_their_numbers():
+    data = read_toml(CONFIGS / "lap_joint.toml")
+    keys = {
+        "contact.0.friction_coefficient": f"{data['contact'][0]['name']}.friction_coefficient",
+        "body.0.material.young_modulus": f"{data['body'][0]['name']}.material.young_modulus",
+        "contact.7.gap": "contact.7.gap", "title": "title",
+    }  # fmt: skip
+    assert {key: speaking(key, data) for key in keys} == keys
+    step = {"name": "press", "boundary": [{"body": "upper", "part": "top", "value": [0.0, -1.0]}]}
+    assert speaking("step.0.boundary.0.value.1", {"step": [step]}) == "press.upper.top.value.y"
+    body = {"name": "low", "boundary": [{"part": "left", "value": [1, 2, 3]}]}
+    assert speaking("body.0.boundary.0.value.0", {"body": [body]}) == "low.left.value.x"
+    # two pairs, and two problems that call them differently
+    pairs = [{"contact": [{"name": a}, {"name": b}]} for a, b in (("front", "rear"), ("left", "right"))]
+    both = [f"contact.{k}.friction_coefficient" for k in (0, 1)]
+    assert list(names_of(both, pairs[:1]).values()) == ["front.friction_coefficient", "rear.friction_coefficient"]
+    assert list(names_of(both, pairs).values()) == both
+
+
+def test_a_key_may_be_given_a_name(tmp_path):
+    text = 'problems = ["example1.toml"]\n[cross]\n"boundary.2.value.0" = [400.0]\nrho = [1.0, 2.0]\n[names]\n{}'
+    given = '"boundary.2.value.0" = "push"\nrho = "start"'
+    sweep = read_sweep(sweep_file(tmp_path, text.format(given)))
+    assert sweep.coordinate_names == ["problem", "push", "start"] and sweep.ids[1] == "example1-push400-rho2"
+    mistakes = {'omega = "x"': "method.omega does not vary", 'rho = "two words"': "names", 'rhoo = "x"': "rhoo"}
+    for bad, message in mistakes.items():
+        with pytest.raises(InputError, match=message):
+            read_sweep(sweep_file(tmp_path, text.format(bad)))
+
+
+@pytest.mark.parametrize("name", ["/dev/zero", "pipe", "large.csv", "."])
+def test_files_that_never_end_are_refused(tmp_path, monkeypatch, name):
+    monkeypatch.setattr(module, "LARGEST_POINTS", 100)
+    (tmp_path / "large.csv").write_text("rho\n" + "1.0\n" * 50)
+    os.mkfifo(tmp_path / "pipe")
+    for text in ('problems = ["example1.toml"]\npoints = "{}"', 'problems = ["{}"]\n[cross]\nrho = [1.0]'):
+        if name != "large.csv" or "points" in text:
+            with pytest.raises(InputError, match=r"not a regular file|larger than the"):
+                read_sweep(sweep_file(tmp_path, text.format(name)))
 
 
 def test_zipped_lists_are_walked_together_and_crossed_with_the_rest(tmp_path):
@@ -84,7 +144,7 @@ omega = [1.8, 1.6, 1.4]
 """))  # fmt: skip
     assert len(sweep) == 6
     assert {(c.case.method.rho, c.case.method.omega) for c in sweep} == {(1.0, 1.8), (10.0, 1.6), (100.0, 1.4)}
-    assert sweep.ids[4] == "example1-rho10-omega1.6-tau2"
+    assert sweep.ids[4] == "example1-tau2-rho10-omega1.6"
 
 
 @pytest.mark.parametrize("method", ["latin-hypercube", "sobol"])

@@ -18,7 +18,9 @@ from sweep_files import CONFIGS, quietly, sweep_file
 
 from petcontact.commands.main import main
 from petcontact.errors import InputError, ResultError, SolverError
-from petcontact.pipeline import run as pipeline
+from petcontact.pipeline.run import run
+from petcontact.results.hdf5 import write_solution
+from petcontact.sweep import problems
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.report.page import DRAWN, html, representatives
 from petcontact.sweep.report.pivot import Facts, make_tables, text
@@ -44,15 +46,14 @@ def swept(tmp_path_factory):
     """A folder with a sweep of 16 cases of the paper, one of them failed and one missing."""
     folder = tmp_path_factory.mktemp("swept")
     sweep = read_sweep(sweep_file(folder, SWEEP))
-    run = pipeline.run
 
-    def failing(prepared, case):
-        if case == sweep[sweep.ids.index(FAILED)].case:
+    def failing(prepared):
+        if prepared.discrete.problem == sweep[sweep.ids.index(FAILED)].case:
             raise SolverError("iterate", "made to fail", "nothing")
-        return run(prepared, case)
+        return run(prepared)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(pipeline, "run", failing)
+        patch.setattr(problems, "run", failing)
         quietly(sweep, folder / "out", only=[id_ for id_ in sweep.ids if id_ != MISSING])
     return folder / "out"
 
@@ -142,7 +143,7 @@ def test_lists_are_coordinates_too():
 def test_what_is_no_sweep_is_refused(tmp_path, name, swept):
     (tmp_path / "empty").mkdir()
     (tmp_path / "results.h5").write_text("x")
-    shutil.copy(next((swept / "fields").iterdir()), tmp_path / "case.h5")
+    write_solution(tmp_path / "case.h5", read_case_table(swept).solution(0))
     with pytest.raises(ResultError) as caught:
         read_case_table(tmp_path / name)
     assert "\n" not in str(caught.value)
@@ -270,9 +271,9 @@ def test_a_browser_draws_the_page(table, tmp_path):
     assert picture.shape[:2] == (3000, 1200) and 0.005 < (picture[1500:, :, :3] < 0.5).mean() < 0.5
 
 
-def test_pictures_are_of_the_last_rule_smallest_h_smallest_rho(table):
+def test_pictures_are_of_the_last_case_of_each_problem(table):
     ids = table.values("id")
-    assert [ids[k] for k in representatives(table)] == ["example1-modified-rho1-h0.2", "example2-modified-rho1-h0.2"]
+    assert [ids[k] for k in representatives(table)] == ["example1-modified-rho1e3-h0.2", "example2-modified-rho1e3-h0.2"]
 
 
 def test_a_plot_shows_means_of_what_converged(table, tmp_path):

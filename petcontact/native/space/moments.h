@@ -3,27 +3,27 @@
 #ifndef PETCONTACT_MOMENTS_H
 #define PETCONTACT_MOMENTS_H
 
-#include "elementary.h"
+#include "../elementary.h"
 
 enum {
-    HIGHEST = 3,                           /* order of panels */
-    POWER = HIGHEST + 3,                   /* u^a v^b with a, b below */
-    DEGREE = 2 * HIGHEST + 2,              /* numbers of powers of t along an edge */
+    HIGHEST = 3,              /* order of panels */
+    POWER = HIGHEST + 3,      /* u^a v^b with a, b below */
+    DEGREE = 2 * HIGHEST + 2, /* numbers of powers of t along an edge */
     EDGES = 4
 };
-static const double FLAT = 1e-12;          /* heights below this fraction of the size are none */
+static const double FLAT = 1e-12; /* heights below this fraction of the size are none */
 
-typedef double Four __attribute__((vector_size(32)));          /* the edges of a polygon; those that are missing add nothing */
+typedef double Four __attribute__((vector_size(32))); /* the edges of a polygon; those that are missing add nothing */
 
 typedef struct {
     Four normal_u, normal_v, distance, start, end;
 } Edges;
 
-typedef struct {                           /* Σ ν_u I[a, b], Σ ν_v I[0, b] and Σ s I[a, b] over the edges */
+typedef struct { /* Σ ν_u I[a, b], Σ ν_v I[0, b] and Σ s I[a, b] over the edges */
     double u[POWER][POWER], v[POWER], s[POWER][POWER];
 } Table;
 
-typedef struct {                           /* M_1, M_3, P = w M_3 and Q = 3w M_5, but w² Q[0, 0] beside */
+typedef struct { /* M_1, M_3, P = w M_3 and Q = 3w M_5, but w² Q[0, 0] beside */
     double m_1[POWER][POWER], m_3[POWER][POWER], p[POWER][POWER], q[POWER][POWER], w_q;
 } Moments;
 
@@ -85,7 +85,10 @@ INLINE void powers_of(const Edges *e, double w, int degree, int cubes, Four *fir
     }
 }
 
-INLINE double sum_of(const Four *x) { return (((*x)[0] + (*x)[1]) + (*x)[2]) + (*x)[3]; }
+INLINE double sum_of(const Four *x)
+{
+    return (((*x)[0] + (*x)[1]) + (*x)[2]) + (*x)[3];
+}
 
 /* a, b <= highest, a + b <= degree */
 INLINE void table_of(const Edges *e, const Four *powers, int highest, int degree, Table *t)

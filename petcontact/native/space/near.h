@@ -22,11 +22,12 @@ INLINE void shift(const Panel *p, double x, double y, double (*sums)[HIGHEST + 1
     }
 }
 
-/* One pair in closed form; (x, y) the target in local coordinates, its plane by w above it. */
-INLINE void near(const Panel *p, double x, double y, double w, double nu, int wants_g, int wants_h, int node,
-                 int last_node, double *values, int width)
+/* One pair in closed form; `place` is the target in local coordinates, and the height of the plane above it. */
+INLINE void near(const Panel *p, const double *place, double nu, Wanted wanted, double *values, int width)
 {
-    enum { LOCAL = 14 };                   /* U: 6, T: 6 of its symmetric part and 2 of the other */
+    const int wants_g = wanted.g, wants_h = wanted.h, node = wanted.node, last_node = wanted.last;
+    const double x = place[0], y = place[1], w = place[2];
+    enum { LOCAL = 14 }; /* U: 6, T: 6 of its symmetric part and 2 of the other */
     const double one_2nu = 1.0 - 2.0 * nu, scale = 1.0 / (8.0 * PI * (1.0 - nu));
     Moments m;
     moments_of(p->polygon, p->corners, x, y, w, p->order, p->degree, wants_h, &m);

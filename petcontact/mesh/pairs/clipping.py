@@ -1,0 +1,90 @@
+"""Intersections of convex polygons in the plane, and quadrature on them; polygons are padded by their last corner."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...arrays import Array
+from ..basis import gauss
+
+
+def cross(a: Array, b: Array) -> Array:
+    """a_1 b_2 - a_2 b_1 of vectors (..., 2)."""
+    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
+
+
+def clip(subject: Array, clipper: Array) -> Array:
+    """What convex polygons share (Sutherland and Hodgman, CACM 17, 1974).
+
+    Parameters
+    ----------
+    subject, clipper : (n, v, 2), (n, w, 2) arrays
+        Corners, counter-clockwise; corners may be repeated.
+
+    Returns
+    -------
+    (n, v + w, 2) array
+        Corners of the intersections; of those without an area all in one place.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> square = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+    >>> shared = clip(square, square + 0.5)
+    >>> float(area(shared)[0])
+    0.25
+    """
+    result = subject
+    for k in range(clipper.shape[1]):
+        start, end = clipper[:, k], clipper[:, (k + 1) % clipper.shape[1]]
+        result = _on_the_left(result, start[:, None], (end - start)[:, None])
+    return result
+
+
+def _on_the_left(polygon: Array, start: Array, along: Array) -> Array:
+    """The part of each polygon (n, v, 2) to the left of a line, (n, v + 1, 2)."""
+    n, v, _ = polygon.shape
+    side = cross(along, polygon - start)
+    following, after = np.roll(polygon, -1, axis=1), np.roll(side, -1, axis=1)
+    crosses = side * after < 0.0
+    share = np.divide(side, side - after, out=np.zeros_like(side), where=crosses)
+    # a corner that stays, then the point in which the edge after it crosses the line
+    points = np.stack([polygon, polygon + share[..., None] * (following - polygon)], axis=2).reshape(n, 2 * v, 2)
+    kept = np.stack([side >= 0.0, crosses], axis=2).reshape(n, 2 * v)
+    order = np.argsort(~kept, axis=1, kind="stable")[:, : v + 1]
+    last = np.maximum(kept.sum(axis=1) - 1, 0)
+    order = np.take_along_axis(order, np.minimum(np.arange(v + 1), last[:, None]), axis=1)
+    return np.take_along_axis(points, order[..., None], axis=1)
+
+
+def area(polygon: Array) -> Array:
+    """Of polygons (n, v, 2), (n,); positive where counter-clockwise."""
+    away = polygon - polygon[:, :1]
+    return np.asarray(0.5 * cross(away[:, :-1], away[:, 1:]).sum(axis=1))
+
+
+def fan_rule(polygon: Array, points: int) -> tuple[Array, Array]:
+    """A Gauss rule on convex polygons, on each triangle of the fan about their first corner.
+
+    Parameters
+    ----------
+    polygon : (n, v, 2) array
+    points : int
+        q: polynomials of degree 2q - 2 are integrated exactly.
+
+    Returns
+    -------
+    x : (n, (v - 2) q², 2) array
+    weight : (n, (v - 2) q²) array
+        That sum to the area.
+    """
+    xi, w = gauss(points - 1)
+    s = 0.5 * (1.0 + xi)
+    # the square onto the triangle: (s, t) to barycentric coordinates (1 - t, t (1 - s), t s)
+    first, second = (np.outer(s, factor).ravel() for factor in (1.0 - s, s))
+    reference = np.outer(0.25 * w * s, w).ravel()
+    origin = polygon[:, :1]
+    a, b = polygon[:, 1:-1] - origin, polygon[:, 2:] - origin
+    x = origin[:, None] + first[:, None] * a[:, :, None] + second[:, None] * b[:, :, None]
+    weight = cross(a, b)[..., None] * reference
+    return x.reshape(len(polygon), -1, 2), weight.reshape(len(polygon), -1)

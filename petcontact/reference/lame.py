@@ -1,0 +1,163 @@
+"""Lamé: tubes and hollow spheres under pressure; discs and rings that rotate (Timoshenko and Goodier, 1970, 28, 32, 136)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A tube a <= r <= b under pressures inside and outside, in plane strain, or a ring in plane stress.
+
+    Parameters
+    ----------
+    inner, outer : float
+        a < b [length]; a = 0 is a solid one, with the pressure outside only.
+    young, poisson : float
+        E [stress], ν [-].
+    pressure_inside, pressure_outside : float
+        [stress].
+    plane : {"strain", "stress"}
+
+    Examples
+    --------
+    >>> tube = Cylinder(1.0, 2.0, 200.0, 0.3, pressure_inside=1.0)
+    >>> sigma_r, sigma_theta = tube.stress(np.array([1.0, 2.0]))
+    >>> [round(float(s), 6) for s in (*sigma_r, *sigma_theta)]
+    [-1.0, 0.0, 1.666667, 0.666667]
+    """
+
+    inner: float
+    outer: float
+    young: float
+    poisson: float
+    pressure_inside: float = 0.0
+    pressure_outside: float = 0.0
+    plane: str = "strain"
+
+    @property
+    def _constants(self) -> tuple[float, float]:
+        """σ_r = A - B/r², σ_θ = A + B/r²."""
+        a2, b2 = self.inner**2, self.outer**2
+        mean = (self.pressure_inside * a2 - self.pressure_outside * b2) / (b2 - a2)
+        return mean, (self.pressure_inside - self.pressure_outside) * a2 * b2 / (b2 - a2)
+
+    def stress(self, r: Array) -> tuple[Array, Array]:
+        """σ_r and σ_θ at radii (n,) [stress]."""
+        mean, part = self._constants
+        return mean - part / r**2, mean + part / r**2
+
+    def displacement(self, r: Array) -> Array:
+        """u_r at radii (n,) [length]."""
+        mean, part = self._constants
+        young, poisson = in_plane(self.young, self.poisson, self.plane)
+        u: Array = ((1.0 - poisson) * mean * r + (1.0 + poisson) * part / r) / young
+        return u
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A hollow sphere a <= r <= b under pressures inside and outside.
+
+    Parameters
+    ----------
+    inner, outer : float
+        a < b [length].
+    young, poisson : float
+        E [stress], ν [-].
+    pressure_inside, pressure_outside : float
+        [stress].
+
+    Examples
+    --------
+    >>> sigma_r, sigma_theta = Sphere(1.0, 2.0, 1.0, 0.3, pressure_inside=7.0).stress(np.array([1.0, 2.0]))
+    >>> [round(float(s), 6) for s in (*sigma_r, *sigma_theta)]
+    [-7.0, 0.0, 5.0, 1.5]
+    """
+
+    inner: float
+    outer: float
+    young: float
+    poisson: float
+    pressure_inside: float = 0.0
+    pressure_outside: float = 0.0
+
+    @property
+    def _constants(self) -> tuple[float, float]:
+        """σ_r = A - B/r³, σ_θ = A + B/(2r³)."""
+        a3, b3 = self.inner**3, self.outer**3
+        mean = (self.pressure_inside * a3 - self.pressure_outside * b3) / (b3 - a3)
+        return mean, (self.pressure_inside - self.pressure_outside) * a3 * b3 / (b3 - a3)
+
+    def stress(self, r: Array) -> tuple[Array, Array]:
+        """σ_r and σ_θ at radii (n,) [stress]."""
+        mean, part = self._constants
+        return mean - part / r**3, mean + 0.5 * part / r**3
+
+    def displacement(self, r: Array) -> Array:
+        """u_r at radii (n,) [length]."""
+        mean, part = self._constants
+        u: Array = ((1.0 - 2.0 * self.poisson) * mean * r + 0.5 * (1.0 + self.poisson) * part / r**2) / self.young
+        return u
+
+
+@dataclass(frozen=True)
+class RotatingDisc:
+    """A disc (a = 0) or ring a <= r <= b of constant thickness that rotates, free of pressure on its rims.
+
+    Parameters
+    ----------
+    inner, outer : float
+        a < b [length].
+    young, poisson : float
+        E [stress], ν [-].
+    density, speed : float
+        Density [stress·time²/length²] and angular velocity ω [1/time].
+    plane : {"stress", "strain"}
+        A thin disc, or a shaft that cannot grow longer.
+
+    Examples
+    --------
+    >>> sigma_r, sigma_theta = RotatingDisc(0.0, 1.0, 1.0, 0.3, density=1.0, speed=1.0).stress(np.array([0.0, 1.0]))
+    >>> [round(float(s), 6) for s in (*sigma_r, *sigma_theta)]
+    [0.4125, 0.0, 0.4125, 0.175]
+    """
+
+    inner: float
+    outer: float
+    young: float
+    poisson: float
+    density: float
+    speed: float
+    plane: str = "stress"
+
+    def stress(self, r: Array) -> tuple[Array, Array]:
+        """σ_r and σ_θ at radii (n,) [stress]."""
+        a2, b2 = self.inner**2, self.outer**2
+        _, poisson = in_plane(self.young, self.poisson, self.plane)
+        load = self.density * self.speed**2 * (3.0 + poisson) / 8.0
+        part = a2 * b2 / r**2 if a2 else np.zeros_like(r)
+        radial = load * (a2 + b2 - part - r**2)
+        return radial, load * (a2 + b2 + part - (1.0 + 3.0 * poisson) / (3.0 + poisson) * r**2)
+
+    def displacement(self, r: Array) -> Array:
+        """u_r at radii (n,) [length]."""
+        young, poisson = in_plane(self.young, self.poisson, self.plane)
+        radial, around = self.stress(r)
+        u: Array = r / young * (around - poisson * radial)
+        return u
+
+
+def in_plane(young: float, poisson: float, plane: str) -> tuple[float, float]:
+    """E and ν with which formulas of plane stress hold in plane strain, too: E/(1-ν²), ν/(1-ν).
+
+    Examples
+    --------
+    >>> in_plane(1.0, 0.5, "strain")
+    (1.3333333333333333, 1.0)
+    """
+    return (young / (1.0 - poisson**2), poisson / (1.0 - poisson)) if plane == "strain" else (young, poisson)

@@ -1,0 +1,119 @@
+"""What a sweep tells: how far it is, in one line now and then, and how it ended."""
+
+from __future__ import annotations
+
+import sys
+import threading
+import time
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..runtime.terminal import StatusLine, on_terminal
+from .schedule.deal import Counters
+
+DONE, FAILED = "done", "failed"
+"""Names of the counters of cases on the disk, and of failed ones among them."""
+ON_TERMINAL, PLAIN = 0.5, 30.0
+"""Seconds between two looks at the counters; elsewhere than on a terminal each one leaves a line."""
+LISTED = 20
+"""Cases that did not converge that the summary names."""
+
+
+class Progress:
+    """A thread that looks at the counters of a sweep while the block runs; it neither talks to other ranks nor touches HDF5.
+
+    Parameters
+    ----------
+    counters : Counters
+    cases : int
+        To compute in this run.
+    enabled : bool
+    """
+
+    def __init__(self, counters: Counters, cases: int, *, enabled: bool) -> None:
+        self._counters, self._cases, self._began = counters, cases, time.monotonic()
+        self._over = threading.Event()
+        self._status = StatusLine(enabled and on_terminal())
+        self._thread = threading.Thread(target=self._watch, daemon=True) if enabled and cases else None
+
+    def __enter__(self) -> None:
+        if self._thread is not None:
+            self._thread.start()
+
+    def __exit__(self, *error: object) -> None:
+        self._over.set()
+        if self._thread is not None:
+            self._thread.join()
+            self._status.clear()
+
+    def _watch(self) -> None:
+        while not self._over.wait(ON_TERMINAL if self._status.enabled else PLAIN):
+            line = self.line(time.monotonic() - self._began)
+            if self._status.enabled:
+                self._status.show(line)
+            else:
+                print(line, file=sys.stderr, flush=True)
+
+    def line(self, elapsed: float) -> str:
+        """Cases on the disk, failed ones among them, and the time left at the pace so far."""
+        done, failed = self._counters.look(DONE), self._counters.look(FAILED)
+        left = f", {_duration(elapsed * (self._cases / done - 1.0))} left" if done > 0 else ""
+        return f"{done} of {self._cases} cases done, {failed} failed{left}"
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 90.0:
+        return f"{seconds:.0f} s"
+    minutes = round(seconds / 60.0)
+    return f"{minutes} min" if minutes < 120 else f"{minutes // 60} h {minutes % 60:02d} min"
+
+
+@dataclass
+class Summary:
+    """How a sweep ended.
+
+    Attributes
+    ----------
+    computed, reused : int
+        Cases of this run, and cases that were there.
+    failed, not_converged : dict of str to str
+        Reasons by case id, of this run and of reused rows.
+    seconds : float
+        From the first look at the folder to results.h5 on the disk.
+    cpu : list of float
+        Processor seconds of each rank in that time; a rank that waits sleeps.
+    timings : dict of str to float
+        Seconds by stage, summed over teams.
+    results : Path
+        The table.
+    """
+
+    computed: int
+    reused: int
+    failed: dict[str, str] = field(default_factory=dict)
+    not_converged: dict[str, str] = field(default_factory=dict)
+    seconds: float = 0.0
+    cpu: list[float] = field(default_factory=list)
+    timings: dict[str, float] = field(default_factory=dict)
+    results: Path = Path()
+
+    @property
+    def exit_status(self) -> int:
+        """0 all converged, 3 some not converged, 1 some failed."""
+        return 1 if self.failed else 3 if self.not_converged else 0
+
+    def lines(self) -> list[str]:
+        """A few lines for the user."""
+        ends = {"failed": self.failed, "not converged": self.not_converged}
+        bad = [f"  {status}: {id_}: {reason}" for status, cases in ends.items() for id_, reason in cases.items()]
+        more = [f"  ... and {len(bad) - LISTED} more, see petcontact report"] if len(bad) > LISTED else []
+        ranks, converged = len(self.cpu), self.computed + self.reused - len(bad)
+        return [
+            *bad[:LISTED], *more,
+            f"  computed {self.computed}, reused {self.reused}, failed {len(self.failed)}"
+            f" ({converged} converged, {len(self.not_converged)} not converged)",
+            f"  {self.seconds:.3f} s on {ranks} rank{'s' * (ranks != 1)}; processor time a rank: mean "
+            f"{sum(self.cpu) / ranks:.3f} s, largest {max(self.cpu):.3f} s",
+            f"  summed over the ranks [s]: {', '.join(f'{name} {seconds:.3f}' for name, seconds in self.timings.items())}",
+            f"  result: {self.results}",
+        ]  # fmt: skip

@@ -1,0 +1,186 @@
+"""What passes between faces that do not match: force, moment and constant pressure, whatever the meshes and orders."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import scipy
+import shapely
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from petcontact.mesh.curve_mesh import CurveMesh
+from petcontact.mesh.pairs.clipping import area, clip, fan_rule
+from petcontact.mesh.pairs.facing import face
+from petcontact.mesh.surface_mesh import SurfaceMesh
+
+SEEDS = st.integers(0, 2**32 - 1)
+
+
+
+def curve(points, curvature, order):
+    count = len(points) - 1
+    none = np.zeros(count, dtype=np.int64)
+    return CurveMesh(points[:-1], points[1:], np.full(count, curvature), none + order, none, none - (curvature != 0.0),
+                     np.zeros(count), ("face",))  # fmt: skip
+
+
+def side(rng, order, y, *, up, low=0.0, high=1.0):
+    """A straight side along x, its body below (up) or above."""
+    x = np.concatenate([[0.0], np.cumsum(rng.uniform(0.1, 1.0, int(rng.integers(3, 12))))])
+    x = low + (high - low) * x / x[-1]
+    return curve(np.column_stack([x[::-1] if up else x, np.full(len(x), y)]), 0.0, order)
+
+
+def circle(rng, order, radius, *, hole):
+    """A pin or a hole about the origin."""
+    turn = np.concatenate([[0.0], np.cumsum(rng.uniform(0.3, 1.0, int(rng.integers(14, 24))))])
+    turn = rng.uniform(0.0, 6.0) + 2.0 * np.pi * (turn[::-1] if hole else turn) / turn[-1]
+    return curve(radius * np.column_stack([np.cos(turn), np.sin(turn)]), (-1.0 if hole else 1.0) / radius, order)
+
+
+def panels(corners, order, *, up):
+    """A part in a plane z = const of triangles or quadrilaterals (n, 3 or 4, 3)."""
+    across = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])[:, 2]
+    corners = np.where(((across > 0.0) == up)[:, None, None], corners, corners[:, ::-1])
+    if corners.shape[1] == 3:
+        corners = np.concatenate([corners, np.full((len(corners), 1, 3), np.nan)], axis=1)
+    return SurfaceMesh(corners, np.full(len(corners), order), np.zeros(len(corners), dtype=np.int64), ("face",))
+
+
+def square(rng, order, z, *, up, low=0.0, high=1.0):
+    """A square of random triangles, or of uneven rectangles."""
+    if rng.integers(2):
+        edge = np.linspace(0.0, 1.0, int(rng.integers(2, 5)))
+        rim = [np.column_stack(sides) for a in (0.0, 1.0) for sides in ((edge, 0 * edge + a), (0 * edge + a, edge))]
+        points = np.unique(np.vstack([*rim, rng.uniform(0.1, 0.9, (int(rng.integers(3, 20)), 2))]), axis=0)
+        corners = points[scipy.spatial.Delaunay(points).simplices]
+        corners = corners[np.abs(area(corners)) > 1e-9]
+    else:
+        u, v = (np.cumsum(rng.uniform(0.2, 1.0, int(rng.integers(3, 6)))) for _ in range(2))
+        u, v = (np.concatenate([[0.0], c / c[-1]]) for c in (u, v))
+        a, b = (c.ravel() for c in np.meshgrid(np.arange(len(u) - 1), np.arange(len(v) - 1)))
+        corners = np.stack([np.column_stack([u[a + i], v[b + j]]) for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
+    corners = low + (high - low) * corners
+    return panels(np.concatenate([corners, np.full((*corners.shape[:2], 1), z)], axis=2), order, up=up)
+
+
+def moment(x, force):
+    return np.cross(np.pad(x, ((0, 0), (0, 3 - x.shape[1]))), np.pad(force, ((0, 0), (0, 3 - x.shape[1])))).sum(axis=0)
+
+
+def passes(one, other, rng, direction=None):
+    """Force and moment of random normal tractions are the same on both sides; what the primary gets from an even one."""
+    facing = face(one, "face", other, "face", direction)
+    traction = (rng.normal(size=len(facing.secondary)) * facing.met)[:, None] * facing.normal
+    mine = one.weight[facing.secondary, None] * traction
+    theirs = -other.weight[facing.primary, None] * (facing.loads @ traction)
+    size = np.abs(mine).sum()
+    assert np.abs(mine.sum(axis=0) + theirs.sum(axis=0)).max() <= 1e-12 * size
+    assert np.abs(moment(one.x[facing.secondary], mine) + moment(other.x[facing.primary], theirs)).max() <= 1e-11 * size
+    # what moves as one rigid body opens nowhere
+    turned = np.column_stack([-other.x[:, 1], other.x[:, 0], np.zeros(other.n_nodes)])[facing.primary, : other.dim]
+    here = np.column_stack([-one.x[:, 1], one.x[:, 0], np.zeros(one.n_nodes)])[facing.secondary, : one.dim]
+    opening = np.sum((facing.values @ turned - here) * facing.normal, axis=1)
+    assert np.abs(opening[facing.met]).max(initial=0.0) < 1e-11
+    return facing, facing.loads @ np.ones(len(facing.secondary))
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEEDS, st.integers(0, 5), st.integers(0, 5))
+def test_straight_sides_pass_force_moment_and_constants(seed, order, opposite):
+    rng = np.random.default_rng(seed)
+    one, other = side(rng, order, 0.0, up=True), side(rng, opposite, rng.choice([0.0, 0.1]), up=False)
+    facing, even = passes(one, other, rng)
+    assert facing.met.all() and np.allclose(even, 1.0, atol=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEEDS, st.integers(0, 5), st.integers(0, 5))
+def test_sides_that_meet_partly_pass_force_and_moment(seed, order, opposite):
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(-0.5, 0.4)
+    other = side(rng, opposite, 0.05, up=False, low=low, high=low + rng.uniform(0.5, 1.5))
+    facing, _ = passes(side(rng, order, 0.0, up=True), other, rng, [None, np.array([0.2, 1.0])][int(rng.integers(2))])
+    assert np.all(np.diff(facing.values.indptr)[~facing.met] == 0)
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEEDS, st.integers(0, 5), st.integers(0, 5), st.booleans())
+def test_arcs_pass_force_and_moment(seed, order, opposite, swapped):
+    rng = np.random.default_rng(seed)
+    pin, hole = circle(rng, order, 0.99, hole=False), circle(rng, opposite, 1.0, hole=True)
+    facing, even = passes(*((hole, pin) if swapped else (pin, hole)), rng)
+    assert facing.met.all() and np.allclose(even, 1.0 / 0.99 if swapped else 0.99, atol=0.03 if order and opposite else 0.15)
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEEDS, st.integers(0, 3), st.integers(0, 3))
+def test_plane_faces_pass_force_moment_and_constants(seed, order, opposite):
+    rng = np.random.default_rng(seed)
+    one, other = square(rng, order, 0.0, up=True), square(rng, opposite, rng.choice([0.0, 0.1]), up=False)
+    facing, even = passes(one, other, rng)
+    assert facing.met.all() and np.allclose(even, 1.0, atol=1e-11)
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEEDS, st.integers(0, 3), st.integers(0, 3))
+def test_plane_faces_that_meet_partly_pass_force_and_moment(seed, order, opposite):
+    rng = np.random.default_rng(seed)
+    low = rng.uniform(-0.4, 0.4)
+    other = square(rng, opposite, 0.05, up=False, low=low, high=low + rng.uniform(0.5, 1.2))
+    passes(square(rng, order, 0.0, up=True), other, rng, [None, np.array([0.1, 0.2, 1.0])][int(rng.integers(2))])
+
+
+@pytest.mark.parametrize("order", range(4))
+def test_faces_that_match_pass_values_on_as_they_are(order):
+    rng = np.random.default_rng(order)
+    ends = np.sort(rng.uniform(size=(5, 1)), axis=0) * [1.0, 0.0]
+    pairs = [(curve(ends[::-1], 0.0, order), curve(ends + np.array([0.0, 0.1]), 0.0, order))]
+    corners = rng.uniform(size=(1, 4, 3)) * [0.3, 0.3, 0.0] + [[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]]]
+    for count in (3, 4):
+        pairs.append((panels(corners[:, :count], order, up=True), panels(corners[:, :count] + [0, 0, 0.1], order, up=False)))
+    for one, other in pairs:
+        facing = face(one, "face", other, "face", None)
+        assert facing.matched and np.all(facing.values.data == 1.0) and np.all(np.diff(facing.values.indptr) == 1)
+        assert np.allclose(facing.loads.data, 1.0, atol=1e-14)
+
+
+def test_what_lies_behind_is_not_faced():
+    """A primary in two floors: all goes to the nearer one."""
+    rng = np.random.default_rng(5)
+    floors = [square(rng, 1, z, up=False) for z in (0.1, 0.5)]
+    corners = np.concatenate([mesh.corners for mesh in floors])
+    none = np.zeros(len(corners), dtype=np.int64)
+    both = SurfaceMesh(corners, none + 1, none, ("face",))
+    facing, even = passes(square(rng, 1, 0.0, up=True), both, rng)
+    assert np.allclose(facing.distance, 0.1) and np.allclose(even[both.x[:, 2] < 0.3], 1.0, atol=1e-12)
+    assert not even[both.x[:, 2] > 0.3].any()
+
+
+def test_the_projection_converges():
+    """A smooth field arrives with order p + 1, the primary having that order, too."""
+    errors = []
+    for count in (6, 12):
+        x, y = np.linspace(0.0, 1.0, count + 1), np.linspace(0.0, 1.0, 4 * count // 3 + 1)
+        one = curve(np.column_stack([x[::-1], 0 * x]), 0.0, 2)
+        other = curve(np.column_stack([y, 0 * y]), 0.0, 2)
+        facing = face(one, "face", other, "face", None)
+        errors.append(np.abs(facing.values @ np.sin(3.0 * other.x[:, 0]) - np.sin(3.0 * one.x[:, 0])).max())
+    assert errors[0] > 6.0 * errors[1]
+
+
+@settings(max_examples=25, deadline=None)
+@given(SEEDS)
+def test_polygons_are_clipped(seed):
+    """Against GEOS; corners may be doubled, and the rule integrates squares exactly."""
+    rng = np.random.default_rng(seed)
+    hulls = [scipy.spatial.ConvexHull(points) for points in rng.uniform(size=(2, 6, 2))]
+    one, other = (np.array(hull.points[hull.vertices]) for hull in hulls)
+    shared = clip(np.vstack([one, one[-1:]])[None], other[None])
+    exact = shapely.intersection(shapely.Polygon(one), shapely.Polygon(other))
+    assert area(shared)[0] == pytest.approx(exact.area, abs=1e-14)
+    x, weight = fan_rule(shared, 2)
+    middle = shapely.get_coordinates(exact.centroid)
+    if exact.area > 1e-6:
+        assert np.allclose((weight[0] @ x[0]) / weight.sum(), middle, atol=1e-9)

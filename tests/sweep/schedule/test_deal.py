@@ -1,0 +1,126 @@
+"""Dealing: every case once, the dearest group first, and no preparation that takes longer than what it helps."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+
+import numpy as np
+from hypothesis import given
+from hypothesis import strategies as st
+
+from petcontact.sweep.schedule.cost import Cost
+from petcontact.sweep.schedule.deal import Counters, dealt, make_parts
+from petcontact.sweep.tell import DONE, FAILED, Progress
+
+PROCESS = """
+import sys
+from pathlib import Path
+from petcontact.sweep.schedule.deal import Counters
+counters = Counters(Path(sys.argv[1]))
+print(*[counters.add("n") for _ in range(500)])
+"""
+
+
+def costs_of(case, prepare):
+    return [Cost(0, 0, first, each, 0.0) for first, each in zip(prepare, case, strict=True)]
+
+
+def parts_of(sizes, case, prepare, teams):
+    group = np.repeat(np.arange(len(sizes)), sizes)
+    return make_parts(np.arange(len(group)), group, costs_of(case, prepare), teams), group
+
+
+def dealt_out(folder, parts, group, case, prepare, teams):
+    """What each team computes on a clock of its own: the team that is free first claims next. Its batches and its time."""
+    counters, batches, clocks, holds = Counters(folder), [[] for _ in range(teams)], np.zeros(teams), [-1] * teams
+    claims = [dealt(parts, counters) for _ in range(teams)]
+    busy = set(range(teams))
+    while busy:
+        team = min(busy, key=lambda team: clocks[team])
+        batch = next(claims[team], None)
+        if batch is None:
+            busy.discard(team)
+            continue
+        batches[team].append(batch.tolist())
+        for place in batch:
+            clocks[team] += case[group[place]] + prepare[group[place]] * (holds[team] != group[place])
+            holds[team] = group[place]
+    return batches, clocks
+
+
+@given(st.lists(st.tuples(st.integers(1, 40), st.floats(1e-3, 10.0), st.floats(0.0, 50.0)), min_size=1, max_size=12),
+       st.integers(1, 16))  # fmt: skip
+def test_every_case_is_computed_once(tmp_path_factory, groups, teams):
+    sizes, case, prepare = zip(*groups, strict=True)
+    parts, group = parts_of(sizes, case, prepare, teams)
+    batches, _ = dealt_out(tmp_path_factory.mktemp("d"), parts, group, case, prepare, teams)
+    assert sorted(place for some in batches for batch in some for place in batch) == list(range(sum(sizes)))
+
+
+def test_the_dearest_group_is_begun_first_and_one_team_takes_group_after_group(tmp_path):
+    case, prepare = [2.0, 3.0, 1.0], [1.0, 1.0, 1.0]
+    parts, group = parts_of([3, 5, 2], case, prepare, 1)
+    ((*batches,),), _ = dealt_out(tmp_path, parts, group, case, prepare, 1)
+    assert group[np.concatenate(batches)].tolist() == 5 * [1] + 3 * [0] + 2 * [2]
+    assert make_parts(np.zeros(0, int), np.zeros(3, int), costs_of(case, prepare), 4) == []
+
+
+def test_a_group_is_not_prepared_again_for_less_than_its_preparation(tmp_path):
+    case, prepare = [0.1], [5.0]
+    for size, teams_at_work in ((40, 1), (2000, 4)):
+        parts, group = parts_of([size], case, prepare, 4)
+        folder = tmp_path / str(size)
+        folder.mkdir()
+        batches, clocks = dealt_out(folder, parts, group, case, prepare, 4)
+        assert sum(map(bool, batches)) == teams_at_work
+        assert clocks.max() <= 5.0 + 0.1 * size
+
+
+def test_teams_end_near_together_though_costs_are_wrong_by_half(tmp_path):
+    rng = np.random.default_rng(0)
+    sizes, prepare = [1250] * 8, [0.0] * 8
+    real = np.linspace(0.65, 1.45, 8)[::-1] * rng.uniform(0.9, 1.1, 8)
+    parts, group = parts_of(sizes, np.linspace(1.06, 0.94, 8), prepare, 10)
+    _, clocks = dealt_out(tmp_path, parts, group, real, prepare, 10)
+    assert clocks.max() < 1.05 * clocks.mean()
+
+
+def test_a_hundred_thousand_groups_of_one_case_are_few_claims():
+    parts, _ = parts_of([1] * 100_000, [2e-3] * 100_000, [1e-3] * 100_000, 2)
+    assert sum(part.batches for part in parts) < 32 * 2 + 2
+    assert sum(len(part.places) for part in parts) == 100_000
+
+
+def test_a_few_cases_go_to_all_teams_however_cheap_they_seem(tmp_path):
+    """What a case costs may be a thousand times what its mesh tells: load steps are not counted."""
+    case, prepare = [1e-3] * 8, [1e-3] * 8
+    parts, group = parts_of([1] * 8, case, prepare, 4)
+    batches, _ = dealt_out(tmp_path, parts, group, case, prepare, 4)
+    assert [sum(map(len, some)) for some in batches] == [2] * 4
+
+
+def test_numbers_are_given_once_to_threads_and_processes(tmp_path):
+    counters = Counters(tmp_path)
+    won: list[int] = []
+    words = [sys.executable, "-c", PROCESS, str(tmp_path)]
+    jobs = [subprocess.Popen(words, stdout=subprocess.PIPE, text=True) for _ in range(2)]
+    threads = [threading.Thread(target=lambda: won.extend(counters.add("n") for _ in range(200))) for _ in range(4)]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    for job in jobs:
+        won.extend(map(int, job.communicate(timeout=60)[0].split()))
+    assert sorted(won) == list(range(1800))
+    assert counters.look("n") == 1800 and counters.look("nothing") == 0
+
+
+def test_the_progress_line_counts_what_is_on_the_disk(tmp_path):
+    counters = Counters(tmp_path)
+    progress = Progress(counters, 8, enabled=False)
+    assert progress.line(1.0) == "0 of 8 cases done, 0 failed"
+    counters.count({DONE: 2, FAILED: 1})
+    assert progress.line(10.0) == "2 of 8 cases done, 1 failed, 30 s left"
+    assert progress.line(3600.0).endswith("3 h 00 min left")
