@@ -203,10 +203,13 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
     quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
     estimate = quantity.estimate + work.left if shown else math.inf
     info = {
-        **solution.info, "accuracy": accuracy, "estimated_error": estimate, "differences": quantity.differences,
+        **solution.info, "accuracy": accuracy, "differences": quantity.differences,
         "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
         **(quantity.info() if shown else {}),
     }  # fmt: skip
+    # where nothing carries anything there is no p whose error could be known
+    if solution.bilateral or any(pair.pressure.any() for step in solution.tried for pair in step.pairs.values()):
+        info["estimated_error"] = estimate
     status, reason = solution.status, solution.reason
     if status == "converged" and work.missed > 0.0:
         status, reason = "not converged", f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
