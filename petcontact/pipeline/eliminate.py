@@ -18,8 +18,8 @@ from ..errors import InputError, SolverError
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 from ..runtime.petsc import petsc
-from .assemble import Discrete
 from .choice import LARGEST, check_memory, is_compressed, predicted_seconds, resolved_bem
+from .discrete.discretise import Discrete
 from .trust.meshes import check_meshes, check_stiffness
 
 ELASTIC_LIMIT = 1e-7

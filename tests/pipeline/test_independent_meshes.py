@@ -12,8 +12,8 @@ import pytest
 from petcontact import Problem, read_result, solve
 from petcontact.commands.main import main
 from petcontact.model.base import parse
-from petcontact.pipeline import assemble
-from petcontact.pipeline.assemble import discretise
+from petcontact.pipeline.discrete import discretise as assemble
+from petcontact.pipeline.discrete.discretise import discretise
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 

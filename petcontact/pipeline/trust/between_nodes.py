@@ -13,7 +13,7 @@ from ...contact.law_protocol import OPEN
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.hits import along
 from ...model.expressions import evaluate
-from ..sides import Side
+from ..discrete.interfaces import Side
 
 
 @dataclass(frozen=True)

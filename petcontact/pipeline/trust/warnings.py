@@ -9,7 +9,7 @@ import numpy as np
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import rigid_motions
 from ...results.records import StepResult
-from ..assemble import Discrete
+from ..discrete.discretise import Discrete
 
 TURN, TRAVEL = 0.1, 1.0
 """Rotation [rad], and displacement over the size of the body, beyond which displacements are not small."""

@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Mask
-from ..compliance.bodies import BodiesSystem
-from ..contact.criterion import Criterion
-from ..contact.iteration import ContactMethod, Iteration
-from ..contact.state import ContactState, Start
-from ..contact.system import ContactSystem, Modes
-from ..errors import SolverError
-from ..model.load_steps import Obstacle, Step
-from .assemble import Discrete
-from .trust.between_nodes import Places, places_between
+from ...arrays import Array, Mask
+from ...compliance.bodies import BodiesSystem
+from ...contact.criterion import Criterion
+from ...contact.iteration import ContactMethod, Iteration
+from ...contact.state import ContactState, Start
+from ...contact.system import ContactSystem, Modes
+from ...errors import SolverError
+from ...model.load_steps import Obstacle, Step
+from ..discrete.discretise import Discrete
+from ..trust.between_nodes import Places, places_between
 
 Monitor = Callable[[ContactState], str | None]
 """Called with the state so far after each iteration, which says where it is; a reason that it returns ends the solve."""

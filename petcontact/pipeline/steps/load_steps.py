@@ -7,15 +7,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..compliance.bodies import BodiesSystem
-from ..contact.friction_law import contact_norm
-from ..contact.laws import dissipation
-from ..contact.state import ContactState
-from ..results.records import StepResult
+from ...compliance.bodies import BodiesSystem
+from ...contact.friction_law import contact_norm
+from ...contact.laws import dissipation
+from ...contact.state import ContactState
+from ...results.records import StepResult
+from ..discrete.load_states import data_from
+from ..eliminate import eliminated
 from .diagnosis import is_unbalanced, zero_energy_motions
-from .eliminate import eliminated
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem, changed
-from .load_states import data_from
 from .outcome import step_result
 
 HALVINGS = 8

@@ -6,15 +6,15 @@ import itertools
 
 import numpy as np
 
-from ..arrays import Array
-from ..contact.criterion import equilibrium_defect
-from ..contact.equilibrium import unbalanced_load
-from ..contact.law_protocol import OPEN
-from ..contact.state import ContactState
-from ..results.records import StepResult
-from .assemble import Discrete
+from ...arrays import Array
+from ...contact.criterion import equilibrium_defect
+from ...contact.equilibrium import unbalanced_load
+from ...contact.law_protocol import OPEN
+from ...contact.state import ContactState
+from ...results.records import StepResult
+from ..discrete.discretise import Discrete
+from ..trust.warnings import unusual
 from .increment import Increment, PreparedProblem, changed
-from .trust.warnings import unusual
 
 MOTIONS = {
     2: ("along x", "along y", "to turn"),

@@ -14,22 +14,22 @@ import time
 from dataclasses import replace
 from typing import Any, Protocol
 
-from ..contact.state import Start
-from ..errors import SolverError
-from ..geometry.outline import Outline, as_outline
-from ..geometry.surface import Boundary
-from ..mesh.curve_mesh import CurveMesh
-from ..model.problem import Problem
-from ..refinement.ladder import Rung, check_accuracy
-from ..refinement.marks import Body, RungMesh
-from ..results.solution import Solution
-from ..runtime.petsc import petsc
-from .assemble import Discrete, discretise
-from .increment import Monitor, PreparedProblem
-from .run import prepare, run
-from .sides import interfaces_of
-from .slip_quantity import Slip
-from .traction_quantity import Tractions, with_later_data
+from ...contact.state import Start
+from ...errors import SolverError
+from ...geometry.outline import Outline, as_outline
+from ...geometry.surface import Boundary
+from ...mesh.curve_mesh import CurveMesh
+from ...model.problem import Problem
+from ...refinement.ladder import Rung, check_accuracy
+from ...refinement.marks import Body, RungMesh
+from ...results.solution import Solution
+from ...runtime.petsc import petsc
+from ..discrete.discretise import Discrete, discretise
+from ..discrete.interfaces import interfaces_of
+from ..run import prepare, run
+from ..steps.increment import Monitor, PreparedProblem
+from .slip import Slip
+from .tractions import Tractions, with_later_data
 
 DENSE_NODES = 2500
 """Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""

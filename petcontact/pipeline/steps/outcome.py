@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
-from ..compliance.bodies import Interface
-from ..contact.criterion import equilibrium_defect, natural_residuals
-from ..contact.friction_law import contact_norm
-from ..contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
-from ..contact.laws import dissipation
-from ..contact.state import ContactState
-from ..geometry.rotation import Axial, axial, moment
-from ..results.records import BodyResult, ObstacleResult, PairResult, StepResult
+from ...arrays import Array
+from ...compliance.bodies import Interface
+from ...contact.criterion import equilibrium_defect, natural_residuals
+from ...contact.friction_law import contact_norm
+from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
+from ...contact.laws import dissipation
+from ...contact.state import ContactState
+from ...geometry.rotation import Axial, axial, moment
+from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
+from ..eliminate import ELASTIC_LIMIT
+from ..trust.increments import imbalance, objection
+from ..trust.overlaps import overlaps
 from .diagnosis import failure
-from .eliminate import ELASTIC_LIMIT
 from .increment import Increment, IncrementState
-from .trust.increments import imbalance, objection
-from .trust.overlaps import overlaps
 
 LARGEST_IMBALANCE = 1e-2
 """Imbalance of a pair that is not accepted."""
