@@ -25,7 +25,7 @@ from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.registry import method_of
 from petcontact.contact.system import ContactSystem, Surrogate
 from petcontact.model.problem import Problem
-from petcontact.pipeline.load_steps import first_increment
+from petcontact.pipeline.steps.load_steps import first_increment
 from petcontact.pipeline.run import prepare
 from petcontact.runtime.petsc import petsc
 

@@ -20,9 +20,9 @@ from conftest import example
 from petcontact import MeshOptions, SolverError, read_result, read_solution, solve, write_solution
 from petcontact.commands.main import main
 from petcontact.compliance.body.dense import DenseRows
-from petcontact.pipeline import load_steps
 from petcontact.pipeline import run as pipeline
 from petcontact.pipeline.run import prepare, run
+from petcontact.pipeline.steps import load_steps
 from petcontact.runtime.signals import Interrupted, deferred, install, stopping
 
 ROOT = Path(__file__).parents[2]

@@ -14,7 +14,8 @@ import pytest
 
 from petcontact import Problem, Step
 from petcontact.model.base import parse
-from petcontact.pipeline import adaptive, assemble
+from petcontact.pipeline.adaptive.climb import climb as adaptive
+from petcontact.pipeline.discrete import discretise as assemble
 from petcontact.pipeline.run import prepare, run
 from petcontact.reference.cattaneo_mindlin import LinePartialSlip
 from petcontact.reference.half_plane import elliptic_load

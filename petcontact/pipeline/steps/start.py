@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
-from ..contact.state import Start
-from ..errors import InputError
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh
-from ..model.bodies import Contact
-from ..results.records import PairResult, StepResult
-from ..results.solution import Solution, read_solution
+from ...arrays import Array, Index
+from ...contact.state import Start
+from ...errors import InputError
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.curve_mesh import CurveMesh
+from ...model.bodies import Contact
+from ...results.records import PairResult, StepResult
+from ...results.solution import Solution, read_solution
 from .increment import PreparedProblem
 
 NEAREST = 4
