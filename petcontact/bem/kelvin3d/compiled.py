@@ -15,7 +15,7 @@ from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import SurfaceMesh
 from ..compiled_filler import CompiledFiller, data_members
 from ..kernel import ColumnData
-from .rules import COUNTS, MOST_POINTS, least_log_rho
+from .rules import COUNTS, MOST_POINTS, degrees, least_log_rho
 
 TRIANGLE = 4
 """Is added to the order of triangles: the kind of a panel."""
@@ -30,7 +30,7 @@ _columns = native.function("petcontact_panel_columns", native.FILLER)
 def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
     """The limits of the choice of Gauss points and their rules as native/space/panel.h reads them."""
     # half the sum of the distances from both ends over half the length is (ρ + 1/ρ)/2
-    least = [np.cosh(np.minimum(least_log_rho(order, tolerance), 700.0)) for order in range(HIGHEST_ORDER + 1)]
+    least = [np.cosh(np.minimum(least_log_rho(degree, tolerance), 700.0)) for degree in range(2 * HIGHEST_ORDER + 2)]
     points = np.zeros((2, len(COUNTS), COUNTS[-1]))
     for row, count in enumerate(COUNTS):
         points[:, row, :count] = gauss(count - 1)
@@ -52,11 +52,12 @@ def _weights(kind: int) -> Array:
 
 
 def _records(panels: Panels) -> Array:
-    """Centre 3, frame 9, size 1, polygon 8 and coefficients k² of each panel, (n, 21 + k²)."""
+    """Centre 3, frame 9, size 1, polygon 8, degrees 2 and coefficients k² of each panel, (n, 23 + k²)."""
     n, corners = panels.corners.shape[:2]
     polygon = np.zeros((n, 8))
     polygon[:, : 2 * corners] = panels.polygon.reshape(n, -1)
-    parts = (panels.centre, panels.frame.reshape(n, 9), panels.size[:, None], polygon, panels.coefficients.reshape(n, -1))
+    degree, coefficients = degrees(panels.polygon, panels.order), panels.coefficients.reshape(n, -1)
+    parts = (panels.centre, panels.frame.reshape(n, 9), panels.size[:, None], polygon, degree, coefficients)
     return np.concatenate(parts, axis=1)
 
 

@@ -17,17 +17,50 @@ COUNTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)
 SAFETY = 2.5
 RECTANGULAR = 0.9
 """Panels that fill less of their frame's box have slanting lines of Gauss points: the same number in both directions."""
+STRAIGHT = 1e-12
+"""Corners off a parallelogram or a rectangle by less than this fraction of the panel are on it: round-off."""
+
+
+def degrees(polygon: Array, order: int) -> Index:
+    """Degree of the basis times the area factor along both directions of a panel's Gauss points.
+
+    The basis is u^a v^b of the plane, a, b <= p on quadrilaterals and a + b <= p on triangles, and u and v are bilinear in
+    the coordinates s, t of the Gauss points, ∂v/∂s = 0 in the middle by the choice of the frame: p along both directions of
+    a rectangle, 2p along t where t leans, as on other parallelograms, and 2p + 1 where the term s t counts, also in the
+    area factor. A triangle is bilinear with two corners in one, and its area factor linear in t.
+
+    Parameters
+    ----------
+    polygon : (n, c, 2) array
+        Corners in local coordinates, as in `Panels` [-].
+    order : int
+        p.
+
+    Returns
+    -------
+    degree : (n, 2) int array
+    """
+    if polygon.shape[1] == 3:
+        return np.tile([order, order + 1], (len(polygon), 1))
+    a, b, c, d = polygon.transpose(1, 0, 2)
+    least = STRAIGHT * (polygon.max(axis=1) - polygon.min(axis=1))
+    twisted = np.abs(a - b + c - d) > least
+    leaning = twisted[:, 0] | (np.abs(c + d - a - b)[:, 0] > least[:, 0])
+    return np.stack([
+        order + (order + 1) * twisted[:, 1],
+        order + order * leaning + twisted.any(axis=1),
+    ], axis=1)  # fmt: skip
 
 
 @functools.cache
-def least_log_rho(order: int, tolerance: float) -> Array:
-    """ln ρ from which on each of `COUNTS` holds the tolerance on a panel of some order, decreasing; inf where none does.
+def least_log_rho(degree: int, tolerance: float) -> Array:
+    """ln ρ from which on each of `COUNTS` holds the tolerance at some degree, decreasing; inf where none does.
 
-    n points integrate polynomials of degree 2n-1 and the basis takes p of these: with k = 2n - p the rest is less than
-    SAFETY k² ρ^-k of the largest integral, k² for the cubed distance of the traction (found for squares and for panels of
-    1:5, all orders, from two half-lengths on).
+    n points integrate polynomials of degree 2n-1 and the basis and the area take m of these (`degrees`): with k = 2n - m
+    the rest is less than SAFETY k² ρ^-k of the largest integral, k² for the cubed distance of the traction (found for
+    squares and for panels of 1:5, all orders, from two half-lengths on).
     """
-    k = 2.0 * np.array(COUNTS) - order
+    k = 2.0 * np.array(COUNTS) - degree
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(k > 0.0, (np.log(SAFETY * k * k) - math.log(tolerance)) / k, np.inf)
 
@@ -36,19 +69,24 @@ def point_counts(points: Array, panels: Panels, element: int, tolerance: float) 
     """Gauss points (m, 2) along both directions of a panel that hold the tolerance at each target, out of `COUNTS`, or 999.
 
     Along one direction the integrand is analytic inside the Bernstein ellipse of ρ whose foci are the ends, r vanishing at
-    position ± i distance.
+    position ± i distance: (ρ + 1/ρ)/2 is half the sum of the distances from both ends over half the length. Slanting lines
+    are as long as the longest edge.
     """
     local = (points - panels.centre[element]) @ panels.frame[element].T / panels.size[element]
-    low, high = panels.polygon[element].min(axis=0), panels.polygon[element].max(axis=0)
-    half, offset = 0.5 * (high - low), local[:, :2] - 0.5 * (high + low)
-    beyond = np.maximum(np.abs(offset) - half, 0.0)
-    least = least_log_rho(panels.order, tolerance)
+    polygon = panels.polygon[element]
+    low, high = polygon.min(axis=0), polygon.max(axis=0)
+    half, edge = 0.5 * (high - low), np.roll(polygon, -1, axis=0) - polygon
+    slanting = abs(polygon[:, 0] @ edge[:, 1] - polygon[:, 1] @ edge[:, 0]) < 2.0 * RECTANGULAR * np.prod(high - low)
+    length = np.maximum(half, 0.5 * np.hypot(*edge.T).max()) if slanting else half
+    offset = np.abs(local[:, :2] - 0.5 * (high + low))
+    beyond = np.maximum(offset - half, 0.0)
+    degree = degrees(polygon[None], panels.order)[0].tolist()
     counts = np.empty((len(points), 2), dtype=np.int64)
     for c in range(2):
-        z = (np.abs(offset[:, c]) + 1j * np.hypot(beyond[:, 1 - c], local[:, 2])) / half[c]
-        log_rho = np.log(np.abs(z + np.sqrt(z - 1.0) * np.sqrt(z + 1.0)))
-        counts[:, c] = np.append(COUNTS, 999)[np.sum(log_rho[:, None] < least, axis=1)]
-    x, y = panels.polygon[element].T
-    if abs(x @ np.roll(y, -1) - y @ np.roll(x, -1)) < 2.0 * RECTANGULAR * np.prod(high - low):
+        across = np.hypot(beyond[:, 1 - c], local[:, 2])
+        mean = 0.5 * (np.hypot(offset[:, c] - half[c], across) + np.hypot(offset[:, c] + half[c], across)) / length[c]
+        log_rho = np.arccosh(np.maximum(mean, 1.0))
+        counts[:, c] = np.append(COUNTS, 999)[np.sum(log_rho[:, None] < least_log_rho(degree[c], tolerance), axis=1)]
+    if slanting:
         counts[:] = counts.max(axis=1, keepdims=True)
     return counts

@@ -20,16 +20,18 @@ enum {
 
 typedef double Vector __attribute__((vector_size(8 * LANES)));
 
-typedef struct {                      /* as numpy fills it: bem.kelvin3d.compiled.rules */
-    double most[HIGHEST + 1];         /* points of far panels by order */
-    double least[HIGHEST + 1][RULES]; /* least half sum of the distances from both foci, in their half distance */
+typedef struct {                          /* as numpy fills it: bem.kelvin3d.compiled.rules */
+    double most[HIGHEST + 1];             /* points of far panels by order */
+    double least[2 * HIGHEST + 2][RULES]; /* by degree: half the sum of the distances from both foci, over the half length */
     double count[RULES], xi[RULES][LONGEST], weight[RULES][LONGEST];
 } Rules;
 
 typedef struct {
     const double *centre, *frame, *polygon, *coefficients;
     double size, half[2], middle[2], area; /* area of the polygon in local coordinates */
+    double length[2];                      /* half the longest line of Gauss points */
     int corners, order, nodes, degree;
+    int along[2];         /* degree of basis times area in both directions of Gauss points: rules.degrees */
     int upright, regular; /* whether lines of Gauss points run along the frame; whether the table of weights holds */
 } Panel;
 
@@ -70,16 +72,18 @@ INLINE int nodes_of(int64_t kind)
     return kind < 4 ? (order + 1) * (order + 1) : (order + 1) * (order + 2) / 2;
 }
 
-/* A panel's numbers: centre 3, frame 9, size 1, polygon 8 and coefficients nodes². */
+/* A panel's numbers: centre 3, frame 9, size 1, polygon 8, degrees 2 and coefficients nodes². */
 INLINE Panel panel_of(const double *record, int64_t kind)
 {
     Panel p = {
-        .centre = record, .frame = record + 3, .polygon = record + 13, .coefficients = record + 21, .size = record[12]};
+        .centre = record, .frame = record + 3, .polygon = record + 13, .coefficients = record + 23, .size = record[12]};
     p.corners = kind < 4 ? 4 : 3;
     p.order = (int)(kind & 3);
     p.nodes = nodes_of(kind);
     p.degree = p.corners == 4 ? 2 * p.order : p.order;
-    double area = 0.0, box = 1.0;
+    p.along[0] = (int)record[21];
+    p.along[1] = (int)record[22];
+    double area = 0.0, box = 1.0, longest = 0.0;
     for (int c = 0; c < 2; c++) {
         double low = p.polygon[c], high = low;
         for (int k = 1; k < p.corners; k++) {
@@ -93,10 +97,14 @@ INLINE Panel panel_of(const double *record, int64_t kind)
     }
     for (int k = 0; k < p.corners; k++) {
         const double *a = p.polygon + 2 * k, *b = p.polygon + 2 * (k + 1 < p.corners ? k + 1 : 0);
+        const double edge = 0.5 * sqrt((b[0] - a[0]) * (b[0] - a[0]) + (b[1] - a[1]) * (b[1] - a[1]));
         area += 0.5 * (a[0] * b[1] - a[1] * b[0]);
+        longest = edge > longest ? edge : longest;
     }
     p.area = area;
     p.upright = area >= 0.9 * box;
+    for (int c = 0; c < 2; c++)
+        p.length[c] = p.upright || longest < p.half[c] ? p.half[c] : longest;
     p.regular = p.corners == 3 || area >= (1.0 - 1e-14) * box;
     return p;
 }
@@ -118,7 +126,7 @@ INLINE void monomials(const Panel *p, double x, double y, double *out)
 /* Targets in local coordinates, and the pair of rules that each takes: first · RULES + second, or -1 for the closed form. */
 INLINE void choose(const Panel *p, const Rules *rules, const Targets *targets, double (*local)[CHUNK], int *code)
 {
-    const double *least = rules->least[p->order], over = 1.0 / p->size;
+    const double over = 1.0 / p->size;
     for (int t = 0; t < targets->count; t++) {
         double r[3], beyond[2];
         int place[2];
@@ -133,11 +141,11 @@ INLINE void choose(const Panel *p, const Rules *rules, const Targets *targets, d
         for (int c = 0; c < 2; c++) {
             double along = fabs(local[c][t] - p->middle[c]), z = local[2][t], half = p->half[c];
             double across = beyond[1 - c] * beyond[1 - c] + z * z;
-            double mean = (0.5 / half) *
+            double mean = (0.5 / p->length[c]) *
                           (sqrt((along - half) * (along - half) + across) + sqrt((along + half) * (along + half) + across));
             place[c] = 0;
             for (int n = 0; n < RULES; n++)
-                place[c] += mean < least[n];
+                place[c] += mean < rules->least[p->along[c]][n];
         }
         if (!p->upright)
             place[0] = place[1] = place[0] > place[1] ? place[0] : place[1];

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_panels import a_panel
 
 from petcontact.bem.kelvin3d import integrals as module
 from petcontact.bem.kelvin3d.integrals import integrals, kernels
@@ -31,14 +32,6 @@ def code(request: pytest.FixtureRequest) -> Iterator[None]:
         elif not module.available():
             pytest.skip("nothing was compiled here")
         yield
-
-
-def a_panel(corners: int, order: int, rng: np.random.Generator) -> Panels:
-    """A flat panel of random shape in a random plane."""
-    angle = np.sort(rng.uniform(0.0, 0.5, corners)) + 2.0 * np.pi * np.arange(corners) / corners
-    flat = np.column_stack([np.cos(angle), rng.uniform(0.3, 1.0) * np.sin(angle), np.zeros(corners)])
-    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    return make_panels((flat @ turn + rng.normal(size=3))[None], order, np.arange(1))[0]
 
 
 def by_subdivision(panel: Panels, x: np.ndarray) -> list[np.ndarray]:
