@@ -24,7 +24,7 @@ HODLR = (*GRADED, "-bem_mat_type", "hodlr", "-bem_hodlr_tol", "1e-13", "-bem_hod
 def test_ranks_agree_on_bodies_and_steps(name, more, tmp_path):
     """Dense bodies are dealt out to the ranks, compressed ones are those of all together.
 
-    The mesh of the compressed ones is fixed: the adaptive one's smallest elements magnify what the tolerance leaves to 3e-10.
+    The compressed ones' mesh is fixed: the smallest elements of the adaptive one magnify 1e-13 to 3e-10.
     """
     for ranks in (1, 2):
         words = ("solve", str(CONFIGS / f"{name}.toml"), "-o", str(tmp_path / f"{ranks}.h5"), "--no-figures", *more)
