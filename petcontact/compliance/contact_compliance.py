@@ -115,7 +115,7 @@ class DenseCompliance(ContactCompliance):
         rows[np.arange(count), np.arange(inner.start, inner.start + count)] += 1.0
         if border is not None:
             rows[:count, n:] = each[inner, None] * border.columns[inner]
-            rows[count:, :n], rows[count:, n:] = border.rows[max(first - n, 0) : last - n], 0.0
+            rows[count:, :n], rows[count:, n:] = border.rows[max(first - n, 0) : max(last - n, 0)], 0.0
         self._robin.assemble()
         self._solver.set_operator(self._robin)
         self._of = each.copy(), modes, border

@@ -22,18 +22,41 @@ from conftest import example
 from petcontact import MeshOptions, solve
 result = []
 for formulation in ("condensed", "full"):
-    # 45 nodes a contact side: neither the nodes nor the unknowns divide evenly over 2 or 3 ranks
-    solution = solve(example(1, mesh=MeshOptions(element_size=8 / 45), formulation=formulation, tolerance=1e-11))
+    # 23 contact nodes divide evenly over neither 2 nor 3 ranks, 140 unknowns not over 3
+    solution = solve(example(1, mesh=MeshOptions(element_size=8 / 23), formulation=formulation, tolerance=1e-11))
     assert solution.converged, solution.reason
     result.append(solution.contact.u_t[:, 0].tolist() + solution.u.ravel().tolist())
 if petsc().COMM_WORLD.getRank() == 0:
     print("RESULT", json.dumps(result))
 """
+SMALL = """
+import json
+import numpy as np
+from petcontact.compliance.contact_compliance import DenseCompliance
+from petcontact.contact.system import Modes
+from petcontact.runtime.petsc import petsc
+worst = 0.0
+for n, r in ((n, r) for r in (0, 1, 3, 6) for n in range(max(r, 1), 12)):
+    rng = np.random.default_rng(100 * n + r)
+    factor, motion = rng.standard_normal((n, n)), rng.standard_normal((n, r))
+    compliance = factor @ factor.T + np.eye(n)
+    modes = Modes(motion[:, None], motion.T[:, :, None], np.zeros(r)) if r else None
+    rhs, work, rho = rng.standard_normal((n, 1)), rng.standard_normal(r), rng.uniform(0.5, 2.0, (n, 1))
+    operator = DenseCompliance(compliance, petsc().COMM_WORLD, lambda: None)
+    v, sigma = operator.robin(rho, rhs, modes, work)
+    operator.close()
+    rest = v - compliance @ sigma
+    alpha = np.linalg.lstsq(motion, rest, rcond=None)[0]
+    for defect in (sigma + rho * v - rhs, motion.T @ sigma - work[:, None], rest - motion @ alpha):
+        worst = max(worst, float(np.abs(defect).max(initial=0.0)) / (1.0 + float(np.abs(sigma).max())))
+if petsc().COMM_WORLD.getRank() == 0:
+    print("RESULT", json.dumps(worst))
+"""
 GMRES = ("-ksp_type", "gmres", "-pc_type", "jacobi", "-ksp_rtol", "1e-12", "-ksp_gmres_restart", "200")
 
 
-def solutions(ranks, *options):
-    done = launch.run(ranks, "-c", PROGRAM, *options)
+def solutions(ranks, *options, program=PROGRAM):
+    done = launch.run(ranks, "-c", program, *options)
     assert done.returncode == 0, done.stderr
     return json.loads(next(line for line in done.stdout.splitlines() if line.startswith("RESULT")).split(" ", 1)[1])
 
@@ -50,6 +73,11 @@ def test_ranks_agree(ranks, options, one_rank):
     scale = max(abs(value) for value in one_rank)
     for values in solutions(ranks, *options):
         assert max(abs(a - b) for a, b in zip(values, one_rank, strict=True)) <= 1e-9 * scale
+
+
+def test_systems_of_few_rows():
+    """Down to fewer rows than ranks, and borders that more than one rank has rows of: the equations hold."""
+    assert solutions(4, program=SMALL) <= 1e-9
 
 
 def test_solve_command_under_mpiexec(tmp_path):
