@@ -18,7 +18,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact compare`."""
     parser.add_argument("config", metavar="CONFIG.toml", nargs="+", help="the problems")
     parser.add_argument("-o", "--output", metavar="DIR", default="compare", help="folder of tables and figures")
-    parser.add_argument("--methods", metavar="NAMES", help="names separated by commas (default: all)")
+    parser.add_argument("--methods", metavar="NAMES", help="names separated by commas (default: all that take the problem)")
     parser.add_argument("--rho", metavar="VALUES", help="values of rho_0 separated by commas (default: 1 to 1e7)")
     parser.add_argument("--element-size", metavar="VALUES", help="values of h separated by commas (default: the config's)")
     parser.add_argument("--reference", metavar="RESULT.h5", help="measure errors against this result")
@@ -35,8 +35,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..runtime.terminal import StatusLine
     from .solve import report_unused
 
-    names = arguments.methods.split(",") if arguments.methods else list(CONTENDERS)
-    for name in names:
+    names = arguments.methods.split(",") if arguments.methods else None
+    for name in names or ():
         if name not in CONTENDERS:
             raise InputError(f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}")
     rhos = _numbers(arguments.rho, "--rho") or list(RHOS)

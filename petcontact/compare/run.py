@@ -22,6 +22,7 @@ from ..contact.law_protocol import ContactLaw
 from ..contact.methods.registry import method_of
 from ..contact.state import ContactState, Monitor
 from ..contact.system import ContactSystem
+from ..errors import InputError
 from ..model.problem import Problem
 from ..model.solver_options import Method
 from ..pipeline.run import prepare
@@ -82,7 +83,7 @@ class Trial:
 def compare(
     cases: Sequence[tuple[str, Problem]],
     *,
-    contenders: Sequence[str] = tuple(CONTENDERS),
+    contenders: Sequence[str] | None = None,
     rhos: Sequence[float] = RHOS,
     path_rho: float | None = None,
     reference: str | None = None,
@@ -95,8 +96,8 @@ def compare(
     ----------
     cases : sequence of (label, Problem)
         Each is eliminated once, and its first increment solved; ω, τ, c_max, tolerance and limit are of its `[method]`.
-    contenders : sequence of str
-        Keys of CONTENDERS.
+    contenders : sequence of str, optional
+        Keys of CONTENDERS; by default those that take the problem at hand.
     rhos : sequence of float
         ρ_0 for the projection method [stress/length].
     path_rho : float, optional
@@ -110,7 +111,7 @@ def compare(
     followed = path_rho if path_rho is not None else rhos[len(rhos) // 2]
     rows = []
     for label, case in cases:
-        prepared = prepare(case, comm, cases=len(contenders) * len(rhos))
+        prepared = prepare(case, comm, cases=len(contenders or CONTENDERS) * len(rhos))
         try:
             with options(case.petsc):
                 trials = _Trials(first_increment(prepared).system, prepared.discrete.law)
@@ -119,9 +120,14 @@ def compare(
                     trials.exact = state.v, state.sigma
                 else:
                     trials.exact = carried_over(prepared, read_solution(reference))
-                for name in contenders:
+                for name in contenders or CONTENDERS:
                     for rho in rhos if "rule" in CONTENDERS[name] else (None,):
-                        row = trials.run(case.method, label, name, rho, follow=rho in (None, followed))
+                        try:
+                            row = trials.run(case.method, label, name, rho, follow=rho in (None, followed))
+                        except InputError:  # a method for other problems; where nobody asked for it, it is left out
+                            if contenders is not None:
+                                raise
+                            break
                         rows.append(row)
                         if say is not None:
                             say(row)

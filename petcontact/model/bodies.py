@@ -122,7 +122,7 @@ class Contact(Model):
     gap : expression
         Initial gap along the outward normal [length].
     friction_coefficient : expression, optional
-        µ >= 0 of Coulomb's law |σ_t| <= µp [-].
+        µ >= 0 of Coulomb's law |σ_t| <= µp [-], with |p| where bilateral contact pulls.
     friction_bound : expression, optional
         g >= 0 of Tresca's law |σ_t| <= g [stress]; with neither the contact is frictionless.
     """
@@ -217,7 +217,7 @@ class Pair(Model):
     direction : vector, optional
         From the secondary to the primary; the secondary's outward normal by default [-].
     friction_coefficient : expression, optional
-        µ >= 0 of Coulomb's law |σ_t| <= µp [-].
+        µ >= 0 of Coulomb's law |σ_t| <= µp [-], with |p| where bilateral contact pulls.
     friction_bound : expression, optional
         g >= 0 of Tresca's law |σ_t| <= g, a cap on Coulomb's [stress]; with neither the contact is frictionless.
     """

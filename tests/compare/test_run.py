@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 from conftest import example
 
-from petcontact import InputError, MeshOptions
+from petcontact import Contact, InputError, MeshOptions
 from petcontact.commands.compare import _numbers
 from petcontact.compare.report import COLUMNS, csv_text, markdown, write_figures
 from petcontact.compare.run import CONTENDERS, compare
@@ -55,6 +55,16 @@ def test_reference_from_a_file(tmp_path, comm):
     write_solution(tmp_path / "fine.h5", solve(example(1, mesh=MeshOptions(element_size=0.05)), comm=comm))
     (row,) = compare([("a", example(1))], contenders=["semismooth-newton"], reference=str(tmp_path / "fine.h5"), comm=comm)
     assert 1e-4 < row.error_u < 1e-2  # the discretisation error of h = 0.1
+
+
+def test_methods_for_other_problems_are_left_out_unless_they_are_asked_for(comm):
+    floor = Contact("bottom", normal="unilateral", friction_coefficient=0.3)
+    case = example(1, mesh=MeshOptions(element_size=1.0))
+    case = case.model_copy(update={"boundary": [floor if isinstance(c, Contact) else c for c in case.boundary]})
+    rows = compare([("a", case)], rhos=(1e3,), comm=comm)
+    assert {row.contender for row in rows} == set(CONTENDERS) - {"tao"}
+    with pytest.raises(InputError, match="tao solves bilateral"):
+        compare([("a", case)], contenders=["tao"], comm=comm)
 
 
 def test_tables_and_figures(rows, tmp_path):

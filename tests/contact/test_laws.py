@@ -142,6 +142,12 @@ class ToldGlue(Glued):
         return np.full(len(sigma), np.inf)
 
 
+def test_bilateral_contact_that_pulls_slips_at_mu_times_the_size_of_its_pressure():
+    law = SignoriniCoulomb(np.array([0.5]), np.array([np.inf]), np.array([False]), 2)
+    tau = np.array([[3.0, -4.0]])
+    assert law.project(tau).tolist() == [[2.0, -4.0]] and law.bound_at(-tau).tolist() == [2.0]
+
+
 def test_limits_of_a_law_of_ones_own_are_used_where_it_tells_them():
     strength, sigma = np.full(5, 0.2), np.zeros((5, 2))
     push = floor(2)

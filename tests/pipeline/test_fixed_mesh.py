@@ -7,7 +7,7 @@ import pytest
 from conftest import example
 from scipy.interpolate import CubicSpline
 
-from petcontact import MeshOptions, solve
+from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Rectangle, Traction, solve
 from petcontact.geometry.outline import as_outline
 from petcontact.mesh.grading import mesh_outline
 from petcontact.pipeline.adaptive.fixed_mesh import CHEAP, joined, with_estimate
@@ -35,3 +35,20 @@ def test_pairs_are_joined_and_the_odd_one_left():
     coarse = joined(mesh, outline)
     assert mesh.n_elements == 5 + 3 + 5 + 3 and coarse.n_elements == 3 + 2 + 3 + 2
     assert coarse.length.sum() == pytest.approx(24.0) and coarse.length.max() == pytest.approx(3.2)
+
+
+@pytest.mark.parametrize(
+    ("gap", "load", "said"),
+    [(0.0, (0.29, -1.0), "half as many elements is not solved"), (0.1, (0.0, 0.0), "nothing is in contact")],
+)
+def test_an_error_that_is_not_known_has_its_own_reason(gap, load, said, comm):
+    """A block just below the limit of friction, on so few nodes that half of them tip over; and one above its floor."""
+    left = Displacement("left", (0.0, 0.0)) if gap else Traction("left", (0.0, 0.0))
+    block = Problem(
+        material=Material(young_modulus=100.0, poisson_ratio=0.3), geometry=Rectangle((0.0, 0.0), (1.0, 1.0)),
+        mesh=MeshOptions(element_size=0.25),
+        boundary=[Contact("bottom", normal="unilateral", gap=gap, friction_coefficient=0.3), Traction("top", load), left,
+                  Traction("right", (0.0, 0.0))],
+    )  # fmt: skip
+    solution = with_estimate(solve(block, comm=comm), comm)
+    assert solution.converged and said in solution.info["error_unknown"]

@@ -45,10 +45,10 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     reason = _unknown(solution, comm)
     if not reason:
         try:
-            error = _difference(solution, _coarser(solution, comm, law))
-            if math.isfinite(error):
+            coarse = _coarser(solution, comm, law)
+            if coarse.converged and math.isfinite(error := _difference(solution, coarse)):
                 return replace(solution, info={**solution.info, "estimated_error": error})
-            reason = "nothing is in contact"
+            reason = "the problem on half as many elements is not solved"
         except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold
             reason = "half as many elements do not pose the problem"
     return replace(solution, info={**solution.info, "error_unknown": reason})
@@ -57,6 +57,8 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
 def _unknown(solution: Solution, comm: Any) -> str:
     """Why no other mesh is solved on; empty where one is."""
     meshes = list(solution.meshes.values())
+    if not solution.bilateral and not any(pair.pressure.any() for step in solution.steps for pair in step.pairs.values()):
+        return "nothing is in contact"
     if not all(isinstance(mesh, CurveMesh) for mesh in meshes):
         return "surfaces have no estimate; compare with a finer mesh"
     if comm.getSize() > 1:
@@ -86,14 +88,13 @@ def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
 
 
 def _difference(solution: Solution, other: Solution) -> float:
-    """Of u_t, or of p and q, relative; infinite where nothing carries anything."""
+    """Of u_t, or of p and q, relative."""
     if solution.bilateral:
         outline = solution.problem.geometry.outline()
         assert isinstance(outline, Outline)
         body = Body.of(solution.problem, outline)
         return difference(contact_lines(body, other), contact_lines(body, solution)) / displacement_scale(solution)
-    carries = any(pair.pressure.any() for step in solution.steps for pair in step.pairs.values())
-    return relative_difference(other, solution) if carries and other.converged else math.inf
+    return relative_difference(other, solution)
 
 
 def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:
