@@ -1,7 +1,8 @@
-"""The error on a mesh that the user fixed, where it is cheap: against the same mesh with pairs of elements joined."""
+"""The error on meshes that the user fixed, where it is cheap: against the same meshes with pairs of elements joined."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
@@ -9,52 +10,90 @@ import numpy as np
 
 from ..errors import PetcontactError
 from ..geometry.outline import Outline
-from ..mesh.curve_mesh import CurveMesh, build_mesh
+from ..mesh.curve_mesh import CurveMesh, as_curve, build_mesh
 from ..refinement.contact_line import difference
 from ..refinement.marks import Body
 from ..results.solution import Solution
 from .assemble import discretise
 from .run import prepare, run
 from .slip_quantity import contact_lines, displacement_scale
+from .traction_quantity import relative_difference
 
 CHEAP = 1200
-"""Nodes up to which a quarter more of assembly is nothing to wait for."""
+"""Nodes of a body up to which a quarter more of assembly is nothing to wait for."""
 FEWEST = 8
 """Elements of a mesh below which half of them say nothing."""
+MOST_INCREMENTS = 12
+"""That are solved once more."""
 
 
-def with_estimate(solution: Solution, comm: Any) -> Solution:
-    """The solution, its info with `estimated_error` where that is cheap: a plane body, one rank, a mesh that is not large.
+def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
+    """The solution, its info with `estimated_error` where that is cheap, else with `error_unknown`, the reason.
 
     What two meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of
-    the finer one, of elements of higher order more.
+    the finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q.
+
+    Parameters
+    ----------
+    solution : Solution
+    comm : PETSc.Comm
+    law : optional
+        As in `solve`.
     """
-    problem = solution.problem
-    if not solution.bilateral or "estimated_error" in solution.info or not solution.converged:
+    if "estimated_error" in solution.info or not solution.converged:
         return solution
-    if len(problem.body) > 1 or comm.getSize() > 1:
-        return solution
-    outline, mesh = problem.geometry.outline(), solution.mesh
-    if not isinstance(outline, Outline) or not isinstance(mesh, CurveMesh):
-        return solution
-    if not FEWEST <= mesh.n_elements <= mesh.n_nodes <= CHEAP:
-        return solution
+    reason = _unknown(solution, comm)
+    if not reason:
+        try:
+            error = _difference(solution, _coarser(solution, comm, law))
+            if math.isfinite(error):
+                return replace(solution, info={**solution.info, "estimated_error": error})
+            reason = "nothing is in contact"
+        except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold
+            reason = "half as many elements do not pose the problem"
+    return replace(solution, info={**solution.info, "error_unknown": reason})
+
+
+def _unknown(solution: Solution, comm: Any) -> str:
+    """Why no other mesh is solved on; empty where one is."""
+    meshes = list(solution.meshes.values())
+    if not all(isinstance(mesh, CurveMesh) for mesh in meshes):
+        return "surfaces have no estimate; compare with a finer mesh"
+    if comm.getSize() > 1:
+        return "it is estimated on one rank only"
+    if any(mesh.n_nodes > CHEAP for mesh in meshes):
+        return f"more than {CHEAP} nodes a body; compare with a finer mesh"
+    if any(mesh.n_elements < FEWEST for mesh in meshes):
+        return f"fewer than {FEWEST} elements"
+    if len(solution.steps) > MOST_INCREMENTS:
+        return f"more than {MOST_INCREMENTS} increments; compare with a finer mesh, or use --adapt"
+    return ""
+
+
+def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
+    """The solution on meshes of half as many elements."""
+    problem, meshes = solution.problem, [as_curve(mesh) for mesh in solution.meshes.values()]
     method = problem.method.model_copy(update={
         "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed"
     })  # fmt: skip
     problem = problem.model_copy(update={"method": method})
+    discrete = discretise(problem, lambda number, one, boundary: joined(meshes[number], boundary), law)
+    prepared = prepare(problem, comm, discrete)
     try:
-        discrete = discretise(problem, lambda number, one, boundary: joined(mesh, outline))
-        prepared = prepare(problem, comm, discrete)
-        try:
-            other = run(prepared, checked=False)
-        finally:
-            prepared.close()
-        body = Body.of(problem, outline)
-    except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold
-        return solution
-    error = difference(contact_lines(body, other), contact_lines(body, solution)) / displacement_scale(solution)
-    return replace(solution, info={**solution.info, "estimated_error": error})
+        return run(prepared, checked=False)
+    finally:
+        prepared.close()
+
+
+def _difference(solution: Solution, other: Solution) -> float:
+    """Of u_t, or of p and q, relative; infinite where nothing carries anything."""
+    if solution.bilateral:
+        outline = solution.problem.geometry.outline()
+        assert isinstance(outline, Outline)
+        body = Body.of(solution.problem, outline)
+        return difference(contact_lines(body, other), contact_lines(body, solution)) / displacement_scale(solution)
+    carries = any(pair.pressure.any() for step in solution.steps for pair in step.pairs.values())
+    return relative_difference(other, solution) if carries and other.converged else math.inf
 
 
 def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:

@@ -81,7 +81,7 @@ def solve(
         return adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor)
     prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
     try:
-        return with_estimate(run(prepared, monitor=monitor), prepared.comm)
+        return with_estimate(run(prepared, monitor=monitor), prepared.comm, law)
     finally:
         prepared.close()
 
