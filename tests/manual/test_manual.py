@@ -48,9 +48,15 @@ def test_every_fenced_command_runs(page, tmp_path):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_every_python_block_runs(page, tmp_path):
+    """Those of a page in one program; `python file=NAME` are files for it, `python sketch` are not run."""
     found = blocks(page, "python")
     shutil.copytree(ROOT / "configs", tmp_path / "configs", ignore=shutil.ignore_patterns("pictures"))
-    program = "\n".join(text for words, text in found if "sketch" not in words)
+    for words, text in found:
+        if words.startswith("file="):
+            file = tmp_path / words.removeprefix("file=")
+            file.parent.mkdir(exist_ok=True)
+            file.write_text(text)
+    program = "\n".join(text for words, text in found if "sketch" not in words and not words.startswith("file="))
     if program:
         done = run([sys.executable, "-c", program], tmp_path)
         assert done.returncode == 0, done.stderr
