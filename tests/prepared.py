@@ -16,12 +16,12 @@ from petcontact.compliance.layer.operator import LayerOperator
 from petcontact.contact.methods.registry import method_of
 from petcontact.contact.state import ContactState
 from petcontact.contact.system import ContactSystem
-from petcontact.pipeline.assemble import discretise
+from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.pipeline.eliminate import operators_of
-from petcontact.pipeline.increment import Increment
-from petcontact.pipeline.load_steps import first_increment
 from petcontact.pipeline.run import prepare
-from petcontact.pipeline.start import first_iterate
+from petcontact.pipeline.steps.increment import Increment
+from petcontact.pipeline.steps.load_steps import first_increment
+from petcontact.pipeline.steps.start import first_iterate
 
 
 def operators(problem: Problem, number: int = 0) -> BoundaryOperators:

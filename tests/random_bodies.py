@@ -8,7 +8,7 @@ import numpy as np
 
 from petcontact import Circle, Contact, Displacement, InputError, Material, OutlineSide, Problem, SideBySide, Traction
 from petcontact.mesh.curve_mesh import build_mesh
-from petcontact.pipeline.assemble import discretise
+from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.pipeline.eliminate import operators_of
 
 LEAST_ANGLE, LARGEST_ANGLE = math.radians(25.0), math.radians(335.0)

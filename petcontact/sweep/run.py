@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import PetcontactError
-from ..pipeline.increment import PreparedProblem
+from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
 from ..runtime.petsc import petsc

@@ -19,7 +19,7 @@ from petcontact import InputError, SolverError
 from petcontact.commands.main import main
 from petcontact.model.case import load, parse_problem
 from petcontact.model.expressions import evaluate
-from petcontact.pipeline.assemble import discretise
+from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.pipeline.eliminate import ELASTIC_LIMIT
 from petcontact.pipeline.solve import solve
 

@@ -12,7 +12,7 @@ from prepared import filled, operators
 from petcontact import Contact, MeshOptions, SolverError, Traction
 from petcontact.compliance.body.dense import DenseBody
 from petcontact.linalg.elimination import Elimination
-from petcontact.pipeline.assemble import discretise
+from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.pipeline.eliminate import operators_of
 from petcontact.runtime.petsc import options
 

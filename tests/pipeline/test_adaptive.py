@@ -11,7 +11,7 @@ from contact_lines import line_of
 
 from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, solve
 from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
-from petcontact.pipeline.slip_quantity import MOST_GAIN, Slip, estimated_error
+from petcontact.pipeline.adaptive.slip import MOST_GAIN, Slip, estimated_error
 from petcontact.refinement.contact_line import ContactLine, displacement, slip_at_end, transition, without_specks
 from petcontact.refinement.ladder import LADDER
 from petcontact.refinement.marks import Body, marks_for

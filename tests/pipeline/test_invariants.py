@@ -14,13 +14,13 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, Method
-from petcontact.contact.friction_law import contact_norm
-from petcontact.contact.rho_rules import make_rule
 from petcontact.contact.criterion import Criterion
+from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.methods.registry import method_of
-from petcontact.pipeline.load_steps import first_increment
+from petcontact.contact.rho_rules import make_rule
 from petcontact.pipeline.run import prepare
+from petcontact.pipeline.steps.load_steps import first_increment
 
 RULES = ("fixed", "self-adaptive", "modified", "modified-safeguarded")
 ROUND_OFF = 1e-11

@@ -11,7 +11,7 @@ from contact_lines import line_of
 from random_bodies import random_case
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Rectangle, Traction, adapt, load
-from petcontact.pipeline.slip_quantity import contact_lines, displacement_scale
+from petcontact.pipeline.adaptive.slip import contact_lines, displacement_scale
 from petcontact.refinement.contact_line import difference, displacement
 from petcontact.refinement.marks import Body
 from petcontact.refinement.singular_points import corner_exponents

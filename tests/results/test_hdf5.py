@@ -14,10 +14,10 @@ import h5py
 import numpy as np
 import pytest
 from conftest import example
+from petcontact.model.assembly import assembly_of
 
 from petcontact import MeshOptions, Polygon, solve
 from petcontact.errors import OutputError, ResultError
-from petcontact.model.assembly import assembly_of
 from petcontact.results.format.container import write_atomically
 from petcontact.results.hdf5 import FORMAT, write_solution
 from petcontact.results.solution import read_solution

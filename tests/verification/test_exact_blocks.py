@@ -14,16 +14,12 @@ import pytest
 
 from petcontact import Problem, Step
 from petcontact.model.base import parse
-<<<<<<< HEAD
-from petcontact.pipeline import adaptive, assemble
+from petcontact.pipeline.adaptive import climb as adaptive
+from petcontact.pipeline.discrete import discretise as assemble
 from petcontact.pipeline.run import prepare, run
-=======
-from petcontact.pipeline import adaptive_assembly, assemble
-from petcontact.pipeline.load_steps import prepare_assembly, run_steps
 from petcontact.reference.cattaneo_mindlin import LinePartialSlip
 from petcontact.reference.half_plane import elliptic_load
 from petcontact.reference.hertz import LineContact, contact_modulus
->>>>>>> main
 
 E, NU, MU, A, C = 1.0, 0.3, 0.4, 1.0, 0.6
 PAIR = LineContact(0.125 * np.pi / (1.0 - NU**2), 1.0, contact_modulus(E, NU, E, NU))

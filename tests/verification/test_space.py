@@ -14,9 +14,9 @@ from petcontact.contact.methods.projection import Projection
 from petcontact.contact.rho_rules import Modified, SelfAdaptive
 from petcontact.errors import InputError
 from petcontact.model.case import load
-from petcontact.pipeline.increment import PreparedProblem
-from petcontact.pipeline.load_steps import first_increment
 from petcontact.pipeline.run import prepare, run
+from petcontact.pipeline.steps.increment import PreparedProblem
+from petcontact.pipeline.steps.load_steps import first_increment
 from petcontact.results.solution import Solution
 
 CONFIGS = Path(__file__).parents[2] / "configs"

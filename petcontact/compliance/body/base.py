@@ -36,11 +36,14 @@ class ElasticBody(abc.ABC):
         RᵀWt̂ + Rᵀ(point forces): F.
     tolerance : float
         Relative error of compressed operators that is accepted; 0 of dense ones.
+    digits_lost : float
+        Relative error of the elimination for a solution that is known; nan where that is not measured [-].
     """
 
     u_0: Array
     compliance: Array | None
     tolerance = 0.0
+    digits_lost = np.nan
 
     def __init__(self, operators: BoundaryOperators, modes: Array) -> None:
         self.operators, self.modes = operators, modes

@@ -111,7 +111,7 @@ def _accuracy(solution: SolutionData) -> list[str]:
     if "error_unknown" in info:
         return wrapped(f"  error of {what} not known: ", [info["error_unknown"]], separator=" ")
     if "estimated_error" not in info:
-        return []
+        return [f"  error of {what} not known: nothing is in contact"] * ("accuracy" in info)
     error = f"  error of {what}: {info['estimated_error']:.1e} estimated"
     if "accuracy" not in info:
         return [f"{error}, against half as many elements"]

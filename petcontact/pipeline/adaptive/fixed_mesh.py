@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import PetcontactError
-from ..geometry.outline import Outline
-from ..mesh.curve_mesh import CurveMesh, as_curve, build_mesh
-from ..refinement.contact_line import difference
-from ..refinement.marks import Body
-from ..results.solution import Solution
-from .assemble import discretise
-from .run import prepare, run
-from .slip_quantity import contact_lines, displacement_scale
-from .traction_quantity import relative_difference
+from ...errors import PetcontactError
+from ...geometry.outline import Outline
+from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
+from ...refinement.contact_line import difference
+from ...refinement.marks import Body
+from ...results.solution import Solution
+from ..discrete.discretise import discretise
+from ..run import prepare, run
+from .slip import contact_lines, displacement_scale
+from .tractions import relative_difference
 
 CHEAP = 1200
 """Nodes of a body up to which a quarter more of assembly is nothing to wait for."""

@@ -6,13 +6,14 @@ import itertools
 
 import numpy as np
 
-from ..arrays import Array
-from ..contact.criterion import equilibrium_defect
-from ..contact.equilibrium import unbalanced_load
-from ..contact.law_protocol import OPEN
-from ..contact.state import ContactState
-from ..results.records import StepResult
-from .assemble import Discrete
+from ...arrays import Array
+from ...contact.criterion import equilibrium_defect
+from ...contact.equilibrium import unbalanced_load
+from ...contact.law_protocol import OPEN
+from ...contact.state import ContactState
+from ...results.records import StepResult
+from ..discrete.discretise import Discrete
+from ..trust.warnings import unusual
 from .increment import Increment, PreparedProblem, changed
 
 MOTIONS = {
@@ -116,7 +117,8 @@ def _direction(motion: Array, weight: Array) -> str:
 
 def warnings_of(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     """All that is to be reported of a solve that ended."""
-    return [*problem.discrete.warnings, *_ignored(problem), *_jammed(problem, results), *_unlike(problem, results)]
+    return [*problem.discrete.warnings, *_ignored(problem), *_jammed(problem, results), *_unlike(problem, results),
+            *unusual(problem.discrete, results)]  # fmt: skip
 
 
 def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
@@ -176,7 +178,7 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
     if discrete.interfaces[0].held and not discrete.problem.step:
         return results[-1].reason
     worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
-             for key in ("normal", "tangential", "balance", "elastic")}  # fmt: skip
+             for key in ("normal", "tangential", "balance", "elastic", "equilibrium")}  # fmt: skip
     # a balance of 0 is none: nothing is held by contact only
     text = "residuals " + ", ".join(f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value)
     if all(np.all(pair.state == 2) for pair in results[-1].pairs.values()):

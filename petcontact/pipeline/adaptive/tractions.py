@@ -7,21 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
-from ..contact.law_protocol import OPEN, SLIP
-from ..contact.state import Start
-from ..mesh.basis import lagrange
-from ..mesh.curve_mesh import CurveMesh, as_curve
-from ..model.problem import Problem
-from ..refinement.contact_edges import Edge, edges, merged, zone_at
-from ..refinement.known_data import fields, offsets
-from ..refinement.ladder import CONTACT_LADDER, Rung, believed
-from ..refinement.marks import UNSEEN, Body, RungMesh
-from ..results.records import PairResult, step_ends
-from ..results.solution import Solution
-from .assemble import Discrete
-from .increment import PreparedProblem
-from .sides import interfaces_of
+from ...arrays import Array, Index
+from ...contact.law_protocol import OPEN, SLIP
+from ...contact.state import Start
+from ...mesh.basis import lagrange
+from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...model.problem import Problem
+from ...refinement.contact_edges import Edge, edges, merged, zone_at
+from ...refinement.known_data import fields, offsets
+from ...refinement.ladder import CONTACT_LADDER, Rung, believed
+from ...refinement.marks import UNSEEN, Body, RungMesh
+from ...results.records import PairResult, step_ends
+from ...results.solution import Solution
+from ..discrete.discretise import Discrete
+from ..discrete.interfaces import interfaces_of
+from ..steps.increment import PreparedProblem
 
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same level."""

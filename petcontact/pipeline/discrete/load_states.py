@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
-from ..bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
-from ..compliance.bodies import Interface
-from ..errors import InputError
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.expressions import evaluate
-from ..model.problem import Displacement, Problem, Traction
+from ...arrays import Array, Index
+from ...bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
+from ...compliance.bodies import Interface
+from ...errors import InputError
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...model.expressions import evaluate
+from ...model.problem import Displacement, Problem, Traction
 
 
 def boundary_data(

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from ..bem.compatibility import check_compatible
-from ..contact.state import Start
-from ..mesh.curve_mesh import as_curve
-from ..refinement.contact_line import ContactLine, difference, largest, transition, without_specks
-from ..refinement.ladder import LADDER, MOST_GAIN, Rung, believed
-from ..refinement.marks import Body, RungMesh
-from ..refinement.zones import Zone
-from ..results.solution import Solution
-from .increment import PreparedProblem
-from .start import carried_over
+from ...bem.compatibility import check_compatible
+from ...contact.state import Start
+from ...mesh.curve_mesh import as_curve
+from ...refinement.contact_line import ContactLine, difference, largest, transition, without_specks
+from ...refinement.ladder import LADDER, MOST_GAIN, Rung, believed
+from ...refinement.marks import Body, RungMesh
+from ...refinement.zones import Zone
+from ...results.solution import Solution
+from ..steps.increment import PreparedProblem
+from ..steps.start import carried_over
 
 LEAST_SLIP = 1e-3
 """‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""

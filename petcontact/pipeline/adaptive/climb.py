@@ -14,22 +14,22 @@ import time
 from dataclasses import replace
 from typing import Any, Protocol
 
-from ..contact.state import Start
-from ..errors import SolverError
-from ..geometry.outline import Outline, as_outline
-from ..geometry.surface import Boundary
-from ..mesh.curve_mesh import CurveMesh
-from ..model.problem import Problem
-from ..refinement.ladder import Rung, check_accuracy
-from ..refinement.marks import Body, RungMesh
-from ..results.solution import Solution
-from ..runtime.petsc import petsc
-from .assemble import Discrete, discretise
-from .increment import Monitor, PreparedProblem
-from .run import prepare, run
-from .sides import interfaces_of
-from .slip_quantity import Slip
-from .traction_quantity import Tractions, with_later_data
+from ...contact.state import Start
+from ...errors import SolverError
+from ...geometry.outline import Outline, as_outline
+from ...geometry.surface import Boundary
+from ...mesh.curve_mesh import CurveMesh
+from ...model.problem import Problem
+from ...refinement.ladder import Rung, check_accuracy
+from ...refinement.marks import Body, RungMesh
+from ...results.solution import Solution
+from ...runtime.petsc import petsc
+from ..discrete.discretise import Discrete, discretise
+from ..discrete.interfaces import interfaces_of
+from ..run import prepare, run
+from ..steps.increment import Monitor, PreparedProblem
+from .slip import Slip
+from .tractions import Tractions, with_later_data
 
 DENSE_NODES = 2500
 """Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
@@ -203,10 +203,13 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
     quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
     estimate = quantity.estimate + work.left if shown else math.inf
     info = {
-        **solution.info, "accuracy": accuracy, "estimated_error": estimate, "differences": quantity.differences,
+        **solution.info, "accuracy": accuracy, "differences": quantity.differences,
         "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
         **(quantity.info() if shown else {}),
     }  # fmt: skip
+    # where nothing carries anything there is no p whose error could be known
+    if solution.bilateral or any(pair.pressure.any() for step in solution.tried for pair in step.pairs.values()):
+        info["estimated_error"] = estimate
     status, reason = solution.status, solution.reason
     if status == "converged" and work.missed > 0.0:
         status, reason = "not converged", f"no mesh resolves the given data: {work.missed:.1e} of them is missed"

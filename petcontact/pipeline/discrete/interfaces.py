@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array
-from ..errors import InputError
-from ..geometry.surface import Boundary
-from ..model.base import nearest
-from ..model.problem import ONE_BODY, Body, Contact, Problem, Traction
+from ...arrays import Array
+from ...errors import InputError
+from ...geometry.surface import Boundary
+from ...model.base import nearest
+from ...model.problem import ONE_BODY, Body, Contact, Problem, Traction
 
 
 @dataclass(frozen=True)
