@@ -26,8 +26,9 @@ def body(dim, lower, upper, size, material, *conditions):
     """A rectangle or a box, x and the last coordinate given; in y from 0 to 1."""
     corners = [[corner[0], *([y] if dim == 3 else []), corner[1]] for corner, y in ((lower, 0.0), (upper, 1.0))]
     names = ("lower_left", "upper_right") if dim == 2 else ("lower", "upper")
+    geometry = {"shape": "rectangle" if dim == 2 else "box", **dict(zip(names, corners, strict=True))}
     return {
-        "material": material, "geometry": {"shape": "rectangle" if dim == 2 else "box", **dict(zip(names, corners, strict=True))},
+        "material": material, "geometry": geometry,
         "mesh": {"element_size": size, "order": 1}, "boundary": list(conditions),
     }  # fmt: skip
 
@@ -44,8 +45,9 @@ def one_body(dim):
     """A block that is held at its top and pushed over a foundation of given friction."""
     zero = vector(dim, 0.0, 0.0)
     contact = {"part": "bottom", "condition": "contact", "friction_bound": 0.4}
+    free = ("right", "front", "back") if dim == 3 else ("right",)
     return body(dim, (0.0, 0.0), (2.0, 1.0), 0.5, SOFT, contact, condition("top", "displacement", zero),
-                condition("left", "traction", vector(dim, 1.0, 0.0)), condition("right", "traction", zero))  # fmt: skip
+                condition("left", "traction", vector(dim, 1.0, 0.0)), *(condition(part, "traction", zero) for part in free))
 
 
 def bodies(dim):
@@ -113,10 +115,10 @@ def case(request):
 
 
 def compressed_operators(case, tmp_path):
-    kind = "hodlr" if case.dim == 2 else "hmatrix"
-    solution = solve(case.problem(bem__mat_type=kind))
-    assert "dense" not in solution.info["solver"]
-    assert_alike(case.solution, solution, 1e-4)
+    kind, tolerance = ("hodlr", 1e-9) if case.dim == 2 else ("hmatrix", 1e-7)
+    solution = solve(case.problem(**{"bem.mat_type": kind, f"bem.{kind}_tol": tolerance}))
+    assert kind in solution.info["solver"]
+    assert_alike(case.solution, solution, 1e-6)
 
 
 def monitor_of_the_command_line(case, tmp_path, capsys):
@@ -124,7 +126,8 @@ def monitor_of_the_command_line(case, tmp_path, capsys):
     assert main(["solve", str(tmp_path / "case.toml"), "--monitor", "--no-figures", "-o", str(tmp_path / "r.h5")]) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if ": change " in line]
     assert len(lines) == read_result(tmp_path / "r.h5").iterations
-    assert case.single or [sum(f"step {k} ({name})" in line for line in lines) > 0 for k, name in ((1, "press"), (2, "push"))]
+    for where in () if case.single else ("step 1 (press)", "step 2 (push)"):
+        assert any(where in line for line in lines)
 
 
 def monitor_ends_the_solve(case, tmp_path):
@@ -180,7 +183,8 @@ def method_of_ones_own(case, tmp_path):
         return SemismoothNewton()(system, law, iteration)
 
     assert_alike(case.solution, solve(case.problem(), method=method), 1e-12)
-    assert set(seen) == {(sum(len(pair.x) for pair in case.solution.pairs.values()), case.dim - 1 if case.single else case.dim)}
+    nodes = sum(len(pair.x) for pair in case.solution.pairs.values())
+    assert set(seen) == {(nodes, case.dim - 1 if case.single else case.dim)}
 
 
 def held_by_friction_only(case, tmp_path):
@@ -224,7 +228,7 @@ def restart(case, tmp_path):
     case.solution.save(tmp_path / "r.h5")
     again = solve(case.problem(method__start=f"{tmp_path / 'r.h5'}{'' if case.single else ':1'}"))
     assert len(again.steps) == len(case.solution.steps)
-    assert_alike(case.solution, again, 1e-9)
+    assert_alike(case.solution, again, 1e-7)
     assert not case.single or again.iterations < max(case.solution.iterations, 2)
 
 

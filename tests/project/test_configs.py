@@ -33,8 +33,7 @@ def test_config_runs(path, tmp_path):
             return
         assert file["contact/u_t"].shape == (len(file["contact/x"]), file["contact/x"].shape[1] - 1)
         assert file["boundary/u"].shape == file["boundary/x"].shape
-        assert len(file["history/rho"]) == last.attrs["iterations"]
-        assert sum(step.attrs["iterations"] for step in file["steps"].values()) == file.attrs["iterations"]
+        assert len(file["history/rho"]) == file.attrs["iterations"]
 
 
 def test_there_are_configs():

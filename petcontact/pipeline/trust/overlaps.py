@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 
 from ...compliance.bodies import BodiesSystem
-from ...contact.criterion import without_motions
 from ...contact.law_protocol import ContactLaw
 from ...contact.state import ContactState
 from ...contact.system import ContactSystem
@@ -29,11 +28,8 @@ def overlaps(
     """
     if bodies.k < bodies.dim:
         return 0.0, 0.0, ""
-    moved = outcome.v - system.u_0
-    rigid = np.zeros_like(moved)
-    if system.modes is not None:
-        rigid = system.modes.motion @ outcome.alpha if len(outcome.alpha) else moved - without_motions(system, moved)
-    moved = moved - rigid
+    moved = system.apply(outcome.sigma)
+    rigid = outcome.v - system.u_0 - moved
     noise = ROUND_OFF * (np.abs(system.u_0) + np.abs(rigid) + np.abs(moved).max(initial=0.0))[:, -1]
     unilateral = getattr(law, "unilateral", np.zeros(len(moved), dtype=bool))
     at_nodes, worst, text = 0.0, 0.0, ""
