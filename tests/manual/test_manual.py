@@ -88,9 +88,7 @@ def test_the_readme_has_the_verdict_that_is_printed():
     assert textwrap.indent(wanted, "    ") in readme
 
 
-@pytest.mark.parametrize(
-    "file", ["configs/example1.toml", "configs/wedge.toml", "petcontact/manual/starters/bodies.toml"]
-)
+@pytest.mark.parametrize("file", ["configs/example1.toml", "configs/wedge.toml", "petcontact/manual/starters/bodies.toml"])
 def test_the_glossary_has_every_word_of_a_verdict(file):
     problem = petcontact.load(ROOT / file)
     verdict = petcontact.solve(problem).verdict().removeprefix(problem.title)
