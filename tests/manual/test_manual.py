@@ -88,6 +88,15 @@ def test_the_readme_has_the_verdict_that_is_printed():
     assert textwrap.indent(wanted, "    ") in readme
 
 
+def test_the_config_in_the_readme_is_solved(tmp_path):
+    """And it lifts off nowhere, as a block that is pressed down; its mesh adapts itself."""
+    ((_, text),) = blocks(ROOT / "README.md", "toml")
+    (tmp_path / "own.toml").write_text(text)
+    solution = petcontact.solve(tmp_path / "own.toml")
+    assert solution.converged and solution.info["estimated_error"] <= 1e-2
+    assert solution.pairs["bottom"].state.max() < 2 and solution.reactions()["bottom"][1] > 0.0
+
+
 @pytest.mark.parametrize("file", ["configs/example1.toml", "configs/wedge.toml", "petcontact/manual/starters/bodies.toml"])
 def test_the_glossary_has_every_word_of_a_verdict(file):
     problem = petcontact.load(ROOT / file)
