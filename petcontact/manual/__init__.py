@@ -5,7 +5,7 @@ from __future__ import annotations
 from importlib.resources import files
 
 ORDER = ("tutorial", "config", "contact", "space", "methods", "options", "sweeps", "fields", "python", "paper",
-         "verification", "accuracy", "speed", "reliability", "gallery", "extending", "changes")  # fmt: skip
+         "verification", "accuracy", "speed", "reliability", "gallery", "glossary", "extending", "changes")  # fmt: skip
 
 
 def installed(name: str) -> str:

@@ -7,10 +7,12 @@ import re
 import shutil
 import subprocess
 import sys
+import textwrap
 from pathlib import Path
 
 import pytest
 
+import petcontact
 from petcontact.commands.schema import schema_text
 from petcontact.manual import ORDER, chapter
 
@@ -19,6 +21,7 @@ MANUAL = ROOT / "petcontact" / "manual"
 PAGES = [ROOT / "README.md", *sorted(MANUAL.glob("*.md"))]
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)#\s]+)\)")
+MODULE = re.compile(r"(?:`(\w+)`\s+of\s+)?`((?:\w+/)+\w+\.py)(?:::(\w+))?`")
 
 
 def blocks(page: Path, language: str) -> list[tuple[str, str]]:
@@ -48,9 +51,15 @@ def test_every_fenced_command_runs(page, tmp_path):
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_every_python_block_runs(page, tmp_path):
+    """Those of a page in one program; `python file=NAME` are files for it, `python sketch` are not run."""
     found = blocks(page, "python")
     shutil.copytree(ROOT / "configs", tmp_path / "configs", ignore=shutil.ignore_patterns("pictures"))
-    program = "\n".join(text for words, text in found if "sketch" not in words)
+    for words, text in found:
+        if words.startswith("file="):
+            file = tmp_path / words.removeprefix("file=")
+            file.parent.mkdir(exist_ok=True)
+            file.write_text(text)
+    program = "\n".join(text for words, text in found if "sketch" not in words and not words.startswith("file="))
     if program:
         done = run([sys.executable, "-c", program], tmp_path)
         assert done.returncode == 0, done.stderr
@@ -60,6 +69,43 @@ def test_every_python_block_runs(page, tmp_path):
 def test_links_lead_somewhere(page):
     for target in LINK.findall(page.read_text()):
         assert "://" in target or (page.parent / target).exists(), target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_modules_that_are_named_exist(page):
+    """And they have the name that is said to be of them: `name` of `folder/module.py`."""
+    for name, path, test in MODULE.findall(page.read_text()):
+        found = [folder / path for folder in (ROOT, ROOT / "petcontact", ROOT / "tests") if (folder / path).exists()]
+        assert found, path
+        assert name in (text := found[0].read_text()) and test in text, f"{name}{test} of {path}"
+
+
+def test_the_readme_has_the_verdict_that_is_printed():
+    """But for round-off and what depends on the machine."""
+    verdict = petcontact.solve(ROOT / "configs" / "example1.toml").verdict()
+    wanted = re.sub(r"(elastic residual).*", r"\1", verdict[: verdict.index("  time [s]")])
+    readme = re.sub(r"(elastic residual).*", r"\1", (ROOT / "README.md").read_text())
+    assert textwrap.indent(wanted, "    ") in readme
+
+
+def test_the_config_in_the_readme_is_solved(tmp_path):
+    """And it lifts off nowhere, as a block that is pressed down; its mesh adapts itself."""
+    ((_, text),) = blocks(ROOT / "README.md", "toml")
+    (tmp_path / "own.toml").write_text(text)
+    solution = petcontact.solve(tmp_path / "own.toml")
+    assert solution.converged and solution.info["estimated_error"] <= 1e-2
+    assert solution.pairs["bottom"].state.max() < 2 and solution.reactions()["bottom"][1] > 0.0
+
+
+@pytest.mark.parametrize("file", ["configs/example1.toml", "configs/wedge.toml", "petcontact/manual/starters/bodies.toml"])
+def test_the_glossary_has_every_word_of_a_verdict(file):
+    problem = petcontact.load(ROOT / file)
+    verdict = petcontact.solve(problem).verdict().removeprefix(problem.title)
+    verdict = re.sub(r"  warning: .*\n(   .*\n)*", "", verdict)
+    names = {name for text in re.findall(r'"([^"]+)"', problem.toml()) for name in re.split(r"\W", text)}
+    words = set(re.findall(r"[A-Za-z_]{2,}", re.sub(r"[0-9.]+e[-+][0-9]+", "", verdict))) - names
+    assert len(words) > 20
+    assert not {word for word in words if word.lower() not in chapter("glossary").lower()}
 
 
 def test_the_chapters_are_the_files():
