@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Array, Mask
 from ..bem.boundary_data import BoundaryData
+from ..bem.particular.volume import volume_solution
 from ..compliance.bodies import Interface
 from ..contact.law_protocol import ContactLaw
 from ..contact.laws import SignoriniCoulomb, Tresca
@@ -94,6 +95,10 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
         notes += mismatch
     interfaces, law = _with_law(law, sides, interfaces, meshes)
     data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
+    for b, mesh in enumerate(meshes):
+        if (solution := volume_solution(problem, b, mesh)) is not None:
+            data[b] = replace(data[b], volume=solution.on(mesh))
+            notes += solution.notes
     if interfaces[0].held and isinstance(law, Tresca):
         ends = np.cumsum([0, *(len(face.nodes) for face in interfaces)])
         for b, (mesh, boundary) in enumerate(zip(meshes, boundaries, strict=True)):

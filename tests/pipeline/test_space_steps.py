@@ -21,7 +21,6 @@ from petcontact.errors import InputError
 from petcontact.geometry.rotation import rigid_motions
 from petcontact.geometry.surface import BOX_PARTS, BoxSurface
 from petcontact.mesh.panelling import box_mesh
-from petcontact.model.assembly import assembly_of
 from petcontact.model.case import load, parse_any
 from petcontact.pipeline.run import run
 from petcontact.results.figures import plot_all
@@ -121,7 +120,7 @@ SQUARE = {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1
 
 def solved(text, **changes):
     case = parse_any(tomllib.loads(text), "test", {key.replace("__", "."): value for key, value in changes.items()}, Path())
-    return solve_assembly(case if hasattr(case, "body") else assembly_of(case))
+    return solve_assembly(case if hasattr(case, "body") else case)
 
 
 def vectors(pair, components):
@@ -147,7 +146,7 @@ def test_a_bound_alone_is_the_bilateral_solve_of_the_paper():
     system = prepare(case)
     paper = run(system, case)
     system.close()
-    pair = solve_assembly(assembly_of(case)).last.pairs["bottom"]
+    pair = solve_assembly(case).last.pairs["bottom"]
     assert np.allclose(pair.slip, paper.contact.u_t, atol=1e-8 * np.abs(paper.contact.u_t).max())
     assert np.allclose(pair.sigma_t, paper.contact.sigma_t, atol=1e-7 * 150.0)
     assert np.allclose(-pair.pressure, paper.contact.sigma_n, atol=1e-7 * 150.0)
