@@ -33,7 +33,7 @@ from .model.solver_options import Bem as Bem
 from .model.solver_options import MeshOptions as MeshOptions
 from .model.solver_options import Method as Method
 from .model.units import Units as Units
-from .pipeline.adaptive import adapt as adapt
+from .pipeline.adaptive.climb import adapt as adapt
 from .pipeline.solve import solve as solve
 from .results.figures.plots import plot_all as plot_all
 from .results.figures.stress import deformed_figure as deformed_figure

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import dataclasses
 import signal
 
 import pytest
 from hypothesis import settings
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Method, Problem, Rectangle, Traction
+from petcontact.contact.methods.registry import method_of
+from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import petsc
 from petcontact.runtime.threads import cap_blas_threads
 
@@ -49,3 +52,10 @@ def example(number: int, *, mesh: MeshOptions | None = None, **method) -> Proble
         ),
         method=Method(**{"name": "projection", "rule": "modified", **method}),
     )
+
+
+def run_with(prepared, method: Method, rule=None, **keywords):
+    """The solution of a prepared problem by another method."""
+    problem = prepared.discrete.problem.model_copy(update={"method": method})
+    discrete = dataclasses.replace(prepared.discrete, problem=problem)
+    return run(dataclasses.replace(prepared, discrete=discrete, method=method_of(method, rule)), **keywords)

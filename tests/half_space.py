@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from petcontact.compliance.reduced import ReducedSystem
 
+from petcontact.compliance.composed import ReducedSystem
 from petcontact.contact.system import Modes
 
 

@@ -104,7 +104,7 @@ def solved(
 ) -> Any:
     """The solution on the mesh of the config, or on adaptive ones where that is wanted or the mesh is left open."""
     if adaptive:
-        from ..pipeline.adaptive import adapt
+        from ..pipeline.adaptive.climb import adapt
 
         return adapt(problem, accuracy, comm=comm, monitor=monitor)
     from ..pipeline.solve import solve

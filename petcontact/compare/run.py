@@ -24,9 +24,9 @@ from ..contact.state import ContactState, Monitor
 from ..contact.system import ContactSystem
 from ..model.problem import Problem
 from ..model.solver_options import Method
-from ..pipeline.load_steps import first_increment
 from ..pipeline.run import prepare
-from ..pipeline.start import carried_over
+from ..pipeline.steps.load_steps import first_increment
+from ..pipeline.steps.start import carried_over
 from ..results.solution import read_solution
 from ..runtime.petsc import options
 

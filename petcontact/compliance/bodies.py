@@ -10,11 +10,10 @@ from __future__ import annotations
 import copy
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
-import scipy
 
 from ..arrays import Array, Index
 from ..contact.system import ContactSystem, Modes, Surrogate
@@ -24,64 +23,11 @@ from .body.base import ElasticBody
 from .composed import ComposedSystem
 from .contact_compliance import ContactCompliance, DenseCompliance, ProductCompliance
 from .half_space import HalfSpace
+from .interface import Interface as Interface
+from .interface import contact_maps, places
 from .layer.kernel import Strip, body_thickness, strips
 from .layer.operator import LayerOperator
 from .spectral import shared_by
-
-
-@dataclass(frozen=True)
-class Interface:
-    """Where one part of a body meets a part of another body, an obstacle, or fixed rigid ground.
-
-    Attributes
-    ----------
-    name : str
-    body : int
-        Of the secondary.
-    nodes : (m,) array
-        Of its mesh.
-    normal : (m, d) array
-        n, from the secondary to the primary.
-    tangent : (m, d-1, d) array
-        τ, orthonormal and normal to n.
-    gap : (m,) array
-        Initial gap, infinite where nothing is faced [length].
-    primary : int, optional
-        Number of the body of the primary.
-    primary_nodes : (k,) array, optional
-    values : (m, k) sparse array, optional
-        Values at the primary's nodes to values at the points that are faced.
-    loads : (k, m) sparse array, optional
-        Traction at the secondary's nodes to J times it at the primary's.
-    obstacle : int, optional
-        Number of the obstacle; with neither a body nor an obstacle the primary is fixed.
-    distance : (m,) array, optional
-        To the primary along n, whatever the gap is given as; infinite where nothing is faced [length].
-    sag : float
-        Height of curved faces over the elements that stand for them, where it is in the gap [length].
-    held : bool
-        Whether u_n = gap is data of the body, and the tangents alone are contact directions.
-    """
-
-    name: str
-    body: int
-    nodes: Index
-    normal: Array
-    tangent: Array
-    gap: Array
-    primary: int | None = None
-    primary_nodes: Index | None = None
-    values: scipy.sparse.csr_array | None = None
-    loads: scipy.sparse.csr_array | None = None
-    obstacle: int | None = None
-    distance: Array | None = None
-    sag: float = 0.0
-    held: bool = False
-
-    @property
-    def directions(self) -> Array:
-        """Of σ and v, (m, k, d)."""
-        return self.tangent if self.held else np.concatenate([self.tangent, self.normal[:, None]], axis=1)
 
 
 class BodiesSystem:
@@ -134,7 +80,7 @@ class BodiesSystem:
         self.weight = np.concatenate([bodies[i.body].mesh.weight[i.nodes] for i in interfaces])
         self.gap = np.concatenate([i.gap for i in interfaces])
         self.base = np.zeros((states, self.k * self.size))
-        self._maps = [self._maps_of(number, body) for number, body in enumerate(self.bodies)]
+        self._maps = [contact_maps(number, self.bodies, interfaces) for number in range(len(self.bodies))]
         self._x, self._layer = np.concatenate(x), list[Surrogate]()
         modes, balance, resultant = [], [], []
         for body, maps in zip(self.bodies, self._maps, strict=True):
@@ -164,33 +110,6 @@ class BodiesSystem:
         dense = DenseCompliance(whole, comm, self.surrogate)
         return shared_by(cases, dense, self.weight, self.base.shape[1], comm)
 
-    def _maps_of(self, number: int, body: ElasticBody) -> ContactMaps:
-        """Between a body's contact directions and those of all interfaces."""
-        if len(self.bodies) == 1 and all(face.primary is None for face in self.interfaces):
-            place, frame = self._place, np.concatenate([face.directions for face in self.interfaces])
-            if np.array_equal(frame, body.data.contact_frame[place]):
-                return _Reordered((self.k * place[:, None] + np.arange(self.k)).ravel())
-        rows, columns = self.k * self.size, body.data.contact_directions.size
-        seen, spread = scipy.sparse.csr_array((rows, columns)), scipy.sparse.csr_array((columns, rows))
-        for where, face in zip(self.slices, self.interfaces, strict=True):
-            for nodes, sides in ((face.nodes, face.body), (face.primary_nodes, face.primary)):
-                if sides != number or nodes is None:
-                    continue
-                values, loads, sign = None, None, 1.0
-                if nodes is face.primary_nodes:
-                    values, loads, sign = face.values, face.loads, -1.0
-                out = _blocks(face.directions, np.arange(len(face.nodes)), len(face.nodes))
-                own = _blocks(body.data.contact_frame, np.searchsorted(body.contact, nodes), len(body.contact)).T
-                moved = own if values is None else _each(values, self.dim) @ own
-                pushed = own if loads is None else _each(scipy.sparse.csr_array(loads.T), self.dim) @ own
-                place = scipy.sparse.csr_array(
-                    (np.ones(out.shape[0]), (self.k * where.start + np.arange(out.shape[0]), np.arange(out.shape[0]))),
-                    shape=(rows, out.shape[0]),
-                )  # fmt: skip
-                seen = seen + sign * (place @ (out @ moved))
-                spread = spread + sign * (place @ (out @ pushed)).T
-        return _Combined(scipy.sparse.csr_array(seen), scipy.sparse.csr_array(spread.T))
-
     def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array]) -> Array:
         d = self.dim
         result = np.zeros((self.size, self.k, d * (d + 1) // 2))
@@ -201,14 +120,15 @@ class BodiesSystem:
 
     def at(self, u_0: Array, modes: Modes, shares: Array, shift: Array) -> ContactSystem:
         """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,), and a known `shift`."""
-        if len(self.bodies) == 1 and (own := self.bodies[0].monolithic(self._place, shares, shift)) is not None:
-            return own
+        if len(self.bodies) == 1:
+            own = self.bodies[0].monolithic(self._place, shares, shift, self.surrogate)
+            if own is not None:
+                return own
         return ComposedSystem(u_0, self.weight, modes, self.operator)
 
     @property
     def _place(self) -> Index:
-        """Of the nodes of all interfaces among the contact nodes of the first body, where it is the only one."""
-        return np.searchsorted(self.bodies[0].contact, np.concatenate([face.nodes for face in self.interfaces]))
+        return places(self.bodies[0], self.interfaces)
 
     def _apply(self, sigma: Array) -> Array:
         """S σ, (M, k), body by body. Collective."""
@@ -265,69 +185,3 @@ class BodiesSystem:
         self.operator.close()
         for body in self.bodies:
             body.close()
-
-
-class ContactMaps(Protocol):
-    """Between vectors in the contact directions of a body (k m_c, ...) and of all interfaces (k M, ...)."""
-
-    def seen(self, moved: Array) -> Array:
-        """v of a displacement of the body."""
-        ...
-
-    def carried(self, sigma: Array) -> Array:
-        """Tractions on the body of σ."""
-        ...
-
-    def felt(self, work: Array) -> Array:
-        """The transpose of `carried`."""
-        ...
-
-
-@dataclass(frozen=True)
-class _Reordered:
-    """Of a body that is the only one, and whose directions those of the interfaces are."""
-
-    order: Index
-
-    def seen(self, moved: Array) -> Array:
-        return moved[self.order]
-
-    def carried(self, sigma: Array) -> Array:
-        result = np.empty_like(sigma)
-        result[self.order] = sigma
-        return result
-
-    felt = seen
-
-
-@dataclass(frozen=True)
-class _Combined:
-    """By sparse matrices (k M, k m_c)."""
-
-    displacement: scipy.sparse.csr_array
-    traction: scipy.sparse.csr_array
-
-    def seen(self, moved: Array) -> Array:
-        return np.asarray(self.displacement @ moved)
-
-    def carried(self, sigma: Array) -> Array:
-        return np.asarray(self.traction.T @ sigma)
-
-    def felt(self, work: Array) -> Array:
-        return np.asarray(self.traction @ work)
-
-
-def _blocks(frame: Array, place: Index, count: int) -> scipy.sparse.csr_array:
-    """(k count, d len(place)): cartesian components of vectors to components along `frame` (count, k, d), of vectors at some
-    nodes to those at all; its transpose goes back."""
-    k, d = frame.shape[1:]
-    rows = np.repeat(k * place[:, None] + np.arange(k), d, axis=1)
-    columns = np.tile(d * np.arange(len(place))[:, None] + np.arange(d), (1, k))
-    return scipy.sparse.csr_array(
-        (frame[place].ravel(), (rows.ravel(), columns.ravel())), shape=(k * count, d * len(place))
-    )
-
-
-def _each(values: scipy.sparse.csr_array, d: int) -> scipy.sparse.csr_array:
-    """The same for each of d components."""
-    return scipy.sparse.csr_array(scipy.sparse.kron(values, scipy.sparse.identity(d, format="csr")))

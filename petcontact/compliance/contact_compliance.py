@@ -124,7 +124,9 @@ class DenseCompliance(ContactCompliance):
     def _sized(self, size: int) -> Array:
         """This rank's rows of the KSP's matrix."""
         if self._robin is None or self._robin.getSize()[0] != size:
-            self._drop()
+            # a KSP keeps the size that it was used with
+            self.close()
+            self._solver = LinearSolver(self._comm, "", "iterate")
             first, last = even_ranges(size, self._comm.getSize())[self._comm.getRank()]
             layout = (last - first, size)
             self._robin = petsc().Mat().createDense((layout, layout), comm=self._comm)

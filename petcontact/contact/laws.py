@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array, Mask, States
 from .friction_law import ball_derivative, lengths, project_ball
-from .law_protocol import OPEN, SLIP, STICK, Admissible
+from .law_protocol import OPEN, SLIP, STICK, Admissible, ContactLaw, friction_bound
 
 
 @dataclass(frozen=True)
@@ -163,6 +163,39 @@ class SignoriniCoulomb:
     @cached_property
     def _coulomb(self) -> Mask:
         return np.isfinite(self.coefficient)
+
+
+def dissipation(law: ContactLaw, before: Array, after: Array, slid: Array) -> tuple[Array, Array]:
+    """Energy that friction takes at each node while it slips, and a bound of its error, (m,) each [stress · length].
+
+    The trapezoidal rule: |σ_t| on slip is the law's bound, which goes from that of the tractions before to that of the ones
+    after. It is exact where slip grows in proportion to the bound, and where the bound stays as it is. The error is at most
+    what either of its ends would change.
+
+    Parameters
+    ----------
+    law : ContactLaw
+    before, after : (m, k) arrays
+        σ at the start and at the end of an increment [stress].
+    slid : (m, d-1) array
+        Slip in between [length].
+
+    Examples
+    --------
+    Pressed from p = 0 to 10 while it slips by .3 with µ = .5, and held at p = 10 meanwhile:
+
+    >>> law = SignoriniCoulomb(np.array([0.5]), np.array([np.inf]), np.array([True]), 2)
+    >>> after, slid = np.array([[-5.0, -10.0]]), np.array([[0.3]])
+    >>> dissipation(law, 0.0 * after, after, slid), dissipation(law, after, after, slid)
+    ((array([0.75]), array([0.75])), (array([1.5]), array([0.])))
+    """
+    way = lengths(slid)
+    work = -np.sum(after[:, : slid.shape[1]] * slid, axis=1)
+    old, new = (np.where(np.isfinite(bound) & (way > 0.0), bound, 0.0)
+                for bound in (friction_bound(law, before), friction_bound(law, after)))  # fmt: skip
+    # what sticks has slipped by round-off, and is not on the bound
+    change = np.where(work >= 0.5 * new * way, 0.5 * (old - new) * way, 0.0)
+    return work + change, np.abs(change)
 
 
 def _slips(tau: Array, radius: Array) -> Mask:

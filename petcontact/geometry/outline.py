@@ -184,6 +184,12 @@ class Outline:
             ring = shapely.Polygon(_ring(loop, 64))
             if not ring.is_valid:
                 raise InputError(f"geometry: the outline crosses or touches itself ({explain_validity(ring)})")
+        outer = shapely.Polygon(_ring(self.loops[0], 64))
+        for loop in self.loops[1:]:
+            if not self.exterior and outer.disjoint(shapely.Polygon(_ring(loop, 64))):
+                places = f"{shown(self.loops[0][0].start)} and {shown(loop[0].start)}"
+                raise InputError(f"geometry: two separate pieces, at {places}; a hole lies outside, or "
+                                 "each piece is to be a [[body]] of its own")  # fmt: skip
         raise InputError(f"geometry: loops cross or touch, or a hole lies outside ({explain_validity(body)})")
 
 

@@ -94,7 +94,8 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
     Raises
     ------
     InputError
-        If it is open, facets meet more than in pairs, points are doubled, facets are slivers or cross; one line that says
+        If it is open, facets meet more than in pairs, points are doubled, facets are slivers or cross, or it
+        encloses separate pieces; one line that says
         where, beginning with `source`.
     """
     used, facets = np.unique(surface.facets, return_inverse=True)
@@ -107,7 +108,7 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
     flip = _orientation(points, facets, source)
     facets[flip] = _reversed(facets[flip])
     bodies = _components(facets)
-    facets = _outward(points, facets, bodies)
+    facets = _outward(points, facets, bodies, source)
     place = first_crossing(points, _triangles(facets)[0])
     if place is not None:
         raise InputError(f"{source}: the surface crosses itself near {_text(place)}")
@@ -205,18 +206,23 @@ def _triangles(facets: Index) -> tuple[Index, Index]:
     return triangles, np.concatenate([np.arange(len(facets)), quads])
 
 
-def _outward(points: Array, facets: Index, bodies: Index) -> Index:
-    """Outer surfaces with positive volume, those of cavities with negative."""
-    result = facets.copy()
+def _outward(points: Array, facets: Index, bodies: Index, source: str) -> Index:
+    """The outer surface with positive volume, those of cavities with negative."""
+    result, outer = facets.copy(), list[Array]()
     for body in range(int(bodies.max()) + 1):
         mine = bodies == body
         triangles = _triangles(facets[mine])[0]
         inside = sum(winding(points[_triangles(facets[bodies == other])[0]] - points[triangles[0, 0]]) > 0.5
                      for other in range(int(bodies.max()) + 1) if other != body)  # fmt: skip
+        if not inside % 2:
+            outer.append(points[triangles[0, 0]])
         a, b, c = (points[triangles] - points[triangles[0, 0]]).transpose(1, 0, 2)
         volume = float(np.sum(a * np.cross(b, c)))
         if (volume > 0.0) == bool(inside % 2):
             result[mine] = _reversed(facets[mine])
+    if len(outer) > 1:
+        raise InputError(f"{source}: {len(outer)} separate pieces, at {_text(outer[0])} and {_text(outer[1])}; a body is "
+                         "one piece: make a file and a [[body]] of each")  # fmt: skip
     return result
 
 

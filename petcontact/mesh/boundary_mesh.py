@@ -89,6 +89,10 @@ class BoundaryMesh(Protocol):
         """What expressions may name at nodes, (m,) each: x, y (and z), nx, ny (and nz), and s on curves."""
         ...
 
+    def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
+        """The same at places, as `Hits` has them, of elements (q,)."""
+        ...
+
     def faces(self, part: str) -> tuple[Index, Faces]:
         """Numbers of the elements of a part, and these as what may be faced."""
         ...

@@ -125,6 +125,13 @@ class CurveMesh(Collocated):
         (x, y), (nx, ny) = self.x[nodes].T, self.normal[nodes].T
         return {"x": x, "y": y, "nx": nx, "ny": ny, "s": self.arc_length[nodes]}
 
+    def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
+        """The same at fractions (q,) of the arc lengths of elements (q,)."""
+        x, normal = on_arcs(self.start[element], self.end[element], self.half_angle[element], 2.0 * place - 1.0,
+                            self.direction[element])  # fmt: skip
+        arc_length = self.side_start[element] + place * self.length[element]
+        return {"x": x[:, 0], "y": x[:, 1], "nx": normal[:, 0], "ny": normal[:, 1], "s": arc_length}
+
     def faces(self, part: str) -> tuple[Index, Curves]:
         """Numbers of the elements of a part, and these as curves that may be faced."""
         numbers = np.flatnonzero(self.part == self.part_names.index(part))

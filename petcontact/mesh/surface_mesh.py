@@ -93,6 +93,12 @@ class SurfaceMesh(Collocated):
         (x, y, z), (nx, ny, nz) = self.x[nodes].T, self.normal[nodes].T
         return {"x": x, "y": y, "z": z, "nx": nx, "ny": ny, "nz": nz}
 
+    def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
+        """The same at local coordinates (q, 2) of panels (q,)."""
+        panels = FlatPanels.of(list(self._groups.values()), element)
+        x, normal = panels.at(np.arange(len(element)), place)
+        return {**dict(zip("xyz", x.T, strict=True)), **dict(zip(("nx", "ny", "nz"), normal.T, strict=True))}
+
     def batches(self) -> list[Batch]:
         """All panels, grouped by shape and order."""
         return [Batch(panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel())

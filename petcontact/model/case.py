@@ -136,9 +136,3 @@ def _entry(entries: list[Any], name: str, source: str, key: str) -> int:
     if not (name.isdecimal() and int(name) < len(entries)):
         raise InputError(f"{source}: {key}: {name!r} is no entry, entries are 0 to {len(entries) - 1}")
     return int(name)
-
-
-Case = Problem
-load_any = load
-parse_any = parse_problem
-"""Names of before there was one `Problem`, for the folders that still import them from here."""

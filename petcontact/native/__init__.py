@@ -2,8 +2,8 @@
 
 A caller asks for a function by name and falls back on numpy when there is none:
 
-    constant = native.function("petcontact_constant", "ippppipppp" ...)   # once, at import
-    if constant is not None: ...
+    integrals = native.function("petcontact_plane_integrals", "pipipp")   # once, at import
+    if integrals is not None: ...
 
 The C code allocates nothing, keeps nothing and knows neither Python nor numpy: ctypes hands it pointers, with Python's
 lock released. Its digits are the same on every machine (`elementary.h`). PETCONTACT_NATIVE=0 switches it off,

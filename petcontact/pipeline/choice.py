@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,10 @@ EVEN, UNEVEN = 1.5e-4, 1e-3
 """A compressed one takes so much a node: of elements of about one length on few curves; graded, or of many holes."""
 SURFACE = 7e-4
 """The same for surfaces in space, with the preconditioner."""
+NEWTON = 5
+"""Matrices of the size of S that a Newton step holds, S among them."""
+OVERHEAD = 5e7
+"""Of PETSc and of blocks of integrals [bytes]."""
 RATIO, CURVES = 30.0, 3
 """Largest ratio of node weights, and number of curves, that count as even."""
 
@@ -53,18 +58,30 @@ def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
     return compressed_seconds(mesh) if isinstance(mesh, CurveMesh) else SURFACE * mesh.n_nodes
 
 
-def check_memory(mesh: BoundaryMesh) -> None:
-    """Refuse dense operators that do not fit the machine.
+def dense_memory(unknowns: Sequence[int], contact: Sequence[int], total: int) -> float:
+    """Predicted peak of dense elimination and of a Newton step [bytes]; measured ones were within a tenth.
+
+    Of a body with q unknowns and m of contact the factors, contact columns and S stay, and while they are made once more the
+    columns and S; a Newton step holds S of all `total` contact unknowns, the block of closed ones, and its factors.
+    """
+    stays = sum(q * q + m * q + 2 * m * m for q, m in zip(unknowns, contact, strict=True))
+    made = max((m * q + m * m for q, m in zip(unknowns, contact, strict=True)), default=0)
+    return 8.0 * (stays + max(made, NEWTON * total * total)) + OVERHEAD
+
+
+def check_memory(unknowns: Sequence[int], contact: Sequence[int], total: int, copies: int = 1) -> None:
+    """Refuse dense bodies that do not fit the machine together, on each of `copies` ranks.
 
     Raises
     ------
     InputError
-        If one matrix alone is larger than the memory.
+        If the predicted peak is larger than the memory.
     """
-    needed, there = 8.0 * (mesh.dim * mesh.n_nodes) ** 2, physical_memory()
+    needed, there = copies * dense_memory(unknowns, contact, total), physical_memory()
     if needed > there:
-        raise InputError(f"mesh: dense operators of {mesh.n_nodes} nodes take {needed / 1e9:.0f} GB, this machine has "
-                         f'{there / 1e9:.0f}; use larger elements, or compression where there is one')  # fmt: skip
+        raise InputError(f"mesh: dense operators of {sum(unknowns)} unknowns, {total} of contact, take "
+                         f"{needed / 1e9:.3g} GB, this machine has {there / 1e9:.3g}; use larger elements, or compression "
+                         "where there is one")  # fmt: skip
 
 
 def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:

@@ -18,8 +18,9 @@ from ..errors import InputError, SolverError
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 from ..runtime.petsc import petsc
-from .assemble import Discrete
 from .choice import LARGEST, check_memory, is_compressed, predicted_seconds, resolved_bem
+from .discrete.discretise import Discrete
+from .trust.meshes import check_meshes, check_stiffness
 
 ELASTIC_LIMIT = 1e-7
 """Largest accepted defect of the boundary integral equations, relative to the largest displacement."""
@@ -56,7 +57,10 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
     SolverError
         If a body cannot be eliminated.
     """
-    bem, meshes = resolved_bem(discrete.problem.bem), discrete.meshes
+    bem, meshes, posed = resolved_bem(discrete.problem.bem), discrete.meshes, discrete.problem.body
+    check_stiffness([body.name for body in posed], [body.material.young_modulus for body in posed])
+    long = check_meshes([body.name for body in posed], meshes)
+    discrete.warnings += [text for text in long if text not in discrete.warnings]
     progress: Callable[[float], None] = silent
     if announce is not None:
         nodes, unknowns = sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes)
@@ -67,6 +71,10 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
         bodies = [_compressed(discrete, b, bem, comm, progress) for b in range(len(meshes))]
     dense = [b for b, body in enumerate(bodies) if body is None]
     rank, size = comm.getRank(), comm.getSize()
+    contact = [data.contact_directions.size for data in discrete.data]
+    total = discrete.data[0].contact_shape[1] * sum(len(interface.nodes) for interface in discrete.interfaces)
+    check_memory([meshes[b].x.size for b in dense], [contact[b] for b in dense], total if dense else 0,
+                 size if len(bodies) > 1 else 1)  # fmt: skip
     if size == 1 or len(bodies) == 1:
         for b in dense:
             bodies[b] = _dense(discrete, b, comm)
@@ -89,7 +97,6 @@ def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Ar
 
 
 def _dense(discrete: Discrete, number: int, comm: Any) -> ElasticBody:
-    check_memory(discrete.meshes[number])
     return DenseBody(*operators_of(discrete, number), comm)
 
 
@@ -102,7 +109,8 @@ def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:
                          'a friction bound; use "condensed"')  # fmt: skip
     if bem.mat_type in ("hodlr", "hmatrix"):
         raise InputError(f'method.formulation: "full" is dense; use "condensed" with bem.mat_type = "{bem.mat_type}"')
-    check_memory(discrete.meshes[0])
+    contact = discrete.data[0].contact_directions.size
+    check_memory([discrete.meshes[0].x.size], [contact], contact)
     return FullBody(operators, modes, comm)
 
 

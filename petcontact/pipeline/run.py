@@ -22,12 +22,12 @@ from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc, reason_name, stage, timed
 from ..runtime.terminal import printable
-from .assemble import Discrete, discretise
-from .diagnosis import reached, warnings_of
+from .discrete.discretise import Discrete, discretise
 from .eliminate import Announce, eliminated
-from .increment import Monitor, PreparedProblem
-from .load_steps import increments
-from .start import finished_before, first_iterate
+from .steps.diagnosis import reached, warnings_of
+from .steps.increment import Monitor, PreparedProblem
+from .steps.load_steps import increments
+from .steps.start import finished_before, first_iterate
 
 
 def prepare(

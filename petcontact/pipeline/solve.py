@@ -13,11 +13,11 @@ from ..model.problem import Problem
 from ..model.solver_options import Method
 from ..results.solution import Solution
 from ..runtime.petsc_options import refused_in_config
-from .adaptive import adapt, can_adapt
+from .adaptive.climb import adapt, can_adapt
+from .adaptive.fixed_mesh import with_estimate
 from .eliminate import Announce
-from .fixed_mesh import with_estimate
-from .increment import Monitor
 from .run import prepare, run
+from .steps.increment import Monitor
 
 
 def solve(
@@ -81,7 +81,7 @@ def solve(
         return adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor)
     prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
     try:
-        return with_estimate(run(prepared, monitor=monitor), prepared.comm)
+        return with_estimate(run(prepared, monitor=monitor), prepared.comm, law)
     finally:
         prepared.close()
 

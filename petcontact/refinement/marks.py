@@ -15,6 +15,7 @@ from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
 from .contact_line import ContactLine, slip_at_end, transition
+from .gap_minima import gap_minima
 from .known_data import Field, fields, resolved
 from .ladder import LADDER, Rung, first_rung
 from .singular_points import corner_exponents
@@ -36,6 +37,10 @@ UNSEEN = 24
 
 ACCURACY = 1e-4
 """Of u_t, of meshes for which none is named."""
+TOUCH = 1e-6
+"""Smallest elements where a gap is least, of a side, while nobody knows how much of it closes."""
+NEAR_END = 1e-4
+"""Distance of such places from the ends of a side and from one another, of the side, below which they are not told apart."""
 CLOSEST = 1e-9
 """Distance of marks, of a side, below which they are one."""
 ON_KINK = 1e-3
@@ -97,6 +102,17 @@ class Body:
         return result
 
     @functools.cached_property
+    def touching(self) -> list[Array]:
+        """Arc lengths inside each side at which a gap is least, increasing [length]."""
+        result = []
+        for side, row in zip(self.outline.sides, self.data, strict=True):
+            found = [gap_minima(field) for field in row if field.kind == "gap"]
+            places = np.unique(np.concatenate([np.empty(0), *found]))
+            inside = places[(places > NEAR_END) & (places < 1.0 - NEAR_END)]
+            result.append(side.length * inside[np.append(True, np.diff(inside) > NEAR_END)[: len(inside)]])
+        return result
+
+    @functools.cached_property
     def smallest(self) -> float:
         """Size below which elements at corners do not shrink [length]."""
         farthest = max(float(np.abs(side.start).max()) for side in self.outline.sides)
@@ -139,7 +155,9 @@ class Body:
             return breaks, orders
 
         marks = marks_for(self, rung.grading, rung.resolved, shown)
-        for side, inner in (edges or {}).items():
+        closing = {k: [(s, TOUCH * self.outline.sides[k].length) for s in places]
+                   for k, places in enumerate(self.touching) if len(places)}  # fmt: skip
+        for side, inner in {**closing, **(edges or {})}.items():
             marks[side] = _with_points(marks[side], inner, rung.grading)
         mesh = graded_mesh(self.outline, marks, rung.grading, largest, resolve if any(self.data) else None)
         if max(missed) > 0.0:

@@ -75,7 +75,7 @@ def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
 def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
     for key in ("element_size", "element_sizes", "exponent"):
-        if key in problem.mesh.model_fields_set:
+        if _is_given(problem.mesh, key):
             raise InputError(f"mesh.{key}: the facets of a surface from a file are its panels; mesh it finer in Gmsh")
     _check_size(len(boundary.facets) * (order + 1) ** 2)
     return facet_mesh(boundary, order)
@@ -84,7 +84,7 @@ def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
 def _order(options: MeshOptions) -> int:
     """The order of panels, by default 2."""
     for key in PLANE_KEYS:
-        if key in options.model_fields_set:
+        if _is_given(options, key):
             raise InputError(f"mesh.{key}: is for plane bodies; meshes of boxes are graded by mesh.exponent")
     if options.order is not None and options.order > HIGHEST_ORDER:
         raise InputError(f"mesh.order: panels in space have order 0 to {HIGHEST_ORDER}, got {options.order}")
@@ -94,3 +94,8 @@ def _order(options: MeshOptions) -> int:
 def _check_size(nodes: float) -> None:
     if not nodes <= LARGEST_MESH or not np.isfinite(nodes):
         raise InputError(f"mesh: about {nodes:.3g} nodes, at most {LARGEST_MESH} fit; choose a larger mesh.element_size")
+
+
+def _is_given(options: MeshOptions, key: str) -> bool:
+    """Whether a key has another value than it has by default: `Problem.toml` writes defaults, too."""
+    return bool(getattr(options, key) != MeshOptions.model_fields[key].get_default(call_default_factory=True))

@@ -28,10 +28,13 @@ FORMAT_VERSION = 3
 PROVENANCE = ("argv", "petsc_options", "versions")
 """Entries of `info` that are attributes of their own as well."""
 RESIDUALS = ("normal", "tangential", "balance", "elastic")
+"""Columns of the table of increments."""
+MEASURES = ("equilibrium", "elimination", "overlap")
+"""What else an increment is judged by, attributes only."""
 STILL = ("x", "normal", "tangent", "weight", "arc_length")
 """Of an interface what no increment changes: stored once, by several names."""
 MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "state")
-RESULTANTS = ("force", "moment", "dissipated", "force_primary", "moment_primary")
+RESULTANTS = ("force", "moment", "dissipated", "dissipated_error", "force_primary", "moment_primary")
 PLACES = ("displacement", "rotation", "force", "moment")
 ONE_BODY = ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state",
             "pressure", "gap", "slip", "part")  # fmt: skip
@@ -267,7 +270,7 @@ def _read_step(place: Any, history: History) -> StepResult:
     bodies = {name: BodyResult(here["u"][()], here["traction"][()]) for name, here in place.get("body", {}).items()}
     obstacles = {name: ObstacleResult(*(here.attrs[key] for key in PLACES))
                  for name, here in place.get("obstacle", {}).items()}  # fmt: skip
-    residuals = {key: float(facts.get(f"residual_{key}", np.nan)) for key in RESIDUALS}
+    residuals = {key: float(facts.get(f"residual_{key}", np.nan)) for key in (*RESIDUALS, *MEASURES)}
     return StepResult(
         str(facts["name"]), int(facts["step"]), float(facts["load_factor"]), str(facts["status"]), str(facts["reason"]),
         int(facts["iterations"]), residuals, pairs, bodies, obstacles, place["alpha"][()],

@@ -44,7 +44,9 @@ class PairResult:
     moment : float, in space (3,) array
         Of it about the origin [force, in space force · length].
     dissipated : float
-        Energy that friction took in this increment [force, in space force · length].
+        Energy that friction took in this increment, by the trapezoidal rule [force, in space force · length].
+    dissipated_error : float
+        A bound of its error; nan in files before it was known.
     force_primary, moment_primary : (d,) array, and float, in space (3,) array, optional
         On the body of the primary side, as its nodes feel them; None where that is the ground or an obstacle.
     """
@@ -64,6 +66,7 @@ class PairResult:
     force: Array
     moment: Axial
     dissipated: float
+    dissipated_error: float = np.nan
     force_primary: Array | None = None
     moment_primary: Axial | None = None
 

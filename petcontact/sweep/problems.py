@@ -8,9 +8,9 @@ from typing import Any
 
 from ..contact.methods.registry import method_of
 from ..model.problem import Problem
-from ..pipeline.assemble import with_laws_of
-from ..pipeline.increment import PreparedProblem
+from ..pipeline.discrete.discretise import with_laws_of
 from ..pipeline.run import prepare, run
+from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 
 LAWS = re.compile(r"(contact|boundary|body\.\d+\.boundary)\.\d+\.friction_(coefficient|bound)")

@@ -7,7 +7,7 @@ import functools
 from importlib.resources import files
 from typing import Any
 
-from ..model.case import Case
+from ..model.problem import Problem
 
 SOURCE = "Zhang & Ran (2019), Tables 1 and 2"
 # E, ν, corner of the rectangle at the origin, g, traction on the left and right sides: sections 5.1 and 5.2
@@ -26,7 +26,7 @@ def published_counts() -> dict[tuple[int, str, float, float], int]:
     return {(int(r["example"]), r["rule"], float(r["rho"]), float(r["h"])): int(r["iterations"]) for r in rows}
 
 
-def published_count(case: Case) -> int | None:
+def published_count(case: Problem) -> int | None:
     """The published iterations for the example, rule, ρ and h of a case; None if the paper has no such case.
 
     Parameters of the method that the paper states once (ω, τ, c_max, tolerance) are not looked at, so that other
@@ -42,7 +42,7 @@ def published_count(case: Case) -> int | None:
     return published_counts().get((number, rule, float(f"{case.method.rho:.12g}"), float(f"{h:.12g}")))
 
 
-def example_number(case: Case) -> int | None:
+def example_number(case: Problem) -> int | None:
     """1 or 2 if a case poses an example of the paper, else None."""
     if len(case.body) > 1 or case.step or case.contact or case.obstacle or case.point_force:
         return None

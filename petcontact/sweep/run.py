@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import PetcontactError
-from ..pipeline.increment import PreparedProblem
+from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
 from ..runtime.petsc import petsc
@@ -19,9 +19,9 @@ from .design.identity import Identity, identify
 from .design.sweep import Sweep
 from .problems import prepare_group, release, run_case
 from .quantities import Quantity, failed_row, row_of, users
-from .schedule.cost import Cost
+from .schedule.cost import Cost, estimate
 from .schedule.deal import Counters, Part, dealt, make_parts
-from .schedule.groups import Groups, describe, estimated, make_groups
+from .schedule.groups import Groups, describe, make_groups
 from .schedule.rank_team import Team, TeamError, describe_error
 from .store.case_table import derived, write_table
 from .store.columns import texts
@@ -145,8 +145,8 @@ def _finished(sweep: Sweep, identity: Identity, folder: SweepFolder, world: Any)
 
 def _costs(sweep: Sweep, groups: Groups, world: Any, team: Team) -> list[Cost]:
     """The cost of each group, the same on every rank; every rank meshes its share."""
-    asked = groups.representatives().tolist()
-    mine = {k: estimated(sweep, groups, asked[k], team.size) for k in range(world.Get_rank(), len(asked), world.Get_size())}
+    asked = groups.first[groups.representatives()].tolist()
+    mine = {k: estimate(sweep[asked[k]].case, team.size) for k in range(world.Get_rank(), len(asked), world.Get_size())}
     known = {k: cost for some in world.allgather(mine) for k, cost in some.items()}
     return groups.spread([known[k] for k in range(len(asked))])
 

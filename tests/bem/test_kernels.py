@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 from conftest import example
-from petcontact.pipeline.prepare import discretise
+from prepared import operators
 
 from petcontact import MeshOptions, solve
 from petcontact.bem.kelvin2d.kernel import Kelvin2D
@@ -33,7 +33,7 @@ def test_a_new_kernel_is_one_registration(monkeypatch, comm, mat_type):
     case = case.model_copy(update={"bem": case.bem.model_copy(update={"mat_type": mat_type})})
     usual = solve(case, comm=comm)
     monkeypatch.setitem(KERNELS, 2, OtherUnit)
-    assert isinstance(discretise(case).kernel, OtherUnit)
+    assert isinstance(operators(case).kernel, OtherUnit)
     other = solve(case, comm=comm)
     assert other.status == "converged" and len(other.history) == len(usual.history)
     assert np.allclose(other.u, usual.u, atol=1e-8 * np.abs(usual.u).max())
@@ -47,7 +47,7 @@ def test_integrals_are_pure_numbers():
         case = example(1, mesh=MeshOptions(element_size=0.5 * length))
         block = case.geometry.model_copy(update={"upper_right": (8.0 * length, 4.0 * length)})
         material = case.material.model_copy(update={"young_modulus": 1e4 * stress})
-        ops = discretise(case.model_copy(update={"geometry": block, "material": material}))
+        ops = operators(case.model_copy(update={"geometry": block, "material": material}))
         kernel, targets = kernel_for(ops.mesh, material), ops.mesh.targets(slice(0, 9))
         inside = ops.mesh.points(length * np.array([[4.0, 2.0], [1.0, 3.9]]))
         (batch,) = ops.mesh.batches()
@@ -71,7 +71,7 @@ def test_plane_stress_is_plane_strain_with_other_constants():
 
 def test_the_unit_of_length_changes_no_field_in_equilibrium(comm):
     """ln ℓ multiplies the resultant of the tractions, which vanishes; so the kernel's unit is nobody's business."""
-    ops = discretise(example(1, mesh=MeshOptions(element_size=0.5)))
+    ops = operators(example(1, mesh=MeshOptions(element_size=0.5)))
     rows = np.arange(ops.mesh.n_nodes)
     traction = ops.mesh.normal @ np.array([[2.0, 0.5], [0.5, -1.0]])
     one, other = (

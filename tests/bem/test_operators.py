@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 from conftest import example
-from petcontact.pipeline.prepare import discretise
+from prepared import filled
+from prepared import operators as operators_of
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Traction
-from petcontact.bem.boundary_data import evaluate_boundary
-from petcontact.bem.dense_assembly import assemble_dense
 
+END = np.array([0.0, 1.0])
+"""All of the last load state."""
 PENTAGON = Polygon(vertices=((0, 0), (3, 0.2), (3.5, 2), (1.4, 3.1), (-0.4, 1.3)), parts=("a", "b", "c", "d", "e"))
 
 
 def operators(order: int, plane: str = "strain", size: float = 0.4):
-    return discretise(problem_of(order, plane, size))
+    return operators_of(problem_of(order, plane, size))
 
 
 def problem_of(order: int, plane: str = "strain", size: float = 0.4):
@@ -54,74 +53,70 @@ def test_linear_fields_leave_no_residual(order, plane):
         assert np.abs(residual).max() < 1e-11
 
 
-def test_blocks_are_the_whole_matrix(comm):
+def test_blocks_are_the_whole_matrix():
     for order in (0, 2):
         ops = operators(order, size=0.25)
         everything = np.arange(ops.mesh.n_nodes)
-        blocks = assemble_dense(ops, comm)
-        assert np.allclose(blocks.system.getDenseArray(), ops.system_entries(everything, everything), atol=1e-14)
+        filled_system, contact, loads = filled(ops)
+        assert np.allclose(filled_system, ops.system_entries(everything, everything), atol=1e-14)
         outer = ops.outer_entries(everything, everything)
         carriers = ops.right_hand_sides.node
-        in_contact = np.isin(carriers, ops.data.contact_nodes)
+        in_contact = ops.of_contact
+        assert np.array_equal(in_contact, np.isin(carriers, ops.data.contact_nodes))
         assert outer.shape[1] == len(carriers) and 0 < np.count_nonzero(in_contact) < len(carriers)
-        assert np.allclose(blocks.contact.getDenseArray(), outer[:, in_contact], atol=1e-14)
-        load = ops.load_scale * outer[:, ~in_contact].sum(axis=1)
-        assert np.allclose(load, blocks.load.getArray(), atol=1e-13)
-        assert np.allclose(blocks.load.getArray(), ops.load(everything), atol=1e-13)
+        assert np.allclose(contact, outer[:, in_contact], atol=1e-14)
+        assert not loads[:, 0].any() and loads[:, 1].any()
+        assert np.allclose(ops.load_scale * outer[:, ~in_contact].sum(axis=1), loads[:, 1], atol=1e-13)
+        assert np.allclose(outer @ ops.amplitudes, loads, atol=1e-13)
         rng = np.random.default_rng(1)
         rows, columns = (np.sort(rng.permutation(ops.mesh.n_nodes)[:count]) for count in (17, 23))
         pairs = (2 * rows[:, None] + [0, 1]).ravel(), (2 * columns[:, None] + [0, 1]).ravel()
-        expected = blocks.system.getDenseArray()[np.ix_(*pairs)]
+        expected = filled_system[np.ix_(*pairs)]
         assert np.allclose(ops.system_entries(rows, columns), expected, atol=1e-14)
         slots = np.flatnonzero(np.isin(carriers, columns))
         assert np.allclose(ops.outer_entries(rows, columns), outer[np.ix_(pairs[0], slots)], atol=1e-14)
         system, beside = ops.all_entries(rows, columns)
         assert np.array_equal(system, ops.system_entries(rows, columns))
         assert np.allclose(beside, outer[np.ix_(pairs[0], slots)], atol=1e-14)
-        for block in (blocks.system, blocks.contact, blocks.load):
-            block.destroy()
 
 
-def test_columns_against_residual(comm):
+def test_columns_against_residual():
     """A_0 x - C σ - b is the residual of the fields that x and σ stand for."""
     ops = operators(2)
     everything = np.arange(ops.mesh.n_nodes)
     rng = np.random.default_rng(2)
     x, sigma = rng.standard_normal(2 * len(everything)), rng.standard_normal((len(ops.data.contact_nodes), 1))
-    u, traction = ops.split(x, sigma)
+    u, traction = ops.split(x, END, sigma)
     direct = ops.residual(everything, u, traction).ravel()
-    in_contact = np.isin(ops.right_hand_sides.node, ops.data.contact_nodes)
-    columns = ops.outer_entries(everything, everything)[:, in_contact] @ sigma[:, 0] / ops.traction_scale
-    assert np.allclose(direct, ops.system_entries(everything, everything) @ x - columns - ops.load(everything), atol=1e-12)
+    beside = ops.amplitudes @ END
+    beside[ops.of_contact] = sigma[:, 0] / ops.traction_scale
+    right = ops.outer_entries(everything, everything) @ beside
+    assert np.allclose(direct, ops.system_entries(everything, everything) @ x - right, atol=1e-12)
 
 
-def test_contact_columns_in_any_directions(comm):
-    """The normal traction looked for as well: two columns a contact node, and the same residual."""
-    bilateral = operators(1)
-    ops = replace(bilateral, data=evaluate_boundary(problem_of(1), bilateral.mesh, normal_unknown=True))
+def test_contact_columns_in_any_directions():
+    """The normal traction looked for as well: two columns a contact node, along the axes, and the same residual."""
+    coulomb = Contact(part="a", friction_coefficient=0.3)
+    ops = operators_of(problem_of(1).model_copy(update={"boundary": (coulomb, *problem_of(1).boundary[1:])}))
     m, everything = len(ops.data.contact_nodes), np.arange(ops.mesh.n_nodes)
     assert ops.data.contact_directions.shape == (m, 2) and ops.data.traction_known[ops.data.contact_nodes].all()
     frame = ops.data.contact_frame
-    assert np.allclose(frame[:, 1], ops.mesh.normal[ops.data.contact_nodes])
-    assert np.allclose(frame[:, :1], bilateral.data.tangent)
+    assert np.allclose(frame, np.eye(2))
     rng = np.random.default_rng(3)
     x, sigma = rng.standard_normal(ops.n_unknowns), rng.standard_normal((m, 2))
-    u, traction = ops.split(x, sigma)
+    u, traction = ops.split(x, END, sigma)
     assert np.allclose(np.einsum("mkd,md->mk", frame, traction[ops.data.contact_nodes]), sigma)
-    blocks = assemble_dense(ops, comm)
-    system, contact, load = blocks.system.getDenseArray(), blocks.contact.getDenseArray(), blocks.load.getArray()
+    system, contact, loads = filled(ops)
     assert contact.shape == (ops.n_unknowns, 2 * m)
-    expected = system @ x - contact @ sigma.ravel() / ops.traction_scale - load
+    expected = system @ x - contact @ sigma.ravel() / ops.traction_scale - loads[:, 1]
     assert np.allclose(ops.residual(everything, u, traction).ravel(), expected, atol=1e-12)
     entries = ops.outer_entries(everything, everything)
-    assert np.allclose(entries[:, np.isin(ops.right_hand_sides.node, ops.data.contact_nodes)], contact, atol=1e-14)
-    for block in (blocks.system, blocks.contact, blocks.load):
-        block.destroy()
+    assert np.allclose(entries[:, ops.of_contact], contact, atol=1e-14)
 
 
-def test_diagonal_of_the_mixed_operator_is_not_small(comm):
+def test_diagonal_of_the_mixed_operator_is_not_small():
     """Jacobi and the like need it: equation c of a node belongs to unknown c."""
-    ops = discretise(example(1))
+    ops = operators_of(example(1))
     matrix = ops.system_entries(np.arange(ops.mesh.n_nodes), np.arange(ops.mesh.n_nodes))
     assert np.abs(np.diag(matrix)).min() > 0.01
 
@@ -135,19 +130,18 @@ def test_assembly_stays_within_its_memory():
 import sys
 sys.path.insert(0, sys.argv[1])
 from conftest import example
+from prepared import filled
+from prepared import operators as operators_of
 from petcontact import MeshOptions
-from petcontact.runtime.petsc import petsc
-from petcontact.bem.dense_assembly import assemble_dense
-from petcontact.pipeline.prepare import discretise
-comm = petsc().COMM_SELF
-small = assemble_dense(discretise(example(1, mesh=MeshOptions(element_size=0.2))), comm)
-ops = discretise(example(1, mesh=MeshOptions(element_size=0.01)))
+from prepared import filled, operators
+small = filled(operators(example(1, mesh=MeshOptions(element_size=0.2))))
+ops = operators(example(1, mesh=MeshOptions(element_size=0.01)))
 def peak_memory():
     # VmHWM and not ru_maxrss, which a child inherits from its parent
     line = next(line for line in open("/proc/self/status") if line.startswith("VmHWM"))
     return 1024 * int(line.split()[1])
 before = peak_memory()
-blocks = assemble_dense(ops, comm)
+blocks = filled(ops)
 peak = peak_memory() - before
 n, m = ops.mesh.n_nodes, len(ops.data.contact_nodes)
 print(peak / (8 * (4 * n * n + 2 * n * m + 2 * n)))

@@ -14,13 +14,13 @@ import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from petcontact.pipeline.prepare import discretise
-from petcontact.pipeline.probe import ELASTIC_LIMIT
 
 from petcontact import InputError, SolverError
 from petcontact.commands.main import main
 from petcontact.model.case import load, parse_problem
 from petcontact.model.expressions import evaluate
+from petcontact.pipeline.discrete.discretise import discretise
+from petcontact.pipeline.eliminate import ELASTIC_LIMIT
 from petcontact.pipeline.solve import solve
 
 EXAMPLE = tomllib.loads((Path(__file__).parents[2] / "configs" / "example1.toml").read_text())

@@ -204,8 +204,7 @@ def test_options_of_a_ksp_that_solves_nothing_are_named(folder):
          "semismooth-newton does not use method.rho, method.omega, method.tau, method.max_changes, method.rule"),
         (("--set", "method.rule=fixed", "--set", "method.tau=1.5"),
          "projection with rule fixed does not use method.tau, method.max_changes"),
-        (("--adapt", "--accuracy", "0.1"), "an adaptive solve does not use method.rho, method.omega, "
-         "method.tau, method.max_changes, mesh.element_size, mesh.order"),
+        (("--adapt", "--accuracy", "0.1"), "an adaptive solve does not use mesh.element_size, mesh.order"),
         (("--set", "method.rule=modified"), ""),
     ],
 )
@@ -215,11 +214,9 @@ def test_keys_that_are_not_read_are_named(folder, words, said):
 
 
 def test_keys_that_load_steps_do_not_read_are_named(capsys):
-    case = load(ROOT / "configs" / "wedge.toml", {"formulation": "full", "start": "frictionless", "omega": 1.0})
-    report_ignored(case, None)
-    said = "petcontact: semismooth-newton does not use method.omega, method.formulation, method.start\n"
-    assert capsys.readouterr().err == said
-    report_ignored(load(ROOT / "configs" / "stack.toml", {"body.1.mesh.order": 2}), 1e-3)
+    report_ignored(load(ROOT / "configs" / "wedge.toml", {"start": "frictionless", "omega": 1.0}), False)
+    assert capsys.readouterr().err == "petcontact: semismooth-newton does not use method.omega\n"
+    report_ignored(load(ROOT / "configs" / "stack.toml", {"body.1.mesh.order": 2}), True)
     assert "an adaptive solve does not use" in (said := capsys.readouterr().err) and "body[1].mesh.order" in said
 
 

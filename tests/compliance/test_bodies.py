@@ -8,24 +8,27 @@ import numpy as np
 import pytest
 import scipy
 from conftest import example
-from petcontact.compliance.body.compressed import CompressedBody
+from prepared import Posed
 
-from petcontact import Assembly, InputError, Solution, Traction, load_assembly, solve
-from petcontact.compliance.body import compressed
-from petcontact.compliance.body.base import BodyOperators, free_motions
+from petcontact import MeshOptions, Problem, Solution, Traction, load, solve
 from petcontact.compliance.body.dense import DenseBody
+from petcontact.compliance.body.full import FullBody
+from petcontact.compliance.body.hodlr import HodlrBody
 from petcontact.linalg.bordered import BorderedKrylov, Elimination
 from petcontact.model.base import parse
+from petcontact.model.load_steps import Step
 from petcontact.model.solver_options import Bem, Method
-from petcontact.pipeline.assemble import contact_nodes, discretise
-from petcontact.pipeline.load_steps import prepare_assembly, run_steps
+from petcontact.pipeline import eliminate
+from petcontact.pipeline.discrete.discretise import discretise
+from petcontact.pipeline.eliminate import operators_of
+from petcontact.pipeline.run import run
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 TIGHT = Bem(mat_type="hodlr", hodlr_tol=1e-12, hodlr_leaf=32)
 
 
 def config(name, **changes):
-    return load_assembly(CONFIGS / f"{name}.toml").model_copy(update=changes)
+    return load(CONFIGS / f"{name}.toml").model_copy(update=changes)
 
 
 def random_pair(seed):
@@ -48,7 +51,7 @@ def random_pair(seed):
     lower = body("lower", [-wide, -high], [wide + 4.0, 0.0], base)
     contact = {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top",
                "friction_coefficient": rng.uniform(0.2, 1.0)}  # fmt: skip
-    return parse(Assembly, {"body": [upper, lower], "contact": [contact]}, "test")
+    return parse(Problem, {"body": [upper, lower], "contact": [contact]}, "test")
 
 
 def difference(one: Solution, other: Solution) -> float:
@@ -62,47 +65,79 @@ def difference(one: Solution, other: Solution) -> float:
     return worst
 
 
+def same_body(body, dense, tolerance):
+    """u_0 in all states, S, and what follows from them on the whole boundary."""
+    (n, d), (m, k) = dense.mesh.x.shape, dense.data.contact_shape
+    assert body.u_0.shape == dense.u_0.shape == (dense.data.states, m, k)
+    for ours, theirs in zip(body.u_0, dense.u_0, strict=True):
+        assert np.abs(ours - theirs).max() <= tolerance * np.abs(dense.u_0).max()
+    traction, size = np.cos(dense.mesh.x[dense.contact])[:, :k], np.abs(dense.compliance).max()
+    assert np.abs(body.apply(np.eye(m * k)[:, :3]) - dense.compliance[:, :3]).max() < tolerance * size
+    assert np.abs(body.apply(traction.ravel()) - dense.apply(traction.ravel())).max() < tolerance * size * m
+    shares = np.arange(1.0, len(dense.u_0) + 1.0)
+    ours, theirs = (b.unknowns(shares, traction) for b in (body, dense))
+    assert len(theirs) == n * d + dense.modes.shape[2]
+    assert np.abs(ours - theirs).max() < 10.0 * tolerance * np.abs(theirs).max()
+    alpha = np.ones(dense.modes.shape[2])
+    for each in (dense, body):
+        assert each.residual(shares, *each.boundary(shares, traction, alpha), traction, alpha) < 10.0 * tolerance
+
+
 @pytest.mark.parametrize("name", ["blade", "pin"])
 def test_compressed_body_is_the_dense_one(name, comm):
-    """Held and free, with load states, point forces and all."""
+    """Held and free, with load states, point forces and all; S formed and not."""
     discrete = discretise(config(name))
-    for number, mesh in enumerate(discrete.meshes):
-        loading = discrete.loadings[number]
-        contact = contact_nodes(discrete, number)
-        operators = BodyOperators.of(mesh, discrete.assembly.body[number].material, loading, contact)
-        modes = free_motions(mesh, loading.traction_known, discrete.boundaries[number].exterior)
-        dense, body = DenseBody(operators, modes), CompressedBody(operators, modes, TIGHT, comm)
-        size = np.abs(dense.compliance).max()
-        assert np.abs(body.compliance - dense.compliance).max() < 1e-10 * size
-        assert np.abs(body.u_0 - dense.u_0).max() <= 1e-10 * np.abs(dense.u_0).max()
-        traction = np.cos(mesh.x[contact])
-        shares = np.arange(1.0, len(dense.u_0) + 1.0)
-        ours, theirs = (b.unknowns(shares, traction) for b in (body, dense))
-        assert np.abs(ours - theirs).max() < 1e-9 * np.abs(theirs).max()
-        alpha = np.ones(modes.shape[2])
-        assert body.residual(shares, *body.boundary(shares, traction, alpha), alpha) < 1e-9
+    for number in range(len(discrete.meshes)):
+        operators, modes = operators_of(discrete, number)
+        dense = DenseBody(operators, modes, comm)
+        formed, products = (HodlrBody(operators, modes, TIGHT, comm, most) for most in (1000, 0))
+        assert products.compliance is None
+        assert np.abs(formed.compliance - dense.compliance).max() < 1e-10 * np.abs(dense.compliance).max()
+        for body in (formed, products):
+            same_body(body, dense, 1e-10)
+
+
+def two_states(case):
+    """Operators of a body whose normals of contact are held, with a known gap, in two steps of other loads."""
+    boundary = tuple(c.model_copy(update={"gap": "1e-4*(1 + 0.1*x)"}) if c.part == "bottom" else c for c in case.boundary)
+    push = {"part": "left", "value": [3.0, 4.0]}
+    steps = (Step(name="first"), Step(name="second", boundary=(push,)))
+    discrete = discretise(case.model_copy(update={"boundary": boundary, "step": steps}))
+    assert discrete.interfaces[0].held and discrete.data[0].states == 3
+    return operators_of(discrete, 0)
+
+
+def test_bodies_that_are_held_agree_in_two_load_states(comm):
+    operators, modes = two_states(example(1, mesh=MeshOptions(element_size=0.25)))
+    assert operators.data.contact_shape[1] == 1 and np.abs(operators.data.value[1] - operators.data.value[2]).max() > 1.0
+    dense = DenseBody(operators, modes, comm)
+    assert np.abs(dense.u_0[1] - dense.u_0[2]).max() > 1e-3 * np.abs(dense.u_0).max()
+    full = FullBody(operators, modes, comm)
+    same_body(HodlrBody(operators, modes, TIGHT, comm, 0), dense, 1e-9)
+    same_body(full, dense, 1e-10)
+    full.close()
 
 
 @pytest.mark.parametrize("case", ["pin", "stack", 1, 2])
 def test_assemblies_by_products_are_the_dense_ones(case, monkeypatch):
     """Configs and random pairs; S is never formed, Newton is GMRES with T and rigid motions in it."""
     assembly = config(case) if isinstance(case, str) else random_pair(case)
-    dense = solve(assembly)
-    monkeypatch.setattr(compressed, "FORMED", 0)
-    problem = prepare_assembly(assembly.model_copy(update={"bem": TIGHT}))
-    assert problem.system.compliance is None
-    found = run_steps(problem)
+    dense = run(Posed(assembly).prepared)
+    monkeypatch.setattr(eliminate, "FORMED", 0)
+    posed = Posed(assembly.model_copy(update={"bem": TIGHT}))
+    assert posed.bodies.operator.matrix_free
+    found = run(posed.prepared)
     assert (dense.status, found.status) == ("converged", "converged")
     assert difference(found, dense) < 1e-9
     assert max(step.iterations for step in found.steps) <= 10
     # and S is formed where contact is small
     monkeypatch.undo()
-    assert difference(solve(assembly.model_copy(update={"bem": TIGHT})), dense) < 1e-9
+    assert difference(run(Posed(assembly.model_copy(update={"bem": TIGHT})).prepared), dense) < 1e-9
 
 
 def test_t_of_a_pair_is_spectrally_equivalent_to_s():
-    system = prepare_assembly(config("fretting")).system
-    values = scipy.linalg.eigvals(system.compliance, system.surrogate().matrix())
+    system = Posed(config("fretting")).system
+    values = scipy.linalg.eigvals(system.compliance(), system.surrogate().matrix())
     assert values.real.min() > 0.45 and np.abs(values).max() < 2.6
     assert np.quantile(np.abs(values), 0.05) > 0.9 and np.quantile(np.abs(values), 0.95) < 1.1
 
@@ -118,7 +153,7 @@ def test_methods_agree_on_bodies_that_only_contact_holds(name, method):
 
 
 def test_projection_and_operator_robin_need_products_only(monkeypatch):
-    monkeypatch.setattr(compressed, "FORMED", 0)
+    monkeypatch.setattr(eliminate, "FORMED", 0)
     case = config("press_fit")
     dense, changes = solve(case), {"bem": TIGHT}
     for method in (Method(name="projection", tolerance=1e-9, rho=100.0), Method(name="operator-robin", tolerance=1e-9)):
@@ -165,10 +200,6 @@ def test_solve_takes_all_that_a_file_can_say():
     fixed = {c.part for c in plain.boundary if c.condition == "displacement"}
     loads = [Traction(part=c.part, value=(0.0, 0.0)) if c.part in fixed else c for c in plain.boundary]
     loose = solve(plain.model_copy(update={"boundary": tuple(loads)}), method=Method())
-    assert isinstance(loose, Solution) and loose.info["motions"] == {"body": 3}
+    assert isinstance(loose, Solution) and loose.info["motions"] == {"body": 1}
     stepped = solve(config("wedge"))
     assert isinstance(stepped, Solution) and stepped.status == "converged"
-    with pytest.raises(InputError, match="rule: bodies"):
-        solve(config("wedge"), rule=object())
-    with pytest.raises(InputError, match="tao"):
-        solve(config("wedge"), method=Method(name="tao"))

@@ -9,17 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 from conftest import example
-from petcontact.compliance.compressed import CompressedSystem
-from petcontact.compliance.condensed import CondensedSystem
-from petcontact.pipeline.prepare import discretise, prepare
-from petcontact.pipeline.probe import elastic_residual
+from prepared import Posed, operators
 
 from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline.choice import resolved_bem
-from petcontact.pipeline.run import run
-from petcontact.runtime.petsc import options
+from petcontact.runtime.petsc import options, petsc
 from petcontact.sweep.design.sweep import read_sweep
+from petcontact.sweep.problems import prepare_group, run_case
 from petcontact.sweep.schedule.groups import make_groups
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -34,32 +31,34 @@ def compressed(case, **bem):
 @pytest.mark.parametrize("number", [1, 2])
 @pytest.mark.parametrize("mesh", MESHES, ids=["uniform", "order 3", "graded"])
 def test_system_is_the_dense_one_to_the_tolerance(number, mesh, comm):
-    operators = discretise(example(number, mesh=mesh))
-    dense = CondensedSystem(operators, comm)
+    case = example(number, mesh=mesh)
+    whole = Posed(case, comm)
+    dense = whole.system
     for tolerance in (1e-6, 1e-10):
-        system = CompressedSystem(operators, comm, Bem(mat_type="hodlr", hodlr_tol=tolerance, hodlr_leaf=16))
+        posed = Posed(compressed(case, hodlr_tol=tolerance, hodlr_leaf=16), comm)
+        system = posed.system
         compliance, exact = system.compliance(), dense.compliance()
         # cond(A_0) is some 1e3 to 1e5 here
         assert np.abs(compliance - exact).max() < 1e5 * tolerance * np.abs(exact).max()
         assert np.abs(system.u_0 - dense.u_0).max() < 1e5 * tolerance * np.abs(dense.u_0).max()
-        sigma = np.cos(operators.mesh.x[operators.data.contact_nodes, :1])
+        sigma = np.cos(whole.operators.mesh.x[whole.operators.data.contact_nodes, :1])
         assert np.allclose(system.apply(sigma)[:, 0], compliance @ sigma[:, 0], atol=1e-12 * np.abs(exact).sum())
-        for a, b in zip(system.boundary(sigma), dense.boundary(sigma), strict=True):
+        for a, b in zip(posed.boundary(sigma), whole.boundary(sigma), strict=True):
             assert np.abs(a - b).max() < 1e5 * tolerance * np.abs(b).max()
-        system.close()
-    dense.close()
+        posed.close()
+    whole.close()
 
 
 def test_elements_of_a_billionth_of_the_body(comm):
     """G of the smallest elements is 1e-10 of H: the factorisation keeps the digits of both."""
-    operators = discretise(example(1, mesh=MeshOptions(order=3, grading=0.5, levels=33)))
-    assert operators.mesh.length.min() < 1e-9
-    dense, system = CondensedSystem(operators, comm), CompressedSystem(operators, comm, Bem(hodlr_leaf=16))
-    sigma = np.cos(operators.mesh.x[operators.data.contact_nodes, :1])
-    for found, exact in ((system.u_0, dense.u_0), (system.apply(sigma), dense.apply(sigma))):
+    case = example(1, mesh=MeshOptions(order=3, grading=0.5, levels=33))
+    dense, small = Posed(case, comm), Posed(compressed(case, hodlr_leaf=16), comm)
+    assert dense.operators.mesh.length.min() < 1e-9
+    sigma = np.cos(dense.operators.mesh.x[dense.operators.data.contact_nodes, :1])
+    for found, exact in ((small.system.u_0, dense.system.u_0), (small.system.apply(sigma), dense.system.apply(sigma))):
         assert np.abs(found - exact).max() < 1e-8 * np.abs(exact).max()
-    assert elastic_residual(operators, *system.boundary(sigma)) < 1e-8
-    for each in (dense, system):
+    assert small.residual(sigma) < 1e-8
+    for each in (dense, small):
         each.close()
 
 
@@ -68,12 +67,12 @@ def test_the_unit_of_length_does_not_matter(comm):
     missed, found = [], []
     for unit in (1.0, 1e-3, 1e3):
         keys = {"geometry.upper_right": [8.0 * unit, 4.0 * unit], "mesh.element_size": 0.1 * unit}
-        operators = discretise(load(CONFIGS / "example1.toml", keys))
-        dense, system = CondensedSystem(operators, comm), CompressedSystem(operators, comm, Bem(hodlr_leaf=16))
-        exact = dense.compliance()
-        missed.append(np.abs(system.compliance() - exact).max() / np.abs(exact).max())
-        found.append((exact / unit, dense.u_0 / unit))
-        system.close()
+        case = load(CONFIGS / "example1.toml", keys)
+        dense, small = Posed(case, comm), Posed(compressed(case, hodlr_leaf=16), comm)
+        exact = dense.system.compliance()
+        missed.append(np.abs(small.system.compliance() - exact).max() / np.abs(exact).max())
+        found.append((exact / unit, dense.system.u_0 / unit))
+        small.close()
         dense.close()
     assert max(missed) < 1e-8 and max(missed) < 1.5 * min(missed)
     for compliance, u_0 in found[1:]:
@@ -100,17 +99,18 @@ def test_other_methods_need_the_operator_only_by_products(name):
 
 def test_a_compression_that_misses_its_tolerance_is_an_error(comm, monkeypatch):
     """Entries that change between the compression and the probe stand for any compression that went wrong."""
-    operators = discretise(example(1, mesh=MeshOptions(element_size=0.1)))
-    exact = type(operators).system_entries
+    case = example(1, mesh=MeshOptions(element_size=0.1))
+    kind = type(operators(case))
+    exact = kind.system_entries
     calls = []
 
     def drifting(self, rows, columns):
         calls.append(1)
         return exact(self, rows, columns) * (1.0 + 1e-6 * len(calls))
 
-    monkeypatch.setattr(type(operators), "system_entries", drifting)
+    monkeypatch.setattr(kind, "system_entries", drifting)
     with pytest.raises(SolverError, match="compressed operator is off by"):
-        CompressedSystem(operators, comm, Bem(mat_type="hodlr", hodlr_tol=1e-10))
+        Posed(compressed(case, hodlr_tol=1e-10), comm)
 
 
 def test_options_have_precedence_over_the_table():
@@ -136,7 +136,7 @@ def test_ksp_view_names_the_compression(tmp_path):
         capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    assert "I + rho S, S by hodlr, tolerance 1e-09, leaf 128" in done.stdout
+    assert "I + rho S, S by condensed, hodlr 1e-09" in done.stdout
 
 
 def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
@@ -146,8 +146,8 @@ def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
         cases = [sweep[place].case for place in np.flatnonzero(groups.of_case == group)]
         found = []
         for bem in (Bem(mat_type="dense"), Bem(mat_type="hodlr", hodlr_leaf=16)):
-            prepared = prepare(cases[0].model_copy(update={"bem": bem}), cases=len(cases))
-            found.append([run(prepared, case, probe=False) for case in cases])
+            prepared = prepare_group(cases[0].model_copy(update={"bem": bem}), petsc().COMM_SELF, len(cases))
+            found.append([run_case(prepared, case) for case in cases])
             prepared.close()
         for dense, small in zip(*found, strict=True):
             assert "hodlr" in small.info["solver"] and dense.converged and small.converged
@@ -160,15 +160,16 @@ def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
 @pytest.mark.parametrize("ksp", [{}, {"ksp_type": "bcgs"}, {"ksp_gmres_restart": 3, "ksp_rtol": 1e-12}])
 def test_a_robin_increment_takes_no_product_of_its_own(ksp, comm):
     """u = S σ comes from the products that the KSP asked for, to round-off, however loosely it solved."""
-    operators = discretise(example(1, mesh=MeshOptions(element_size=0.1)))
-    system = CompressedSystem(operators, comm, Bem(hodlr_leaf=16))
-    r = np.random.default_rng(4).standard_normal((len(operators.data.contact_nodes), 1))
+    posed = Posed(compressed(example(1, mesh=MeshOptions(element_size=0.1)), hodlr_leaf=16), comm)
+    product, counted = posed.bodies.operator._product, []
+    posed.bodies.operator._product = lambda x: counted.append(1) or product(x)
+    system = posed.system
+    r = np.random.default_rng(4).standard_normal(system.u_0.shape)
     with options(ksp):
         u_t, sigma_t = system.robin_increment(1e4, r)
-    counted = system.applications
-    product = system.apply(sigma_t)
-    assert np.abs(u_t - product).max() <= 1e-12 * np.abs(product).max()
+    products, exact = len(counted), system.apply(sigma_t)
+    assert np.abs(u_t - exact).max() <= 1e-12 * np.abs(exact).max()
     if not ksp:
-        assert counted == system.ksp_iterations > 1
+        assert products == system.ksp_iterations > 1
         assert 1e-8 < np.linalg.norm(sigma_t + 1e4 * u_t - r) / np.linalg.norm(r) < 1e-3
-    system.close()
+    posed.close()

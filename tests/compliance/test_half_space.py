@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from petcontact.pipeline.prepare import prepare
+from prepared import Posed
 
 from petcontact.compliance.half_space import HalfSpace
 from petcontact.contact.criterion import Criterion
@@ -21,7 +21,7 @@ SMALL = {"mesh.element_size": 2.0}
 
 @pytest.fixture(scope="module", params=["space_a", "space_b", "space_bracket"])
 def prepared(request: pytest.FixtureRequest):
-    result = prepare(load(CONFIGS / f"{request.param}.toml", {} if "bracket" in request.param else SMALL))
+    result = Posed(load(CONFIGS / f"{request.param}.toml", {} if "bracket" in request.param else SMALL))
     yield request.param, result
     result.close()
 
@@ -29,7 +29,7 @@ def prepared(request: pytest.FixtureRequest):
 def test_spectrum(prepared) -> None:
     """A prototype found [0.6, 2.7] with images, [1.0, 6.3] without; the bracket's foot is no rectangle."""
     name, problem = prepared
-    layer, weight = problem.system.surrogate(), np.repeat(problem.system.weight, 2)
+    layer, weight = problem.system.surrogate(), np.repeat(problem.weight, 2)
     weighted = weight[:, None] * layer.matrix()
     assert np.abs(weighted - weighted.T).max() < 0.02 * np.abs(weighted).max()
     assert np.linalg.eigvalsh(0.5 * (weighted + weighted.T)).min() > 0.0
@@ -75,7 +75,7 @@ def test_images_where_a_side_is_held(tmp_path) -> None:
     held = tmp_path / "held.toml"
     held.write_text(text.replace(right, right.replace("traction", "displacement")))
     assert right in text
-    free_t, held_t = (prepare(load(path, SMALL)) for path in (CONFIGS / "space_a.toml", held))
+    free_t, held_t = (Posed(load(path, SMALL)) for path in (CONFIGS / "space_a.toml", held))
     beside = np.argsort(free_t.operators.mesh.x[free_t.operators.data.contact_nodes, 0])[-12:]
     for system in (lambda p: p.system.compliance(), lambda p: p.system.surrogate().matrix()):
         one, other = (np.diag(system(p)).reshape(-1, 2)[beside] for p in (free_t, held_t))

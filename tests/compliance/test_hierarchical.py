@@ -6,14 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from petcontact.compliance.condensed import CondensedSystem
-from petcontact.pipeline.prepare import discretise, prepare
+from prepared import Posed
 
-from petcontact import InputError, SolverError, load
-from petcontact.compliance.hierarchical.system import HierarchicalSystem
+from petcontact import InputError, SolverError, load, solve
+from petcontact.compliance.body.dense import DenseBody
+from petcontact.compliance.hierarchical.system import HierarchicalBody
 from petcontact.compression.hmatrix.matrix import HMatrix
-from petcontact.model.solver_options import Bem
-from petcontact.pipeline.run import solve
 from petcontact.runtime.petsc import options, petsc
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -24,40 +22,39 @@ def problem(name="space_b", **keys):
     return load(CONFIGS / f"{name}.toml", {**COARSE, **keys})
 
 
-@pytest.fixture(scope="module")
-def operators():
-    return discretise(problem())
+TIGHT = {"bem.mat_type": "hmatrix", "bem.hmatrix_tol": 1e-5}
 
 
 @pytest.fixture(scope="module")
-def dense(operators):
-    system = CondensedSystem(operators, petsc().COMM_SELF)
-    yield system
-    system.close()
+def dense():
+    posed = Posed(problem(), petsc().COMM_SELF)
+    yield posed
+    posed.close()
 
 
 @pytest.fixture(scope="module")
-def system(operators):
-    system = HierarchicalSystem(operators, petsc().COMM_SELF, Bem(hmatrix_tol=1e-5))
-    yield system
-    system.close()
+def mixed():
+    posed = Posed(problem(**TIGHT), petsc().COMM_SELF)
+    yield posed
+    posed.close()
 
 
 def near(a, b, tolerance=1e-5):
     return np.abs(a - b).max() <= tolerance * np.abs(b).max()
 
 
-def test_products_and_robin_solves_are_the_dense_ones_to_the_tolerance(system, dense, operators):
-    x = operators.mesh.x[operators.data.contact_nodes]
+def test_products_and_robin_solves_are_the_dense_ones_to_the_tolerance(mixed, dense):
+    x = dense.operators.mesh.x[dense.operators.data.contact_nodes]
     sigma = 50.0 * np.column_stack([np.cos(x[:, 0]), x[:, 1]])
-    assert near(system.u_0, dense.u_0) and near(system.apply(sigma), dense.apply(sigma))
-    assert 1e6 < system.memory() < 1e8 and "hmatrix 1e-05" in system.describe()
-    for a, b in zip(system.boundary(sigma), dense.boundary(sigma), strict=True):
+    system, exact = mixed.system, dense.system
+    assert near(system.u_0, exact.u_0) and near(system.apply(sigma), exact.apply(sigma))
+    assert "hmatrix 1e-05" in mixed.bodies.describe()
+    for a, b in zip(mixed.boundary(sigma), dense.boundary(sigma), strict=True):
         assert near(a, b, 1e-4)
     for rho in (1.0, 1e3, 1e7):
-        for a, b in zip(system.robin(rho, sigma), dense.robin(rho, sigma), strict=True):
+        for a, b in zip(system.robin(rho, sigma), exact.robin(rho, sigma), strict=True):
             assert near(a, b, 1e-3)
-        for a, b in zip(system.robin_increment(rho, sigma), dense.robin_increment(rho, sigma), strict=True):
+        for a, b in zip(system.robin_increment(rho, sigma), exact.robin_increment(rho, sigma), strict=True):
             assert near(a, b, 1e-3)
 
 
@@ -88,23 +85,23 @@ def test_options_of_petsc_reach_the_mixed_solve(comm):
         assert found.converged and (table.get("pc_type") or "python") in found.info["solver"]
 
 
-def test_a_compression_that_went_wrong_is_refused(operators, comm, monkeypatch):
+def test_a_compression_that_went_wrong_is_refused(comm, monkeypatch):
     whole = HMatrix.mult
     monkeypatch.setattr(HMatrix, "mult", lambda self, x: 1.001 * whole(self, x))
     with pytest.raises(SolverError, match=r"is off by .*, its tolerance is 1e-05"):
-        HierarchicalSystem(operators, comm, Bem(hmatrix_tol=1e-5))
+        Posed(problem(**TIGHT), comm)
 
 
-def test_too_little_memory_is_told_before_the_build(operators, comm, monkeypatch):
+def test_too_little_memory_is_told_before_the_build(comm, monkeypatch):
     monkeypatch.setattr("petcontact.compliance.hierarchical.equations.physical_memory", lambda: 1e6)
     with pytest.raises(InputError, match=r"compressed operator of \d+ nodes takes about"):
-        HierarchicalSystem(operators, comm, Bem())
+        Posed(problem(**TIGHT), comm)
 
 
 def test_auto_compresses_above_1500_nodes(comm):
-    small, large = (prepare(load(CONFIGS / "space_a.toml", {"mesh.element_size": h}), comm) for h in (1.4, 0.9))
-    assert isinstance(small.system, CondensedSystem) and isinstance(large.system, HierarchicalSystem)
+    small, large = (Posed(load(CONFIGS / "space_a.toml", {"mesh.element_size": h}), comm) for h in (1.4, 0.9))
+    assert isinstance(small.body, DenseBody) and isinstance(large.body, HierarchicalBody)
     for made in (small, large):
         made.close()
     with pytest.raises(InputError, match="compresses surfaces in space"):
-        prepare(load(CONFIGS / "example1.toml", {"bem.mat_type": "hmatrix"}), comm)
+        Posed(load(CONFIGS / "example1.toml", {"bem.mat_type": "hmatrix"}), comm)

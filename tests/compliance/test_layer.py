@@ -6,16 +6,15 @@ import numpy as np
 import pytest
 import scipy.integrate
 from conftest import example
-from petcontact.pipeline.prepare import discretise, prepare
+from prepared import Posed, layer_of, operators, strips_of
 
 import petcontact.compliance.layer.strips
 from petcontact import Contact, Displacement, MeshOptions, Polygon
 from petcontact.bem.kelvin2d.moments import powers
-from petcontact.compliance.layer.kernel import Strip, body_thickness, layer_matrix, strips
-from petcontact.compliance.layer.operator import LayerOperator, robin_preconditioner
+from petcontact.compliance.layer.kernel import Strip, body_thickness, layer_matrix
 from petcontact.compliance.layer.strips import FourierStrip
+from petcontact.linalg.matrix_free import Krylov
 from petcontact.mesh.basis import gauss, lagrange
-from petcontact.runtime.petsc import petsc
 
 GRADED = MeshOptions(order=3)
 
@@ -83,9 +82,9 @@ def test_convolution_has_the_layer_s_own_modes(order):
 
 @pytest.mark.parametrize("number, thickness", [(1, 4.0), (2, 2.0)])
 def test_thickness_is_the_distance_through_the_body(number, thickness):
-    operators = discretise(example(number))
-    assert body_thickness(operators.mesh, operators.data.contact_nodes) == pytest.approx(thickness)
-    assert [s.closed for s in strips(operators)] == [0.0]
+    ops = operators(example(number))
+    assert body_thickness(ops.mesh, ops.data.contact_nodes) == pytest.approx(thickness)
+    assert [s.closed for s in strips_of(ops)] == [0.0]
 
 
 @pytest.mark.parametrize("number", [1, 2])
@@ -93,9 +92,9 @@ def test_thickness_is_the_distance_through_the_body(number, thickness):
                                   MeshOptions(order=5, levels=14)],
                          ids=["h=0.1", "order 1", "graded 3", "graded 5"])  # fmt: skip
 def test_spectrum_of_s_against_t_knows_no_mesh(number, mesh, comm):
-    prepared = prepare(example(number, mesh=mesh), comm)
+    prepared = Posed(example(number, mesh=mesh), comm)
     compliance = prepared.system.compliance()
-    values = np.linalg.eigvals(np.linalg.solve(LayerOperator.of(prepared.operators).matrix(), compliance))
+    values = np.linalg.eigvals(np.linalg.solve(layer_of(prepared.operators).matrix(), compliance))
     prepared.close()
     assert values.real.min() > 0.8 and values.real.max() < 1.8 and np.abs(values.imag).max() < 0.05
 
@@ -103,7 +102,7 @@ def test_spectrum_of_s_against_t_knows_no_mesh(number, mesh, comm):
 @pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), GRADED, MeshOptions(element_size=0.025),
                                   MeshOptions(element_size=0.05, order=2)])
 def test_operations_agree_with_the_matrix(mesh):
-    layer = LayerOperator.of(discretise(example(1, mesh=mesh)))
+    layer = layer_of(operators(example(1, mesh=mesh)))
     layer.scale = 1.7
     matrix = layer.matrix()
     rng = np.random.default_rng(8)
@@ -117,10 +116,10 @@ def test_operations_agree_with_the_matrix(mesh):
 
 def test_compressed_strip_is_the_dense_one(monkeypatch):
     """To the tolerance of the compression; its own products and solves belong together to round-off."""
-    operators = discretise(example(1, mesh=MeshOptions(order=3, element_size=0.2, grading=0.35)))
-    dense = LayerOperator.of(operators)
+    ops = operators(example(1, mesh=MeshOptions(order=3, element_size=0.2, grading=0.35)))
+    dense = layer_of(ops)
     monkeypatch.setattr(petcontact.compliance.layer.strips, "LONG_SIZE", 100)
-    compressed = LayerOperator.of(operators)
+    compressed = layer_of(ops)
     rng = np.random.default_rng(11)
     x, stick = rng.standard_normal((dense.size, 1)), rng.random((dense.size, 1)) < 0.7
     reference = dense.apply(np.ones((dense.size, 1)))
@@ -140,10 +139,10 @@ def test_held_neighbours_turn_the_reflection(mesh, held, comm):
     boundary = [
         Displacement(part=c.part, value=(0.0, "free")) if c.part in held else c for c in base.boundary
     ]
-    prepared = prepare(base.model_copy(update={"boundary": tuple(boundary)}), comm)
-    (strip,) = strips(prepared.operators)
+    prepared = Posed(base.model_copy(update={"boundary": tuple(boundary)}), comm)
+    (strip,) = strips_of(prepared.operators)
     assert strip.ends == tuple(-1.0 if side in held else 1.0 for side in ("left", "right"))
-    values = np.linalg.eigvals(np.linalg.solve(LayerOperator.of(prepared.operators).matrix(), prepared.system.compliance()))
+    values = np.linalg.eigvals(np.linalg.solve(layer_of(prepared.operators).matrix(), prepared.system.compliance()))
     prepared.close()
     assert values.real.min() > 0.6 and values.real.max() < 2.0
 
@@ -153,8 +152,8 @@ def test_parts_that_go_on_into_each_other_are_one_strip():
     halves = Polygon(vertices=((0, 0), (4, 0), (8, 0), (8, 4), (0, 4)), parts=("one", "two", "right", "top", "left"))
     boundary = (Contact(part="one", friction_bound=1.0), Contact(part="two", friction_bound=2.0), *base.boundary[1:3],
                 Contact(part="right", friction_bound=3.0))  # fmt: skip
-    operators = discretise(base.model_copy(update={"geometry": halves, "boundary": boundary}))
-    bottom, right = strips(operators)
+    ops = operators(base.model_copy(update={"geometry": halves, "boundary": boundary}))
+    bottom, right = strips_of(ops)
     assert bottom.length.sum() == pytest.approx(8.0) and right.length.sum() == pytest.approx(4.0)
     # each of the two holds the other's tangent at their corner, the clamped top holds the right side's other end
     assert bottom.ends == (1.0, -1.0) and right.ends == (-1.0, -1.0)
@@ -162,7 +161,7 @@ def test_parts_that_go_on_into_each_other_are_one_strip():
 
 
 def test_fit_scales_only_a_far_off_layer():
-    layer = LayerOperator.of(discretise(example(2)))
+    layer = layer_of(operators(example(2)))
     sigma = np.ones((layer.size, 1))
     layer.fit(sigma, 1.2 * layer.apply(sigma))
     assert layer.scale == 1.0
@@ -172,29 +171,18 @@ def test_fit_scales_only_a_far_off_layer():
 
 @pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), GRADED], ids=["uniform", "graded"])
 def test_robin_preconditioner_makes_gmres_short_at_every_rho(mesh, comm):
-    prepared = prepare(example(1, mesh=mesh), comm)
-    system, module = prepared.system, petsc()
+    prepared = Posed(example(1, mesh=mesh), comm)
+    system = prepared.system
     compliance = system.compliance()
-    ksp = module.KSP().create(comm)
-    ksp.setType("gmres")
-    ksp.setTolerances(rtol=1e-10)
-    context = robin_preconditioner(system, 1.0, ksp.getPC())
+    layer, krylov = system.surrogate(), Krylov(system.u_0.shape, "test_", comm)
     iterations = []
     for rho in (1.0, 1e3, 1e5, 1e8):
-        context.rho = rho
-        dense = np.asfortranarray(np.eye(len(compliance)) + rho * compliance)
-        matrix = module.Mat().createDense(dense.shape, array=dense, comm=comm)
-        matrix.assemble()
-        ksp.setOperators(matrix)
-        rhs = system.contact.vector(system.u_0)
-        x = rhs.duplicate()
-        ksp.solve(rhs, x)
-        expected = np.linalg.solve(dense, system.u_0[:, 0])
-        assert np.allclose(x.getArray(), expected, rtol=0, atol=1e-8 * np.abs(expected).max())
-        iterations.append(ksp.getIterationNumber())
-        for item in (matrix, rhs, x):
-            item.destroy()
-    ksp.destroy()
+        dense = np.eye(len(compliance)) + rho * compliance
+        x = krylov.solve(lambda y, a=dense: a @ y, lambda y, rho=rho: layer.solve(y, rho), system.u_0, 0.0, 1e-10)
+        expected = np.linalg.solve(dense, system.u_0)
+        assert np.allclose(x, expected, rtol=0, atol=1e-8 * np.abs(expected).max())
+        iterations.append(krylov.iterations)
+    krylov.close()
     prepared.close()
     assert max(iterations) <= 12
 

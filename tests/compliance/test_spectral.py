@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
-from petcontact.compliance.compressed import CompressedSystem
-from petcontact.compliance.condensed import CondensedSystem
-from petcontact.pipeline.prepare import discretise, prepare
+from prepared import Posed
 
 from petcontact import MeshOptions
-from petcontact.compliance.spectral import SpectralSystem
+from petcontact.compliance.contact_compliance import DenseCompliance
+from petcontact.compliance.spectral import SpectralCompliance
+from petcontact.contact.system import Modes
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline.run import run
 from petcontact.runtime.petsc import options
@@ -22,10 +22,12 @@ MESHES = [MeshOptions(element_size=0.1), MeshOptions(element_size=0.4, order=3),
 @pytest.mark.parametrize("number", [1, 2])
 @pytest.mark.parametrize("mesh", MESHES, ids=["uniform", "order 3", "graded"])
 def test_robin_solves_are_those_of_the_system(number, mesh, comm):
-    operators = discretise(example(number, mesh=mesh))
     rng = np.random.default_rng(3)
-    for make in (lambda: CondensedSystem(operators, comm), lambda: CompressedSystem(operators, comm, Bem(hodlr_leaf=16))):
-        system, shared = make(), SpectralSystem(make(), operators, comm)
+    for bem in (Bem(mat_type="dense"), Bem(mat_type="hodlr", hodlr_leaf=16)):
+        case = example(number, mesh=mesh).model_copy(update={"bem": bem})
+        alone, together = Posed(case, comm), Posed(case, comm, cases=8)
+        system, shared = alone.system, together.system
+        assert isinstance(together.bodies.operator, SpectralCompliance)
         exact = system.compliance()
         for rho in (1e-6, 1.0, 1e3, 1e7, 1e12):
             r = rng.standard_normal((len(exact), 1))
@@ -38,10 +40,28 @@ def test_robin_solves_are_those_of_the_system(number, mesh, comm):
             pairs = list(zip(system.robin(rho, r), shared.robin(rho, r), strict=True))
         for a, b in pairs:
             assert np.abs(a - b).max() < 1e-8 * np.abs(a).max()
-        for a, b in zip(system.boundary(sigma_t), shared.boundary(sigma_t), strict=True):
+        for a, b in zip(alone.boundary(sigma_t), together.boundary(sigma_t), strict=True):
             assert np.allclose(a, b, rtol=0, atol=1e-8 * np.abs(a).max())
-        system.close()
-        shared.close()
+        alone.close()
+        together.close()
+
+
+def test_motions_and_several_rho_take_the_ksp(comm):
+    """What the eigenbasis of S does not solve is solved with S itself."""
+    rng, m, k = np.random.default_rng(4), 9, 2
+    root = rng.standard_normal((m * k, m * k))
+    weight = rng.uniform(0.5, 2.0, m)
+    matrix = (root @ root.T / (m * k) + np.eye(m * k)) * np.repeat(weight, k)
+    shared = SpectralCompliance(DenseCompliance(matrix, comm, lambda: None), weight, comm)
+    dense = DenseCompliance(matrix, comm, lambda: None)
+    modes = Modes(rng.standard_normal((m, k, 1)), rng.standard_normal((1, m, k)), np.ones(1))
+    r, none = rng.standard_normal((m, k)), np.zeros(0)
+    for rho, motions, work in ((np.full((m, k), 3.0), None, none), (rng.uniform(1.0, 9.0, (m, k)), None, none),
+                               (np.full((m, k), 3.0), modes, np.array([0.7]))):  # fmt: skip
+        for ours, theirs in zip(shared.robin(rho, r, motions, work), dense.robin(rho, r, motions, work), strict=True):
+            assert np.abs(ours - theirs).max() < 1e-11 * np.abs(theirs).max()
+    shared.close()
+    dense.close()
 
 
 @pytest.mark.parametrize("rule", ["self-adaptive", "modified"])
@@ -49,9 +69,9 @@ def test_a_case_among_many_takes_the_same_iterations(rule):
     case = example(1, mesh=MeshOptions(element_size=0.1), rule=rule, rho=10.0)
     solutions = []
     for cases in (1, 8):
-        prepared = prepare(case, cases=cases)
-        solutions.append(run(prepared, case))
-        prepared.close()
+        posed = Posed(case, cases=cases)
+        solutions.append(run(posed.prepared))
+        posed.close()
     alone, together = solutions
     assert "KSP preonly" in alone.info["solver"] and "eigenbasis" in together.info["solver"]
     assert alone.converged and alone.iterations == together.iterations
@@ -65,17 +85,17 @@ def test_a_case_among_many_takes_the_same_iterations(rule):
 def test_whoever_names_a_ksp_gets_it(given, ksp):
     case = example(2, mesh=MeshOptions(element_size=0.4))
     with options(given):
-        prepared = prepare(case, cases=8)
-    assert ("eigenbasis" in prepared.system.describe()) == (not ksp)
-    prepared.close()
+        posed = Posed(case, cases=8)
+    assert ("eigenbasis" in posed.bodies.describe()) == (not ksp)
+    posed.close()
 
 
 def test_an_eigenbasis_that_cannot_be_used_is_not(monkeypatch):
     """Complex eigenvalues stand for whatever a mesh may do to S."""
     case = example(1, mesh=MeshOptions(element_size=0.4))
     monkeypatch.setattr(np.linalg, "eig", lambda matrix: (np.full(len(matrix), 1.0 + 1e-3j), np.eye(len(matrix))))
-    prepared = prepare(case, cases=8)
-    prepared.system.robin(1.0, prepared.system.u_0)
-    assert "KSP preonly" in prepared.system.describe()
-    assert run(prepared, case).converged
-    prepared.close()
+    posed = Posed(case, cases=8)
+    posed.system.robin(1.0, posed.system.u_0)
+    assert "KSP preonly" in posed.bodies.describe()
+    assert run(posed.prepared).converged
+    posed.close()

@@ -39,7 +39,7 @@ def test_a_grid_that_is_none_is_refused(result, grid, capsys):
 
 def test_progress_rises_from_nothing_and_changes_nothing():
     solution = solve(example(1, mesh=MeshOptions(element_size=0.02)))
-    arguments = solution.mesh, solution.u, solution.traction, solution.case.material, (20, 20)
+    arguments = solution.mesh, solution.u, solution.traction, solution.problem.material, (20, 20)
     shares = []
     told, silent = field_on_grid(*arguments, shares.append), field_on_grid(*arguments)
     assert shares[0] == 0.0 and len(shares) > 3 and shares == sorted(shares) and shares[-1] < 1.0

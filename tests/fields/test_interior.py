@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 import shapely
 from conftest import example
-from petcontact.pipeline.prepare import discretise
+from prepared import operators
 from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 
 import petcontact.fields.interior
@@ -93,7 +93,7 @@ def test_sub_bodies_are_in_equilibrium(solved, kind, centre, radius):
     normal = np.column_stack([np.cos(angle), np.sin(angle)])
     points = np.array(centre) + radius * normal
     _, (x, y, xy) = (lambda u, s: (u, s.T))(
-        *field_at(solution.mesh, solution.u, solution.traction, solution.case.material, points)
+        *field_at(solution.mesh, solution.u, solution.traction, solution.problem.material, points)
     )
     traction = np.column_stack([x * normal[:, 0] + xy * normal[:, 1], xy * normal[:, 0] + y * normal[:, 1]])
     ds = radius * 2.0 * np.pi / 400
@@ -113,7 +113,7 @@ def test_field_is_continuous_towards_the_boundary(solved, kind, small):
     from_corner = np.min([np.hypot(*(mesh.x[chosen] - c).T) for c in ((0, 0), (8, 0), (8, 4), (0, 4), (3.378, 0))], axis=0)
     chosen = chosen[from_corner > 0.3]
     n = mesh.normal[chosen]
-    u, s = field_at(mesh, solution.u, solution.traction, solution.case.material, mesh.x[chosen] - 1e-6 * n)
+    u, s = field_at(mesh, solution.u, solution.traction, solution.problem.material, mesh.x[chosen] - 1e-6 * n)
     traction = np.column_stack([s[:, 0] * n[:, 0] + s[:, 2] * n[:, 1], s[:, 2] * n[:, 0] + s[:, 1] * n[:, 1]])
     assert len(chosen) > 15
     assert np.abs(u - solution.u[chosen]).max() < small * 0.5 * np.abs(solution.u).max()
@@ -232,8 +232,8 @@ def test_field_of_a_stored_result(solved, tmp_path):
     back = read_solution(tmp_path / "result.h5")
     points = np.array([[1.0, 0.02], [7.5, 3.9]])
     for one, other in zip(
-        field_at(solution.mesh, solution.u, solution.traction, solution.case.material, points),
-        field_at(back.mesh, back.u, back.traction, back.case.material, points),
+        field_at(solution.mesh, solution.u, solution.traction, solution.problem.material, points),
+        field_at(back.mesh, back.u, back.traction, back.problem.material, points),
         strict=True,
     ):
         assert np.array_equal(one, other)
@@ -242,7 +242,7 @@ def test_field_of_a_stored_result(solved, tmp_path):
 @pytest.mark.parametrize("body", [BODY, None], ids=["arcs", "straight"])
 def test_groups_seen_from_afar_are_the_sum_of_their_elements(monkeypatch, body):
     """The series of the potentials against the integrals, at points from well inside to almost on the boundary."""
-    mesh = meshed(body, element_size=0.02) if body else discretise(example(2, mesh=MeshOptions(element_size=0.02))).mesh
+    mesh = meshed(body, element_size=0.02) if body else operators(example(2, mesh=MeshOptions(element_size=0.02))).mesh
     x = mesh.x
     u = np.stack([np.sin(x[:, 0]) * x[:, 1], np.cos(2 * x[:, 1])], axis=1)
     traction = 1e4 * np.stack([mesh.normal[:, 0] * x[:, 1], np.cos(x[:, 0])], axis=1)

@@ -90,7 +90,7 @@ def test_truncated_missing_and_foreign_files_are_refused(tmp_path):
         path.write_bytes(text[:size])
         with pytest.raises(InputError, match=r"cut\.msh: (not a Gmsh mesh|no line is in)"):
             Gmsh(file=str(path)).outline()
-    with pytest.raises(InputError, match="no such file"):
+    with pytest.raises(InputError, match="No such file"):
         Gmsh(file=str(tmp_path / "none.msh")).outline()
 
 

@@ -40,11 +40,14 @@ def test_normals_are_mended(seed: int) -> None:
     assert enclosed(checked_surface(surface(facets=halves), "cube")) == pytest.approx(1.0)
 
 
-def test_cavities_and_second_bodies() -> None:
-    inside, beside = 0.25 + 0.5 * CUBE, CUBE + np.array([2.0, 0.0, 0.0])
-    for other, volume in ((inside, 1.0 - 0.125), (beside, 2.0)):
-        both = surface(np.vstack([CUBE, other]), np.vstack([FACES, FACES + 8]))
-        assert enclosed(checked_surface(both, "two")) == pytest.approx(volume)
+def test_a_body_has_cavities_but_is_one_piece() -> None:
+    cavity, beside, within = 0.25 + 0.5 * CUBE, CUBE + np.array([2.0, 0.0, 0.0]), 0.375 + 0.25 * CUBE
+    both = surface(np.vstack([CUBE, cavity]), np.vstack([FACES, FACES + 8]))
+    assert enclosed(checked_surface(both, "two")) == pytest.approx(1.0 - 0.125)
+    for pieces in ((CUBE, beside), (CUBE, cavity, within)):
+        numbers = np.vstack([FACES + 8 * k for k in range(len(pieces))])
+        with pytest.raises(InputError, match=re.escape("b.msh: 2 separate pieces, at (0, 0, 0) and")):
+            checked_surface(surface(np.vstack(pieces), numbers), "b.msh")
 
 
 @pytest.mark.parametrize(

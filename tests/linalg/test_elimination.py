@@ -2,52 +2,73 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from conftest import example
-from petcontact.compliance.condensed import ByKSP, ByLapack, CondensedSystem
-from petcontact.pipeline.prepare import discretise
+from prepared import filled, operators
 
-from petcontact import MeshOptions, SolverError
-from petcontact.bem.dense_assembly import assemble_dense
-from petcontact.compliance.contact_vectors import ContactVectors
+from petcontact import Contact, MeshOptions, SolverError, Traction
+from petcontact.compliance.body.dense import DenseBody
 from petcontact.linalg.elimination import Elimination
-from petcontact.runtime.petsc import options, petsc
+from petcontact.pipeline.discrete.discretise import discretise
+from petcontact.pipeline.eliminate import operators_of
+from petcontact.runtime.petsc import options
 
 
 @pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.5), MeshOptions(element_size=0.8, order=2)])
 @pytest.mark.parametrize("place", ["first", "last", "anywhere"])
-def test_both_ways_agree_wherever_the_unknowns_stand(mesh, place):
-    comm = petsc().COMM_SELF
-    operators = discretise(example(2, mesh=mesh))
-    contact = ContactVectors(operators, comm)
-    n, m = operators.n_unknowns, contact.size
-    kept = {"first": np.arange(m), "last": np.arange(n - m, n), "anywhere": operators.data.contact_unknowns}[place]
-    by_ksp, blocks = ByKSP(assemble_dense(operators, comm), contact), assemble_dense(operators, comm)
-    by_lapack = Elimination(blocks.system.getDenseArray(), blocks.contact.getDenseArray(), blocks.load.getArray(), kept)
-    sigma = np.random.default_rng(1).standard_normal(contact.shape)
-    every = by_ksp.unknowns(sigma)
-    close = {"rtol": 0.0, "atol": 1e-12 * np.abs(every).max()}
-    np.testing.assert_allclose(by_lapack.unknowns(sigma.ravel()), every, **close)
-    np.testing.assert_allclose(by_lapack.at_rest + by_lapack.influence @ sigma.ravel(), every[kept], **close)
-    by_ksp.close()
+def test_eliminated_is_solved_wherever_the_unknowns_stand(mesh, place):
+    """Against numpy's solution of all unknowns, for two loads and several tractions at a time."""
+    ops = operators(example(2, mesh=mesh))
+    system, contact, loads = filled(ops)
+    loads = np.column_stack([loads[:, 1], np.cos(np.arange(len(loads)))])
+    n, m = contact.shape
+    kept = {"first": np.arange(m), "last": np.arange(n - m, n), "anywhere": ops.data.contact_unknowns}[place]
+    rest, moved = np.linalg.solve(system, loads), np.linalg.solve(system, contact)
+    found = Elimination(*(np.asfortranarray(part.copy()) for part in (system, contact, loads)), kept)
+    np.testing.assert_allclose(found.at_rest, rest[kept], rtol=0.0, atol=1e-12 * np.abs(rest).max())
+    np.testing.assert_allclose(found.influence, moved[kept], rtol=0.0, atol=1e-12 * np.abs(moved).max())
+    shares, y = np.array([0.3, -2.0]), np.random.default_rng(1).standard_normal(m)
+    every = rest @ shares + moved @ y
+    np.testing.assert_allclose(found.unknowns(shares, y), every, rtol=0.0, atol=1e-12 * np.abs(every).max())
 
 
-def test_options_of_the_ksp_are_heard():
-    comm = petsc().COMM_SELF
-    operators = discretise(example(1, mesh=MeshOptions(element_size=1.0)))
-    for given, kind in (({}, ByLapack), ({"elastic_pc_type": "lu"}, ByKSP)):
+@pytest.mark.parametrize("given", [{"elastic_pc_type": "lu"}, {"elastic_ksp_type": "gmres", "elastic_ksp_rtol": 1e-14}])
+def test_a_ksp_finds_what_lapack_does(given, comm):
+    """Options of the elimination's KSP are heard, for two load states, of a body that is held and of one that is free."""
+    held = operators(example(2, mesh=MeshOptions(element_size=0.5)))
+    value = np.concatenate([held.data.value, held.data.value[1:] * np.linspace(-1.0, 2.0, held.mesh.n_nodes)[:, None]])
+    held = replace(held, data=replace(held.data, value=value, force=np.zeros((3, 0, 2))))
+    free = loose_operators(comm)
+    for ops, modes in ((held, np.zeros((*held.mesh.x.shape, 0))), free):
+        bodies = [DenseBody(ops, modes, comm)]
         with options(given):
-            system = CondensedSystem(operators, comm)
-        assert type(system._elimination) is kind
-        system.close()
+            bodies.append(DenseBody(ops, modes, comm))
+        lapack, ksp = bodies
+        assert isinstance(lapack._solved, Elimination) and not isinstance(ksp._solved, Elimination)
+        shares = np.arange(1.0, ops.data.states + 1.0)
+        traction = np.cos(ops.mesh.x[ops.data.contact_nodes])[:, : ops.data.contact_shape[1]]
+        for one, other in ((lapack.compliance, ksp.compliance), (lapack.u_0, ksp.u_0),
+                           (lapack.unknowns(shares, traction), ksp.unknowns(shares, traction))):  # fmt: skip
+            np.testing.assert_allclose(other, one, rtol=0.0, atol=1e-10 * np.abs(one).max())
+
+
+def loose_operators(comm):
+    """A body that nothing but contact holds, and its three motions."""
+    case = example(1, mesh=MeshOptions(element_size=0.5))
+    loads = [Traction(part=c.part, value=(0.0, -1.0)) if c.condition == "displacement" else c for c in case.boundary[1:]]
+    contact = Contact(part="bottom", normal="unilateral", friction_coefficient=0.3)
+    ops, modes = operators_of(discretise(case.model_copy(update={"boundary": (contact, *loads)})), 0)
+    assert modes.shape[2] == 3
+    return ops, modes
 
 
 @pytest.mark.parametrize(("entry", "message"), [(0.0, "zero pivot in LU.*is the body fixed"), (np.nan, "not finite")])
 def test_a_matrix_without_a_solution_is_refused(entry, message):
-    comm = petsc().COMM_SELF
-    operators = discretise(example(1, mesh=MeshOptions(element_size=1.0)))
-    blocks = assemble_dense(operators, comm)
-    blocks.system.getDenseArray()[:, 3] = entry
+    ops = operators(example(1, mesh=MeshOptions(element_size=1.0)))
+    system, contact, loads = filled(ops)
+    system[:, 3] = entry
     with pytest.raises(SolverError, match=message):
-        ByLapack(blocks, ContactVectors(operators, comm))
+        Elimination(system, contact, loads, ops.data.contact_unknowns)

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
-from petcontact.compliance.condensed import CondensedSystem
-from petcontact.pipeline.prepare import discretise
+from prepared import Posed
 
 from petcontact import InputError, MeshOptions
 from petcontact.linalg.ksp import LinearSolver
@@ -63,12 +62,12 @@ def test_options_of_gmres_reach_the_gmres_that_was_taken(matrix):
 ])  # fmt: skip
 def test_the_elastic_solve_takes_any_ksp(comm, table):
     """LU in place would destroy the matrix that every KSP but preonly multiplies with."""
-    operators = discretise(example(1, mesh=MeshOptions(element_size=0.5)))
+    case = example(1, mesh=MeshOptions(element_size=0.5))
     found = []
     for given in (table, {}):
         with options(given):
-            system = CondensedSystem(operators, comm)
-            found.append(system.compliance())
-            assert system.describe() == "condensed, dense"
-            system.close()
+            posed = Posed(case, comm)
+            found.append(posed.system.compliance())
+            assert posed.bodies.describe() == "condensed, dense"
+            posed.close()
     assert np.allclose(*found, rtol=1e-8, atol=1e-9 * np.abs(found[1]).max())

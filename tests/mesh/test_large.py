@@ -7,7 +7,6 @@ import re
 
 import numpy as np
 import pytest
-from petcontact.pipeline.prepare import discretise, prepare
 
 from petcontact import Bem, InputError, MeshOptions, Polygon, Problem, load
 from petcontact.commands.solve import announcer
@@ -15,6 +14,7 @@ from petcontact.mesh.hp_grading import _distance_limits
 from petcontact.model.base import parse
 from petcontact.model.case import DEEPEST, set_key
 from petcontact.pipeline import choice
+from petcontact.pipeline.run import prepare
 from petcontact.refinement.meshes import mesh_of
 
 
@@ -80,7 +80,7 @@ def test_what_takes_a_while_is_announced(comm, capsys):
 
     prepare(many_sided(100, element_size=1.0), comm, announce=announce).close()
     assert told == [(100, 200, choice.dense_seconds(100))]
-    mesh = discretise(many_sided(1000)).mesh
+    mesh = mesh_of(many_sided(1000))
     announcer(Status)(mesh.n_nodes, 2 * mesh.n_nodes, choice.predicted_seconds(Bem(), mesh))
     space = {"shape": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]}
     top = [{"part": "top", "condition": "displacement", "value": [0, 0, 0]}]

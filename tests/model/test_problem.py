@@ -179,22 +179,15 @@ def test_mistakes_by_place_are_one_line(build, wanted):
     assert str(caught.value).startswith(wanted)
 
 
-def test_plain_is_the_problem_of_the_paper():
-    assert block().plain
-    assert not two().plain and not block(step=[Step("a")]).plain and not parse(Problem, FLAT, "c").plain
-    for law in ({"normal": "unilateral"}, {"gap": 0.1}, {"friction_coefficient": 0.3}):
-        assert not block(boundary=[Contact("bottom", **law), Displacement("top", (0, 0))]).plain
-
-
 @pytest.mark.parametrize(
     ("problem", "adaptive", "wanted"),
     [
         (block(), False, []),
         (block(method=Method(rho=2.0, tau=1.0)), False, ["method.rho", "method.tau"]),
         (block(method=Method(formulation="full", start="frictionless")), False, []),
-        (two(method=Method(formulation="full", start="frictionless")), False, ["method.formulation", "method.start"]),
+        (two(method=Method(formulation="full", start="frictionless")), False, []),
         (block(method=Method("projection", omega=1.0, start="r.h5"), mesh=MeshOptions(0.1)), True,
-         ["method.omega", "method.start", "mesh.element_size"]),
+         ["mesh.element_size"]),
         (block(mesh=MeshOptions(graded_points=[(1, 0)])), True, []),
     ],
 )  # fmt: skip

@@ -5,18 +5,19 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from conftest import example
+from prepared import operators
 
 from petcontact import Displacement, MeshOptions, native
-from petcontact.bem import operators
+from petcontact.bem import operators as bem_operators
 from petcontact.bem.kelvin2d import integrals as module
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
+from petcontact.geometry.arcs import half_angles, on_arcs
 from petcontact.mesh.basis import gauss
-from petcontact.pipeline.assemble import discretise
-from petcontact.pipeline.eliminate import operators_of
 
 compiled = pytest.mark.skipif(not native.describe().startswith("compiled"), reason="nothing was compiled here")
 
@@ -57,7 +58,7 @@ def test_constant_elements_agree_with_numpy(monkeypatch, unit, wanted):
     elements, targets = elements_and_targets(unit)
     options = {"displacement": wanted[0], "traction": wanted[1]}
     ours = integrals(targets, elements, 0.3, 2.0 * unit, **options)
-    monkeypatch.setattr(module, "available", lambda elements: False)
+    monkeypatch.setattr(module, "available", lambda: False)
     theirs = integrals(targets, elements, 0.3, 2.0 * unit, **options)
     for one, other, asked in zip(ours, theirs, wanted, strict=True):
         assert (one is not None) == (other is not None) == asked
@@ -73,13 +74,41 @@ def test_constant_elements_agree_with_numpy(monkeypatch, unit, wanted):
 def test_elements_of_higher_order_agree_with_numpy(monkeypatch, order, unit):
     elements, targets = elements_and_targets(unit, order)
     ours = integrals(targets, elements, 0.3, 2.0 * unit)
-    monkeypatch.setattr(module, "available", lambda elements: False)
+    monkeypatch.setattr(module, "available", lambda: False)
     for one, other, scale in zip(ours, integrals(targets, elements, 0.3, 2.0 * unit), (unit, 1.0), strict=True):
         size = np.abs(other).max(axis=(0, 1))
         # numpy's rules hold 1e-13 of a pair; of what the operators take, nodes against elements, 2e-14 of the largest remain
         nodes = np.count_nonzero(targets.element >= 0)
         assert np.all(np.abs(one - other) <= 4e-13 * size + 3e-16 * scale)
         assert np.abs(one - other)[..., :nodes].max() <= 2e-14 * size[:, :nodes].max()
+
+
+@compiled
+@pytest.mark.parametrize("bulge", [0.02, -0.7, 1.99])
+@pytest.mark.parametrize("order", range(6))
+def test_arcs_agree_with_numpy(monkeypatch, order, bulge):
+    """Arcs round a polygon, flat ones to half circles, some of them straight; with neighbours as constant ones have them."""
+    elements, targets = elements_and_targets(1.0, order)
+    size = np.linalg.norm(elements.end - elements.start, axis=1)
+    curvature = np.where(elements.index % 5 == 0, 0.0, bulge / size)
+    elements = replace(elements, curvature=curvature, line=np.where(curvature == 0.0, elements.line, -1))
+    own, place = targets.element, targets.xi
+    x, _ = on_arcs(
+        elements.start[own], elements.end[own], half_angles(size, curvature)[own], place,
+        ((elements.end - elements.start) / size[:, None])[own],
+    )  # fmt: skip
+    count = len(elements.index)
+    targets = Targets(
+        np.where(own[:, None] < 0, targets.point, x), np.where(own < 0, -1, elements.line[own]), own, place,
+        np.where(own < 0, -2, (own - 1) % count), np.where(own < 0, -2, (own + 1) % count),
+    )  # fmt: skip
+    ours = integrals(targets, elements, 0.3, 2.0)
+    monkeypatch.setattr(module, "available", lambda: False)
+    for one, other in zip(ours, integrals(targets, elements, 0.3, 2.0), strict=True):
+        nodes = np.count_nonzero(own >= 0)
+        # at points off the nodes beside tiny half circles both lose digits of high orders
+        assert np.all(np.abs(one - other).max(axis=(0, 1, 2)) <= 5e-12 * np.abs(other).max(axis=(0, 1, 2)))
+        assert np.abs(one - other)[..., :nodes].max() <= 2e-14 * np.abs(other)[..., :nodes].max()
 
 
 @compiled
@@ -109,7 +138,7 @@ def test_nodes_off_the_middle_of_their_element(monkeypatch):
     point = np.concatenate([own, targets.point[len(own) :]])
     targets = Targets(point, targets.line, targets.element, xi)
     ours = integrals(targets, elements, 0.2, 1.0)
-    monkeypatch.setattr(module, "available", lambda elements: False)
+    monkeypatch.setattr(module, "available", lambda: False)
     for one, other in zip(ours, integrals(targets, elements, 0.2, 1.0), strict=True):
         assert np.abs(one - other).max() <= 1e-13 * np.abs(other).max()
 
@@ -130,13 +159,13 @@ def test_columns_agree_with_numpy(monkeypatch, number, lift, order):
     """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression asks for them."""
     case = example(number, mesh=MeshOptions(element_size=0.25 * (order + 1), order=order))
     top = tuple(Displacement(part="top", value=lift) if b.part == "top" else b for b in case.boundary)
-    quick, slow = (operators_of(discretise(case.model_copy(update={"boundary": top})), 0)[0] for _ in range(2))
-    monkeypatch.setattr(operators, "column_filler", lambda *_: None)
+    quick, slow = (operators(case.model_copy(update={"boundary": top})) for _ in range(2))
+    monkeypatch.setattr(bem_operators, "column_filler", lambda *_: None)
     assert slow._filler is None
     monkeypatch.undo()
     assert quick._filler is not None
     every, rng = np.arange(quick.mesh.n_nodes), np.random.default_rng(3)
-    monkeypatch.setattr(module, "available", lambda elements: False)
+    monkeypatch.setattr(module, "available", lambda: False)
     pieces = [(every, every), *((np.sort(rng.permutation(every)[:k]), every[a::3]) for k, a in ((5, 0), (40, 1)))]
     for rows, columns in pieces:
         for ours, theirs in zip(quick.all_entries(rows, columns), slow.all_entries(rows, columns), strict=True):

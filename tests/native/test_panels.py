@@ -6,10 +6,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from petcontact.pipeline.prepare import discretise
+from prepared import operators
 
 from petcontact import native
-from petcontact.bem import kernels, operators
+from petcontact.bem import kernels
+from petcontact.bem import operators as bem_operators
 from petcontact.bem.kelvin3d import integrals as module
 from petcontact.bem.kelvin3d import stress
 from petcontact.bem.kelvin3d.integrals import integrals
@@ -97,8 +98,8 @@ def test_digits_do_not_depend_on_the_company(order: int) -> None:
 def test_columns_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, name: str, keys: dict[str, object]) -> None:
     """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression asks for them."""
     case = load(CONFIGS / f"{name}.toml", keys)
-    quick, slow = (discretise(case) for _ in range(2))
-    monkeypatch.setattr(operators, "column_filler", lambda *_: None)
+    quick, slow = (operators(case) for _ in range(2))
+    monkeypatch.setattr(bem_operators, "column_filler", lambda *_: None)
     assert slow._filler is None
     monkeypatch.undo()
     assert quick._filler is not None

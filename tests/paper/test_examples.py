@@ -10,10 +10,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import example
+from conftest import example, run_with
 from scipy.interpolate import CubicSpline
 
 from petcontact import MeshOptions, Method, solve
+from petcontact.pipeline.run import prepare
 
 NORM_U_T = {1: 0.053203416272211854, 2: 0.6837781009339343}
 INTEGRAL_SIGMA_T = {1: -741.9213651876003, 2: -364.3738052669273}
@@ -83,13 +84,10 @@ def test_formulations_and_solvers_agree(number):
 @pytest.mark.parametrize("rule", ["self-adaptive", "modified"])
 def test_every_initial_rho_converges(number, rule):
     """The paper's observation; and the modified rule needs fewer iterations on the mean."""
-    from petcontact.pipeline.run import prepare, run
-
-    case = example(number, mesh=MeshOptions(element_size=0.2))
-    prepared = prepare(case)
+    prepared = prepare(example(number, mesh=MeshOptions(element_size=0.2)))
     counts = []
     for rho in 10.0 ** np.arange(8):
-        solution = run(prepared, case.model_copy(update={"method": Method(rule=rule, rho=rho)}))
+        solution = run_with(prepared, Method(rule=rule, rho=rho))
         assert solution.converged
         counts.append(solution.iterations)
     prepared.close()

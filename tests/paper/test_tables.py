@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from conftest import run_with
 from mpi4py import MPI
 
-from petcontact.pipeline.run import prepare, run
+from petcontact.pipeline.run import prepare
 from petcontact.sweep.design.sweep import read_sweep
 from petcontact.sweep.published import published_counts
 from petcontact.sweep.report.pivot import make_tables
@@ -81,7 +82,7 @@ def test_the_nearest_reading(comm):
         prepared = prepare(cases[0].case, comm)
         for case in cases:
             if case.coordinates["variant"] == "omega 0.9, frictionless start, stop on u_t":
-                solution = run(prepared, case.case)
+                solution = run_with(prepared, case.case.method)
                 assert solution.converged, case.id
                 counts[case.coordinates["problem"], case.coordinates["rule"]].append(solution.iterations)
         prepared.close()

@@ -11,7 +11,7 @@ from contact_lines import line_of
 
 from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, solve
 from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
-from petcontact.pipeline.slip_quantity import MOST_GAIN, estimated_error
+from petcontact.pipeline.adaptive.slip import MOST_GAIN, Slip, estimated_error
 from petcontact.refinement.contact_line import ContactLine, displacement, slip_at_end, transition, without_specks
 from petcontact.refinement.ladder import LADDER
 from petcontact.refinement.marks import Body, marks_for
@@ -19,12 +19,13 @@ from petcontact.refinement.marks import Body, marks_for
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better
 TRANSITIONS = {1: (3.377767813205719, 7.999854958057404), 2: (2.4115453362464914, 8.435704696178437)}
 NORM = {1: 0.053203416272211854, 2: 0.6837781009339343}
+NEWTON = {"name": "semismooth-newton", "rule": None}
 
 
 @pytest.fixture(scope="module")
 def best(comm):
     """Both examples, two rungs beyond what the tests ask for: within 2e-8 of the reference."""
-    return {number: adapt(example(number), 2e-8, comm=comm) for number in (1, 2)}
+    return {number: adapt(example(number, **NEWTON), 2e-8, comm=comm) for number in (1, 2)}
 
 
 @pytest.mark.parametrize("number", [1, 2])
@@ -41,7 +42,7 @@ def test_norm_and_transition_points_meet_the_reference(number, best):
 @pytest.mark.parametrize("number", [1, 2])
 @pytest.mark.parametrize("accuracy", [1e-2, 1e-4, 1e-5, 1e-6])
 def test_estimate_is_honest(number, accuracy, best, comm):
-    solution = adapt(example(number), accuracy, comm=comm)
+    solution = adapt(example(number, **NEWTON), accuracy, comm=comm)
     contact = solution.contact
     exact = displacement(line_of(best[number]), contact.arc_length)
     error = np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) / NORM[number]
@@ -55,7 +56,7 @@ def test_estimate_is_honest(number, accuracy, best, comm):
 
 
 def test_displacement_between_nodes_is_as_good_as_at_them(best, comm):
-    solution = adapt(example(1), 1e-4, comm=comm)
+    solution = adapt(example(1, **NEWTON), 1e-4, comm=comm)
     line = line_of(solution)
     s = np.linspace(0.001, 7.999, 997)
     error = np.linalg.norm(displacement(line, s) - displacement(line_of(best[1]), s))
@@ -63,8 +64,8 @@ def test_displacement_between_nodes_is_as_good_as_at_them(best, comm):
 
 
 def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
-    monkeypatch.setattr("petcontact.pipeline.adaptive.LADDER", LADDER[:2])
-    solution = adapt(example(1), 1e-5, comm=comm)
+    monkeypatch.setattr(Slip, "levels", LADDER[:2])
+    solution = adapt(example(1, **NEWTON), 1e-5, comm=comm)
     assert solution.status == "not converged"
     assert "1e-05" in solution.reason
     assert "wanted" in solution.verdict()
@@ -80,7 +81,7 @@ def test_a_mesh_that_is_left_open_is_found(comm):
 
 
 def test_figures_of_the_verdict_are_known_to_their_last_digit(best, comm):
-    solution = adapt(example(1), 1e-4, comm=comm)
+    solution = adapt(example(1, **NEWTON), 1e-4, comm=comm)
     text = solution.verdict()
     # the reference: transition points 3.377768 and 7.999855, max |u_t| at the very end of the side, where there is no node
     assert "slip + 0 .. 3.3778," in text or "slip + 0 .. 3.37777," in text
@@ -94,7 +95,7 @@ def test_figures_of_the_verdict_are_known_to_their_last_digit(best, comm):
 
 
 def test_zones_end_between_their_nodes_where_the_bound_jumps(comm):
-    case = example(1).model_copy(update={"boundary": tuple(
+    case = example(1, **NEWTON).model_copy(update={"boundary": tuple(
         c.model_copy(update={"friction_bound": "where(x < 1.73426, 100, 260)"}) if c.condition == "contact" else c
         for c in example(1).boundary
     )})  # fmt: skip
@@ -116,7 +117,7 @@ def test_accuracy_must_make_sense(comm):
 
 def test_variable_friction_on_a_sloping_body(comm):
     """No reference: two rungs more are one."""
-    case = example(1).model_copy(update={
+    case = example(1, **NEWTON).model_copy(update={
         "geometry": Polygon(vertices=((0, 0), (6, 0), (5, 3), (0.6, 3)), parts=("bottom", "right", "top", "left")),
         "boundary": (
             Contact(part="bottom", friction_bound="60 + 20*x"),
@@ -219,14 +220,14 @@ def test_elements_of_thin_bodies_are_no_longer_than_their_thickness():
 def test_default_mesh_has_its_accuracy_when_the_points_are_given(number, accuracy, best, comm):
     points = tuple((x, 0.0) for x in TRANSITIONS[number])
     mesh = MeshOptions(accuracy=accuracy, graded_points=points)
-    contact = solve(example(number, mesh=mesh, name="semismooth-newton", rule=None), comm=comm).contact
+    contact = solve(example(number, mesh=mesh, **NEWTON), comm=comm).contact
     exact = displacement(line_of(best[number]), contact.arc_length)
     assert np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) < accuracy * NORM[number]
 
 
 @pytest.mark.parametrize("number", [1, 2])
 def test_default_mesh_knows_nothing_of_transition_points(number, best, comm):
-    contact = solve(example(number, mesh=MeshOptions(), name="semismooth-newton", rule=None), comm=comm).contact
+    contact = solve(example(number, mesh=MeshOptions(), **NEWTON), comm=comm).contact
     exact = displacement(line_of(best[number]), contact.arc_length)
     assert np.sqrt(contact.weight @ (contact.u_t[:, 0] - exact) ** 2) < 1e-3 * NORM[number]
 
@@ -244,7 +245,7 @@ def test_a_monitor_that_says_stop_ends_the_climb(comm):
         calls.append(len(state.history))
         return "enough" if calls.count(1) == 3 else None
 
-    solution = adapt(example(1), 1e-6, comm=comm, monitor=monitor)
+    solution = adapt(example(1, **NEWTON), 1e-6, comm=comm, monitor=monitor)
     assert solution.status == "failed" and solution.reason == "enough"
     assert len(solution.info["levels"]) == 3 and solution.iterations == 1
     assert solution.elastic_residual < 1e-10 and solution.info["estimated_error"] > 1e-6

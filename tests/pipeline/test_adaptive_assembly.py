@@ -7,7 +7,7 @@ import pytest
 
 from petcontact import Problem
 from petcontact.model.base import parse
-from petcontact.pipeline.adaptive import adapt
+from petcontact.pipeline.adaptive.climb import adapt
 
 WIDTH, PLACE = 1e-4, 0.7312345
 

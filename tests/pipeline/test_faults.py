@@ -19,10 +19,10 @@ from conftest import example
 
 from petcontact import MeshOptions, SolverError, read_result, read_solution, solve, write_solution
 from petcontact.commands.main import main
-from petcontact.compliance import condensed, full
-from petcontact.pipeline import load_steps
+from petcontact.compliance.body.dense import DenseRows
 from petcontact.pipeline import run as pipeline
 from petcontact.pipeline.run import prepare, run
+from petcontact.pipeline.steps import load_steps
 from petcontact.runtime.signals import Interrupted, deferred, install, stopping
 
 ROOT = Path(__file__).parents[2]
@@ -101,8 +101,8 @@ def test_an_interrupt_goes_through_and_a_stop_is_kept(comm):
     prepared = prepare(example(1, mesh=COARSE), comm)
     try:
         with pytest.raises(Interrupted):
-            run(prepared, example(1, mesh=COARSE), monitor=interrupt)
-        solution = run(prepared, example(1, mesh=COARSE), monitor=lambda state: "enough" * (len(state.history) == 3))
+            run(prepared, monitor=interrupt)
+        solution = run(prepared, monitor=lambda state: "enough" * (len(state.history) == 3))
     finally:
         prepared.close()
     assert (solution.status, solution.reason, solution.iterations) == ("failed", "enough", 3)
@@ -122,15 +122,15 @@ def with_rho(solution, rho):
     return dataclasses.replace(solution, steps=[dataclasses.replace(solution.last, rho=rho)])
 
 
-@pytest.mark.parametrize("where", ["elastic_residual", "ground_pairs"])
-def test_a_signal_after_the_iteration_keeps_the_solution(tmp_path, monkeypatch, capsys, where):
-    original = getattr(pipeline, where)
+@pytest.mark.parametrize(("module", "where"), [(load_steps, "step_result"), (pipeline, "warnings_of")])
+def test_a_signal_after_the_iteration_keeps_the_solution(tmp_path, monkeypatch, capsys, module, where):
+    original = getattr(module, where)
 
     def signalled(*words, **keys):
         os.kill(os.getpid(), signal.SIGTERM)
         return original(*words, **keys)
 
-    monkeypatch.setattr(pipeline, where, signalled)
+    monkeypatch.setattr(module, where, signalled)
     monkeypatch.chdir(tmp_path)
     assert main(["solve", str(ROOT / "configs" / "example1.toml"), "--set", "mesh.element_size=0.5", "--no-figures"]) == 143
     assert "interrupted by SIGTERM; the solution is saved in example1.h5" in capsys.readouterr().err
@@ -217,17 +217,14 @@ def test_too_little_memory_is_one_line(tmp_path):
 
 # --- failing mathematics -------------------------------------------------------------------------------------------
 def spoilt(monkeypatch, spoil):
-    """Both systems get an elastic matrix that `spoil` has changed."""
-    original = condensed.assemble_dense
+    """Both formulations get an elastic matrix that `spoil` has changed."""
+    original = DenseRows.__init__
 
-    def assemble(operators, comm):
-        blocks = original(operators, comm)
-        spoil(blocks.system.getDenseArray())
-        blocks.system.assemble()
-        return blocks
+    def assemble(self, *words):
+        original(self, *words)
+        spoil(self.transposed[0])
 
-    for module in (condensed, full):
-        monkeypatch.setattr(module, "assemble_dense", assemble)
+    monkeypatch.setattr(DenseRows, "__init__", assemble)
 
 
 def nan(matrix):

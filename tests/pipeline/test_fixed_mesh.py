@@ -10,7 +10,7 @@ from scipy.interpolate import CubicSpline
 from petcontact import MeshOptions, solve
 from petcontact.geometry.outline import as_outline
 from petcontact.mesh.grading import mesh_outline
-from petcontact.pipeline.fixed_mesh import CHEAP, joined, with_estimate
+from petcontact.pipeline.adaptive.fixed_mesh import CHEAP, joined, with_estimate
 
 
 @pytest.mark.parametrize("number", [1, 2])

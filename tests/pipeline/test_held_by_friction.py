@@ -35,24 +35,29 @@ def block(tmp_path, monkeypatch, capsys):
     return run
 
 
-@pytest.mark.parametrize("pressure", [30.0, 97.0])
-def test_friction_that_can_carry_the_load_does(block, pressure):
-    """Capacity 8·50 = 400, load 4·pressure."""
-    status, out, _ = block(f"boundary.2.pressure={pressure}")
-    assert status == 0 and "3 motions held by contact only" in out
-    force = [float(number) for number in re.search(r"force \((\S+), (\S+)\)", out).groups()]
-    assert force == pytest.approx([-4.0 * pressure, 0.0], rel=1e-9, abs=1e-9)
+@pytest.mark.parametrize(
+    ("method", "pressure"),
+    # where nearly all of it slips the projection method needs more than its 1000 iterations
+    [("semismooth-newton", 30.0), ("semismooth-newton", 97.0), ("operator-robin", 97.0), ("projection", 30.0)],
+)
+def test_friction_that_can_carry_the_load_does(block, method, pressure):
+    """Capacity 8·50 = 400, load 4·pressure. The force along the contact is in equilibrium to round-off; across it, where u_n
+    is known, it is a reaction of the supports, good to the mesh."""
+    status, out, _ = block(f"boundary.2.pressure={pressure}", f"method.name={method}")
+    assert status == 0 and "1 motion held by contact only" in out and "nothing holds" not in out
+    along, across = (float(number) for number in re.search(r"force \((\S+), (\S+)\)", out).groups())
+    assert along == pytest.approx(-4.0 * pressure, rel=1e-9) and abs(across) < 0.005 * 4.0 * pressure
     with h5py.File("r.h5") as file:
         assert file.attrs["status"] == "converged"
 
 
 def test_friction_that_cannot_is_told_with_the_load_that_it_could(block):
     status, out, _ = block("boundary.2.pressure=110.0")
-    reached = float(re.search(r"no equilibrium at load factor (\S+)", out)[1])
+    reached = float(re.search(r"no equilibrium at load factor (\d\.\d+)", out)[1])
     assert status == 3 and reached == pytest.approx(400.0 / 440.0, abs=0.01)
 
 
-@pytest.mark.parametrize("setting", ["boundary.0.friction_bound=0.0", "method.rule=modified"])
-def test_without_friction_or_newton_the_body_is_refused(block, setting):
-    status, _, err = block(setting)
+@pytest.mark.parametrize("setting", ["method.name=semismooth-newton", "method.rule=modified"])
+def test_without_friction_the_body_is_refused(block, setting):
+    status, _, err = block("boundary.0.friction_bound=0.0", setting)
     assert status == 2 and "the body can translate along (1, 0) freely" in err

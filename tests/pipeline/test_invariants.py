@@ -14,17 +14,27 @@ import pytest
 from conftest import example
 
 from petcontact import MeshOptions, Method
+from petcontact.contact.criterion import Criterion
 from petcontact.contact.friction_law import contact_norm
+from petcontact.contact.iteration import Iteration
+from petcontact.contact.methods.registry import method_of
 from petcontact.contact.rho_rules import make_rule
-from petcontact.pipeline.run import iterate, prepare
+from petcontact.pipeline.run import prepare
+from petcontact.pipeline.steps.load_steps import first_increment
 
 RULES = ("fixed", "self-adaptive", "modified", "modified-safeguarded")
 ROUND_OFF = 1e-11
 
 
+def iterate(prepared, method, rule=None, monitor=None):
+    """The outcome of a method on the contact system of a prepared problem."""
+    iteration = Iteration(Criterion(method.tolerance, method.stop), method.max_iterations, None, monitor)
+    return method_of(method, rule)(first_increment(prepared).system, prepared.discrete.law, iteration)
+
+
 def iterates(prepared, rule, rho, omega=1.8):
     """(u, σ, ρ of the step that led there) of every iteration, from the zero start."""
-    zero = np.zeros_like(prepared.system.u_0)
+    zero = np.zeros((prepared.system.size, prepared.system.k))
     result = [(zero, zero, rho)]
     method = Method(rule=rule, rho=rho, omega=omega, tolerance=1e-8, max_iterations=300)
     iterate(prepared, method, monitor=lambda s: result.append((s.v, s.sigma, s.rho)))
@@ -37,7 +47,7 @@ def iterates(prepared, rule, rho, omega=1.8):
 @pytest.mark.parametrize("order", [0, 2])
 def test_3_5_in_every_iteration(number, rule, rho, omega, order, comm):
     prepared = prepare(example(number, mesh=MeshOptions(element_size=0.4, order=order)), comm)
-    weight = prepared.operators.mesh.weight[prepared.operators.data.contact_nodes]
+    weight = prepared.system.weight
     exact = iterate(prepared, Method(name="semismooth-newton"))
     path = iterates(prepared, rule, rho, omega)
     prepared.close()
@@ -55,8 +65,8 @@ def test_3_5_in_every_iteration(number, rule, rho, omega, order, comm):
                                   MeshOptions(order=3, levels=8)], ids=["constant", "order 2", "graded"])  # fmt: skip
 def test_3_6_the_weighted_s_is_positive(number, mesh, comm):
     prepared = prepare(example(number, mesh=mesh), comm)
-    weight = prepared.operators.mesh.weight[prepared.operators.data.contact_nodes]
-    form = weight[:, None] * prepared.system.compliance()
+    weight = prepared.system.weight
+    form = weight[:, None] * first_increment(prepared).system.compliance()
     prepared.close()
     # scaled to a unit diagonal, so that the smallest elements of a graded mesh count as much as the largest
     scale = 1.0 / np.sqrt(np.diag(form))

@@ -256,7 +256,7 @@ def test_the_file_holds_every_step_and_is_read_back(tmp_path):
         shapes = {"x": (m, 2), "weight": (m,), "pressure": (m,), "sigma_t": (m, 1), "tangent": (m, 1, 2), "gap": (m,),
                   "slip": (m, 1), "slip_increment": (m, 1), "state": (m,)}  # fmt: skip
         assert {key: pair[key].shape for key in shapes} == shapes
-        assert set(pair.attrs) == {"force", "moment", "area", "dissipated"}
+        assert set(pair.attrs) == {"force", "moment", "area", "dissipated", "dissipated_error", "imbalance"}
         assert np.isclose(pair["weight"] @ pair["pressure"][()], -pair.attrs["force"][1])
         assert set(file["steps/1/body/block"]) == {"x", "normal", "weight", "part", "u", "traction"}
         assert set(file["steps/1/obstacle/punch"].attrs) == {"displacement", "rotation", "force", "moment"}

@@ -11,7 +11,7 @@ from contact_lines import line_of
 from random_bodies import random_case
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Polygon, Problem, Rectangle, Traction, adapt, load
-from petcontact.pipeline.adaptive import contact_lines, displacement_scale
+from petcontact.pipeline.adaptive.slip import contact_lines, displacement_scale
 from petcontact.refinement.contact_line import difference, displacement
 from petcontact.refinement.marks import Body
 from petcontact.refinement.singular_points import corner_exponents
@@ -73,7 +73,7 @@ def skew(**mesh) -> Problem:
 
 def true_error(solution, best) -> float:
     """Relative L2(Γ_C) error of u_t, seen from the nodes of both."""
-    body = Body.of(solution.case, solution.case.geometry.outline())
+    body = Body.of(solution.problem, solution.problem.geometry.outline())
     return difference(contact_lines(body, solution), contact_lines(body, best)) / displacement_scale(best)
 
 

@@ -25,7 +25,7 @@ CONFIG = Path(__file__).parents[2] / "configs" / "space_b.toml"
 def solution():
     case = load(CONFIG, {"mesh.element_size": 4.0, "mesh.order": 1})
     prepared = prepare(case)
-    found = run(prepared, case)
+    found = run(prepared)
     prepared.close()
     return found
 
@@ -41,7 +41,7 @@ def test_a_result_in_space_is_read_as_it_was_written(solution, tmp_path: Path) -
 
 
 def test_constant_stress(solution, tmp_path: Path) -> None:
-    mesh, material = solution.mesh, solution.case.material
+    mesh, material = solution.mesh, solution.problem.material
     strain = np.array([[1.0, 0.2, 0.0], [0.2, -0.5, 0.3], [0.0, 0.3, 0.1]])
     mu, nu = material.shear_modulus, material.poisson_ratio
     stress = 2.0 * mu * (strain + nu / (1.0 - 2.0 * nu) * np.trace(strain) * np.eye(3))

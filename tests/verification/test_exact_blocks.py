@@ -14,8 +14,9 @@ import pytest
 
 from petcontact import Problem, Step
 from petcontact.model.base import parse
-from petcontact.pipeline import adaptive_assembly, assemble
-from petcontact.pipeline.load_steps import prepare_assembly, run_steps
+from petcontact.pipeline.adaptive.climb import climb as adaptive
+from petcontact.pipeline.discrete import discretise as assemble
+from petcontact.pipeline.run import prepare, run
 from petcontact.reference.cattaneo_mindlin import LinePartialSlip
 from petcontact.reference.half_plane import elliptic_load
 from petcontact.reference.hertz import LineContact, contact_modulus
@@ -60,13 +61,13 @@ def exact(x, push=1.0):
     return np.column_stack([sums[0].real, sums[0].imag]) / (2.0 * G), *sums[1:]
 
 
-def discretise(assembly, make_mesh=None, pushes=(1.0,)):
-    """The assembly with exact data at the ends of its steps, for a shear of these multiples of q."""
-    discrete = assemble.discretise(assembly, make_mesh)
-    for sign, far, mesh, loading in zip((1.0, -1.0), ("bottom", "top"), discrete.meshes, discrete.loadings, strict=True):
+def discretise(problem, make_mesh=None, law=None, pushes=(1.0,)):
+    """The problem with exact data at the ends of its steps, for a shear of these multiples of q."""
+    discrete = assemble.discretise(problem, make_mesh, law)
+    for sign, far, mesh, data in zip((1.0, -1.0), ("bottom", "top"), discrete.meshes, discrete.data, strict=True):
         n, part = mesh.normal, np.array(mesh.part_names)[mesh.node_part]
         held, sides = part == far, (part == "left") | (part == "right")
-        for push, value in zip(pushes, loading.value[1:], strict=True):
+        for push, value in zip(pushes, data.value[1:], strict=True):
             u, xx, yy, xy = exact(sign * mesh.x, push)
             value[held] = sign * u[held]
             value[sides] = np.column_stack([xx * n[:, 0] + xy * n[:, 1], xy * n[:, 0] + yy * n[:, 1]])[sides]
@@ -89,8 +90,8 @@ def errors(solution):
 
 
 def solved(**mesh):
-    assembly = blocks(**mesh)
-    solution = run_steps(prepare_assembly(assembly, discrete=discretise(assembly)))
+    problem = blocks(**mesh)
+    solution = run(prepare(problem, discrete=discretise(problem)))
     assert solution.converged, solution.reason
     return solution
 
@@ -116,11 +117,11 @@ def test_meshes_graded_to_given_edges():
 def test_a_cycle_dissipates_what_its_loop_encloses(increments):
     """+Q, -Q, +Q at constant pressure: energies in closed form (Mindlin), the same for any number of increments."""
     steps = [{"name": "press"}, *({"name": name, "increments": increments} for name in ("push", "pull", "push again"))]
-    assembly = blocks(graded_points=GIVEN, levels=6, order=4, grading=0.3).model_copy(
+    problem = blocks(graded_points=GIVEN, levels=6, order=4, grading=0.3).model_copy(
         update={"step": tuple(Step(**step) for step in steps)}
     )
-    discrete = discretise(assembly, pushes=(0.0, 1.0, -1.0, 1.0))
-    solution = run_steps(prepare_assembly(assembly, discrete=discrete))
+    discrete = discretise(problem, pushes=(0.0, 1.0, -1.0, 1.0))
+    solution = run(prepare(problem, discrete=discrete))
     assert solution.converged, solution.reason
     spent = [sum(s.pairs["pair"].dissipated for s in solution.steps if s.step == k) for k in (1, 2, 3, 4)]
     assert spent == pytest.approx([0.0, 0.0011635208, 0.0023270416, 0.0023270416], rel=2e-7, abs=1e-15)
@@ -129,8 +130,8 @@ def test_a_cycle_dissipates_what_its_loop_encloses(increments):
 
 def test_edges_are_found(monkeypatch):
     """Joints go to the edges of contact and stick, mesh after mesh; the estimate is honest."""
-    monkeypatch.setattr(adaptive_assembly, "discretise", discretise)
-    solution = adaptive_assembly.adapt(blocks(), 2e-4)
+    monkeypatch.setattr(adaptive, "discretise", discretise)
+    solution = adaptive.adapt(blocks(), 2e-4)
     assert solution.converged and np.all(errors(solution) < (5e-6, 2e-5))
     assert errors(solution).max() < solution.info["estimated_error"] <= 2e-4
     assert np.allclose(np.array(solution.info["edges"]["pair"]) - 3.0, [-1.0, -0.6, 0.6, 1.0], atol=1e-6)

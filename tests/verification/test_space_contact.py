@@ -17,7 +17,7 @@ from petcontact import Problem, solve
 from petcontact.mesh.basis import gauss
 from petcontact.model.base import parse
 from petcontact.model.case import parse_problem
-from petcontact.pipeline import assemble
+from petcontact.pipeline.discrete import discretise as assemble
 from petcontact.pipeline.run import prepare, run
 from petcontact.reference.cattaneo_mindlin import PointPartialSlip
 from petcontact.reference.hertz import PointContact, elliptic

@@ -94,12 +94,7 @@ class Arcs:
 
     def far_points(self, order: int) -> int:
         """Gauss points for far targets: those of a straight element, or more to resolve the arc itself."""
-        angle = 0.75 * float(np.max(np.abs(self.angle)))
-        degree, size = 0, 1.0
-        while size > 1e-15:
-            degree += 1
-            size *= angle / degree
-        return max(RULES[order].far, (degree + order + 1) // 2)
+        return _far_points(order, float(np.max(np.abs(self.angle))))
 
     def close_sum(self, order: int) -> float:
         """Targets with |z+1| + |z-1| below this are close."""
@@ -175,8 +170,7 @@ class Arcs:
         z = 0.5 * (left + right) + 1j * h
         # α(s-z)/2π: the remainders are power series of its square.
         offset = (0.5 / np.pi) * self.angle * (s[:, None] - z)
-        series = _series(_terms(widest))
-        rest = np.polynomial.polynomial.polyval(offset * offset, series)  # type: ignore[no-untyped-call]
+        rest = np.polynomial.polynomial.polyval(offset * offset, series(_terms(widest)))  # type: ignore[no-untyped-call]
         half_angle = 0.5 * self.angle
         weight = gauss(order)[1][:, None]
         return Parts(
@@ -197,6 +191,20 @@ def _sinhc(x: Array) -> Array:
     return np.where(np.abs(x) < 1e-4, 1.0 + x * x / 6.0, np.sinh(x) / np.where(x == 0.0, 1.0, x))
 
 
+def _far_points(order: int, angle: float) -> int:
+    degree, size = 0, 1.0
+    while size > 1e-15:
+        degree += 1
+        size *= 0.75 * angle / degree
+    return max(RULES[order].far, (degree + order + 1) // 2)
+
+
+@functools.cache
+def counts(order: int, angle: float) -> tuple[int, int, int]:
+    """For arcs of at most half that angle: Gauss points for far targets and for the remainders, terms of their series."""
+    return _far_points(order, angle), _points(order, angle), _terms(angle)
+
+
 def _points(order: int, angle: float) -> int:
     """Gauss points for the remainders: their poles are 2π/α away from z."""
     pole = 2.0 * np.pi / angle - 0.5 * CLOSE_SUM
@@ -209,7 +217,7 @@ def _terms(angle: float) -> int:
 
 
 @functools.cache
-def _series(terms: int) -> Array:
+def series(terms: int) -> Array:
     """Power series in (x/π)² of ln(sin x/x), (cot x - 1/x)/(x/π), 1/sin² x - 1/x² and (cos x/sin³ x - 1/x³)/(x/π).
 
     Their coefficients are values ζ(2k) of Riemann's function (DLMF 4.19 and 25.6).
@@ -217,9 +225,9 @@ def _series(terms: int) -> Array:
     k = np.arange(1.0, terms + 1.0)
     exponent = 2.0 * k
     zeta = scipy.special.zeta(exponent)
-    series = np.zeros((terms + 1, 4))
-    series[1:, 0] = -zeta / k
-    series[:-1, 1] = -2.0 / np.pi * zeta
-    series[:-1, 2] = 2.0 / np.pi**2 * (exponent - 1.0) * zeta
-    series[:-2, 3] = -np.arange(1.0, terms) / np.pi * series[1:-1, 2]
-    return series
+    result = np.zeros((terms + 1, 4))
+    result[1:, 0] = -zeta / k
+    result[:-1, 1] = -2.0 / np.pi * zeta
+    result[:-1, 2] = 2.0 / np.pi**2 * (exponent - 1.0) * zeta
+    result[:-2, 3] = -np.arange(1.0, terms) / np.pi * result[1:-1, 2]
+    return result

@@ -15,14 +15,17 @@ from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
 from ..compiled_filler import CompiledFiller, data_members
 from ..kernel import ColumnData
+from .arcs import MIDDLE, Arcs, counts, series
 from .moments import RULES
 
-NODES, POINTS, TIERS = 6, 24, 8
+NODES, POINTS, TIERS, SERIES = 6, 24, 8, 48
 """Of native/plane/elements.h."""
 RADII = (1.7, 2.5, 4.0, 6.0, 24.0, 200.0)
 """Distances |z| from which on fewer Gauss points than those of `RULES` are taken."""
 DIGITS = 14.5
 """Of what they leave out."""
+STEPS = 64
+"""Angles a radian up to which arcs are taken alike."""
 _integrals = native.function("petcontact_plane_integrals", "pipipp")
 _columns = native.function("petcontact_plane_columns", native.FILLER)
 
@@ -46,35 +49,78 @@ def _rule(order: int) -> Array:
     counts, squares, weight = np.zeros(TIERS), np.zeros(TIERS), np.zeros(NODES)
     counts[: len(tiers)], squares[: len(tiers)] = np.array(tiers).T
     weight[: order + 1] = gauss(order)[1]
-    to_basis, tables = np.zeros((NODES, NODES)), np.zeros((POINTS + 1, 1 + NODES, POINTS))
+    to_basis = np.zeros((NODES, NODES))
     to_basis[: order + 1, : order + 1] = lagrange_coefficients(order)
-    for count in range(1, POINTS + 1):
-        tables[count, 0, :count], tables[count, 1 : order + 2, :count] = product_weights(order, count)
-    return np.concatenate([[rule.close_sum, len(tiers)], counts, squares**2, weight, to_basis.ravel(), tables.ravel()])
+    room = np.zeros((POINTS + 1) * (1 + NODES) * POINTS)
+    result = np.concatenate([[rule.close_sum, len(tiers)], counts, squares**2, weight, to_basis.ravel(), room])
+    for count, _ in tiers:
+        _add_points(result, order, count)
+    return result
+
+
+def _add_points(rule: Array, order: int, count: int) -> None:
+    """Gauss points into their place in a rule, where they are not yet."""
+    table = rule[-(POINTS + 1) * (1 + NODES) * POINTS :].reshape(POINTS + 1, 1 + NODES, POINTS)[count]
+    if not table.any():
+        table[0, :count], table[1 : order + 2, :count] = product_weights(order, count)
+
+
+def _rules(orders: Index) -> Array:
+    """Addresses of rules by order, of those that are asked for."""
+    return np.array([native.pointer(_rule(order)) if np.any(orders == order) else 0 for order in RULES])
 
 
 @functools.cache
-def _rules() -> Array:
-    """Addresses of the rules of all orders."""
-    return np.array([native.pointer(_rule(order)) for order in RULES])
+def _series() -> Array:
+    """Coefficients of the remainders of arcs, a row each."""
+    return native.contiguous(series(SERIES - 1).T)
+
+
+def _arcs(of: CurveMesh | Elements, order: Index) -> Array | None:
+    """The structs Arc of all elements, zero where they are straight; None where all are."""
+    curved = np.flatnonzero(of.curvature)
+    if not len(curved):
+        return None
+    arcs = Arcs.through(of.start[curved], of.end[curved], of.curvature[curved])
+    result = np.zeros((len(order), 13 + 2 * NODES))
+    result[curved, :9] = np.column_stack([
+        *(part for z in (arcs.middle, arcs.tangent) for part in (z.real, z.imag)), arcs.angle, arcs.half, arcs.curvature,
+        np.cos(arcs.angle), np.sin(arcs.angle),
+    ])  # fmt: skip
+    for p in np.unique(order[curved]).tolist():
+        mine = np.flatnonzero(order[curved] == p)
+        some = arcs.take(mine)
+        rows = result[curved[mine]]
+        rows[:, 9] = some.reach(RULES[p].far_radius) ** 2
+        bound = np.minimum(np.ceil(STEPS * np.abs(some.angle)) / STEPS, 0.5 * np.pi)
+        rows[:, 10:13] = [counts(p, angle) for angle in bound.tolist()]
+        for count in {MIDDLE, *rows[:, 10:12].astype(np.int64).ravel().tolist()}:
+            _add_points(_rule(p), p, count)
+        s, product = product_weights(p, POINTS)
+        wave = np.exp(-1j * np.multiply.outer(some.angle, s)) @ product.T
+        rows[:, 13 : 14 + p], rows[:, 13 + NODES : 14 + NODES + p] = wave.real, wave.imag
+        result[curved[mine]] = rows
+    return result
 
 
 def _elements(of: CurveMesh | Elements, index: Index, poisson_ratio: float, length: float, unit: float) -> list[Any]:
     """Members of a struct Elements."""
     order = np.broadcast_to(of.order, len(index))
     whole = [native.contiguous(array, np.int64) for array in (order, of.line, index)]
-    return [native.contiguous(of.start), native.contiguous(of.end), *whole, _rules(), poisson_ratio, length, unit]
+    shape = [native.contiguous(of.start), native.contiguous(of.end), *whole, _rules(order), _arcs(of, order), _series()]
+    return [*shape, poisson_ratio, length, unit]
 
 
 def _points(targets: Targets) -> list[Any]:
     """Members of a struct Points."""
-    whole = [native.contiguous(array, np.int64) for array in (targets.line, targets.element)]
+    whole = [None if array is None else native.contiguous(array, np.int64)
+             for array in (targets.line, targets.element, targets.before, targets.after)]  # fmt: skip
     return [native.contiguous(targets.point), native.contiguous(targets.xi), *whole]
 
 
-def available(elements: Elements) -> bool:
-    """Whether compiled code integrates over these elements."""
-    return _integrals is not None and not elements.curvature.any()
+def available() -> bool:
+    """Whether anything was compiled."""
+    return _integrals is not None
 
 
 def compiled_integrals(
@@ -91,8 +137,8 @@ def compiled_integrals(
 
 
 def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> CompiledFiller | None:
-    """None where the mesh has arcs, or nothing was compiled; the kernel is a `Kelvin2D`."""
-    if _columns is None or mesh.curvature.any():
+    """None where nothing was compiled; the kernel is a `Kelvin2D`."""
+    if _columns is None:
         return None
     ratio, length = kernel.material.plane_strain_ratio, kernel.unit_length
     return CompiledFiller("petcontact_plane_columns", native.Record(

@@ -65,7 +65,7 @@ def integrals(
     curved = elements.curved
     if n == 0 or m == 0:
         pass
-    elif available(elements):
+    elif available():
         compiled_integrals(targets, elements, poisson_ratio, length, result.kernel_g, result.kernel_h)
     elif curved.any() and not curved.all():
         for chosen in (np.flatnonzero(~curved), np.flatnonzero(curved)):

@@ -36,11 +36,14 @@ class ElasticBody(abc.ABC):
         RᵀW(t̂ - t_p) + Rᵀ(point forces): F, with t_p of the forces in the volume, whose resultant -t_p has.
     tolerance : float
         Relative error of compressed operators that is accepted; 0 of dense ones.
+    digits_lost : float
+        Relative error of the elimination for a solution that is known; nan where that is not measured [-].
     """
 
     u_0: Array
     compliance: Array | None
     tolerance = 0.0
+    digits_lost = np.nan
 
     def __init__(self, operators: BoundaryOperators, modes: Array) -> None:
         self.operators, self.modes = operators, modes
@@ -70,7 +73,7 @@ class ElasticBody(abc.ABC):
         """S of this body alone, of contact nodes in another order, where it is not composed from `compliance` or `apply`."""
         return None
 
-    def monolithic(self, place: Index, shares: Array, shift: Array) -> ContactSystem | None:
+    def monolithic(self, place: Index, shares: Array, shift: Array, surrogate: MakeSurrogate) -> ContactSystem | None:
         """A system that solves the boundary equations together with those of contact, where the body has one.
 
         Parameters

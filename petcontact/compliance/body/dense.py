@@ -14,6 +14,7 @@ from ...linalg.ksp import LinearSolver
 from ...linalg.row_layout import node_ranges
 from ...runtime.petsc import petsc, stage
 from .base import ElasticBody, gauge
+from .conditioning import forward_error, known_solution
 
 PREFIX = "elastic_"
 """Of the options of the elimination's KSP."""
@@ -49,6 +50,8 @@ class DenseBody(ElasticBody):
             if isinstance(self._solved, _ByKSP):
                 influence, at_rest = (self._solved.everywhere(rows[system.own(kept)]) for rows in (influence, at_rest))
         self.compliance = influence / operators.traction_scale
+        at_rest = at_rest[:, :-1]
+        self.digits_lost = self._error_of_known(system.known)
         self.u_0 = at_rest.T.reshape(-1, *operators.data.contact_shape) + operators.data.sliding
 
     def apply(self, traction: Array) -> Array:
@@ -57,7 +60,13 @@ class DenseBody(ElasticBody):
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
         """One back substitution."""
-        return self._solved.unknowns(shares, traction.ravel() / self.operators.traction_scale)
+        return self._solved.unknowns(np.append(shares, 0.0), traction.ravel() / self.operators.traction_scale)
+
+    def _error_of_known(self, known: Array) -> float:
+        """What the last load, whose solution is known, comes to."""
+        alone = np.zeros(self.data.states + 1)
+        alone[-1] = 1.0
+        return forward_error(self._solved.unknowns(alone, np.zeros(self.data.contact_directions.size)), known)
 
     def describe(self) -> str:
         """Eliminated once, dense."""
@@ -71,7 +80,10 @@ class DenseRows:
     ----------
     system : (d n + r, rows) array
         By columns.
-    contact, loads : (m k, rows), (K, rows) arrays
+    contact, loads : (m k, rows), (K + 1, rows) arrays
+        The last load has a solution that is known.
+    known : (d n + r,) array
+        That one.
     """
 
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
@@ -84,14 +96,16 @@ class DenseRows:
         # every entry of A_0 is written
         self.system = np.empty((self.size, rows)) if not r else np.zeros((self.size, rows))
         m, k = data.contact_shape
-        self.contact, self.loads = np.zeros((m * k, rows)), np.zeros((data.states, rows))
-        blocks = [array[:, :inner].reshape(len(array), last - first, d) for array in (self.contact, self.loads)]
+        self.contact, self.loads = np.zeros((m * k, rows)), np.zeros((data.states + 1, rows))
+        blocks = [array[:, :inner].reshape(len(array), last - first, d) for array in (self.contact, self.loads[:-1])]
         inside = self.system[: d * n, :inner].reshape(n, d, last - first, d)
         fill_dense(operators, np.arange(first, last), inside, *blocks)
         blocks[1] += operators.point_loads[self._first : self._last].T.reshape(blocks[1].shape)
         self.system[d * n :, :inner] = modes.reshape(d * n, r)[self._first : self._last].T
         if border:
             self.system[: d * n, inner:] = gauge(mesh, data, modes).T
+        self.known = known_solution(self.system, comm)
+        self.loads[-1] = self.known @ self.system
 
     @property
     def transposed(self) -> tuple[Array, Array, Array]:

@@ -44,7 +44,7 @@ class FullBody(ElasticBody):
         self._rho = np.zeros(len(self._places))
         with stage("factor"):
             self._rest = np.column_stack([
-                self.solve(self._rho, load) if load.any() else np.zeros(size) for load in self._rows.loads
+                self.solve(self._rho, load) if load.any() else np.zeros(size) for load in self._rows.loads[:-1]
             ])  # fmt: skip
         self.u_0 = self._rest[self._places].T.reshape(-1, *operators.data.contact_shape) + operators.data.sliding
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...bem.operators import BoundaryOperators
-from ...contact.system import Linearisation, Modes, Surrogate
+from ...contact.system import Linearisation, Modes
 from ...model.solver_options import Bem
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread
@@ -101,9 +101,9 @@ class HierarchicalBody(ElasticBody):
         """S and Robin problems by solves of the equations."""
         return _SolvedCompliance(self, place, surrogate)
 
-    def monolithic(self, place: Index, shares: Array, shift: Array) -> MonolithicSystem:
+    def monolithic(self, place: Index, shares: Array, shift: Array, surrogate: MakeSurrogate) -> MonolithicSystem:
         """The equations together with those of contact."""
-        return MonolithicSystem(self, place, shares, shift)
+        return MonolithicSystem(self, place, shares, shift, surrogate)
 
     def describe(self) -> str:
         """Operator and memory."""
@@ -162,12 +162,17 @@ class MonolithicSystem:
         Weights of the load states.
     shift : (m, k) array
         What v is beyond the displacement that strains the body [length].
+    surrogate : callable
+        Makes T, for methods that ask for it.
     """
 
     modes: Modes | None = None
     matrix_free = True
 
-    def __init__(self, body: HierarchicalBody, place: Index, shares: Array, shift: Array) -> None:
+    def __init__(
+        self, body: HierarchicalBody, place: Index, shares: Array, shift: Array, surrogate: MakeSurrogate
+    ) -> None:
+        self.surrogate = surrogate
         self._body, self._place, self._shares, self._shift = body, place, shares, shift
         self._operator = _SolvedCompliance(body, place, lambda: None)
         self.weight = body.mesh.weight[body.contact][place]
@@ -213,10 +218,6 @@ class MonolithicSystem:
         n_u = slack + np.eye(k) * ~linearised.active[:, None, :]
         u_0 = np.where(linearised.active & ~linearised.stick, linearised.constant / rho, 0.0) - self._shift
         return self._related(n_u, n_sigma, u_0, linearised.constant, INNER * tolerance, FORCING)
-
-    def surrogate(self) -> Surrogate | None:
-        """None: a step costs no more than T does to set up."""
-        return None
 
     def _related(
         self, n_u: Array, n_sigma: Array, u_0: Array, sigma_0: Array, rtol: float, forcing: float

@@ -12,6 +12,9 @@ from ...geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..basis import gauss
 from .hits import SLACK, TOGETHER, Faces, Hits, Segments, along
 
+SAMPLES = 17
+"""Points at which a curve is looked at between its nodes."""
+
 
 @dataclass(frozen=True)
 class Curves(Faces):
@@ -33,6 +36,10 @@ class Curves(Faces):
         """Points (k, 2) and outward normals (k, 2) at fractions of the arc length of some curves."""
         start, end, bend = self.start[number], self.end[number], self.curvature[number]
         return on_arcs(start, end, half_angles(np.hypot(*(end - start).T), bend), 2.0 * fraction - 1.0)
+
+    def samples(self) -> tuple[Index, Array]:
+        """`SAMPLES` fractions of every curve."""
+        return np.repeat(np.arange(len(self)), SAMPLES), np.tile(np.linspace(0.0, 1.0, SAMPLES), len(self))
 
     @property
     def centre(self) -> Array:

@@ -15,6 +15,9 @@ from .hits import SLACK, TOGETHER, Faces, Hits, Segments, along
 SLIVER = 1e-14
 """Segments smaller than this share of the panel's square are round-off."""
 
+SAMPLES = 3
+"""Points along each direction at which a panel is looked at between its nodes."""
+
 
 @dataclass(frozen=True)
 class FlatPanels(Faces):
@@ -51,6 +54,13 @@ class FlatPanels(Faces):
         """Points (k, 3) and outward normals (k, 3) at local coordinates (k, 2) of some panels."""
         x = self.centre[number] + self.size[number, None] * np.einsum("kc,kcd->kd", place, self.frame[number, :2])
         return x, self.frame[number, 2]
+
+    def samples(self) -> tuple[Index, Array]:
+        """Corners, midpoints and centre of every panel: what two planes have between them is least at a corner."""
+        a, b = (values.ravel() for values in np.meshgrid(*[np.linspace(0.0, 1.0, SAMPLES)] * 2))
+        corners = np.stack([(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b], axis=1)
+        places = np.einsum("qc,ncd->nqd", corners, self.polygon)
+        return np.repeat(np.arange(len(self)), len(a)), places.reshape(-1, 2)
 
     def __len__(self) -> int:
         return len(self.size)

@@ -81,6 +81,10 @@ class Faces(ABC):
         """Points (k, d) and outward normals (k, d) at places of some faces."""
 
     @abstractmethod
+    def samples(self) -> tuple[Index, Array]:
+        """Numbers and places of points spread evenly over every face, its ends or corners among them."""
+
+    @abstractmethod
     def rims(self) -> tuple[Index, Array]:
         """Numbers of the faces and places of the ends of curves, the middles of the sides of panels."""
 

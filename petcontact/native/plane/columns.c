@@ -1,5 +1,6 @@
 /* Both kernels of the plane over elements of any order and shape, at targets or as columns of the boundary operators. */
 
+#include "arcs.h"
 #include "constant.h"
 #include "straight.h"
 
@@ -8,7 +9,9 @@ DISPATCHED void petcontact_plane_values(const Element *e, const Constants *c, co
                                         Values *v)
 {
     const Wanted g = {1, 0, w.node, w.last}, h = {0, 1, w.node, w.last}, both = {1, 1, w.node, w.last};
-    if (e->order == 0) {
+    if (e->arc)
+        petcontact_arc_values(e, c, t, w, v);
+    else if (e->order == 0) {
         if (w.g && w.h)
             constant_values(e, c, t, both, ends, v);
         else if (w.g)

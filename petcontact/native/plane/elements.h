@@ -27,24 +27,39 @@ typedef struct {      /* of elements of one order; bem.kelvin2d.compiled fills i
     Gauss gauss[POINTS + 1];                      /* by number of points */
 } Rule;
 
+enum { SERIES = 48 };
+
+typedef struct {                            /* of one arc; bem.kelvin2d.compiled fills it, numbers all double */
+    double middle[2], tangent[2];           /* there */
+    double angle, half, curvature, turn[2]; /* α, half the length, and exp(iα) */
+    double reach_2;                         /* squared distance from which on targets are far */
+    double far, rest, terms;                /* Gauss points from afar and for the remainders, terms of the series for them */
+    double wave_re[NODES], wave_im[NODES];  /* ∫ L exp(-iαs) */
+} Arc;
+
 typedef struct {                         /* elements of a mesh, or some of them */
     const double *start, *end;           /* (e, 2) */
     const int64_t *order, *line, *index; /* (e,); lines are -1 on none */
     const Rule *const *rules;            /* by order */
+    const Arc *arcs;                     /* (e,), of angle 0 where elements are straight; null where all are */
+    const double (*series)[SERIES];      /* of the remainders of arcs: coefficients of powers of (x/π)² */
     double nu, length, unit;             /* the logarithm's unit, and what G comes in */
 } Elements;
 
 typedef struct { /* points that may be nodes: (n, 2), (n,) ... */
     const double *x, *xi;
     const int64_t *line, *element; /* -1 on none */
+    const int64_t *before, *after; /* constant arcs of the same shape before and after the node's own, -2 for none */
 } Points;
 
 typedef struct { /* one element */
     const double *start, *end;
-    double tx, ty, half; /* unit tangent and half the length */
+    double tx, ty, half; /* unit tangent, at the middle of an arc, and half the length */
     int64_t line, index; /* the line is -2 on none */
     int order;
     const Rule *rule;
+    const Arc *arc; /* or null */
+    const double (*series)[SERIES];
 } Element;
 
 typedef struct {
@@ -54,7 +69,7 @@ typedef struct {
 typedef struct { /* the targets of a chunk */
     int count;
     double x[CHUNK], y[CHUNK], xi[CHUNK];
-    int64_t line[CHUNK], element[CHUNK];
+    int64_t line[CHUNK], element[CHUNK], before[CHUNK], after[CHUNK];
 } Targets;
 
 typedef struct { /* of one node of an element at each target of a chunk */
@@ -69,15 +84,20 @@ INLINE Element element_of(const Elements *all, int64_t e)
 {
     const double *start = all->start + 2 * e, *end = all->end + 2 * e;
     const double dx = end[0] - start[0], dy = end[1] - start[1], half = 0.5 * sqrt(dx * dx + dy * dy);
-    return (Element){start,
-                     end,
-                     0.5 * dx / half,
-                     0.5 * dy / half,
-                     half,
-                     all->line[e] < 0 ? -2 : all->line[e],
-                     all->index[e],
-                     (int)all->order[e],
-                     all->rules[all->order[e]]};
+    const Arc *arc = all->arcs && all->arcs[e].angle != 0.0 ? all->arcs + e : 0;
+    return (Element){
+        .start = start,
+        .end = end,
+        .tx = arc ? arc->tangent[0] : 0.5 * dx / half,
+        .ty = arc ? arc->tangent[1] : 0.5 * dy / half,
+        .half = arc ? arc->half : half,
+        .line = all->line[e] < 0 ? -2 : all->line[e],
+        .index = all->index[e],
+        .order = (int)all->order[e],
+        .rule = all->rules[all->order[e]],
+        .arc = arc,
+        .series = all->series,
+    };
 }
 
 INLINE Constants constants_of(const Elements *all)
@@ -97,6 +117,8 @@ INLINE void load_targets(const Points *points, const int64_t *rows, int64_t firs
         t->xi[i] = points->xi[row];
         t->line[i] = points->line[row];
         t->element[i] = points->element[row];
+        t->before[i] = points->before ? points->before[row] : -2;
+        t->after[i] = points->after ? points->after[row] : -2;
     }
 }
 

@@ -13,6 +13,8 @@ from .text import vector, wrapped
 
 FEW = 4
 """Closed nodes along each direction of an interface up to which its pressure is not resolved."""
+COARSE = 0.01
+"""Error of the energy dissipated, over it, that the verdict shows."""
 
 
 def step_lines(increments: list[StepResult]) -> list[str]:
@@ -25,7 +27,8 @@ def step_lines(increments: list[StepResult]) -> list[str]:
     counts = (f"{n} {name}{'s' if n > 1 else ''}" for n, name in ((count, "increment"), (iterations, "iteration")))
     lines = [f"{head}{reached}: {', '.join(counts)}"]
     for name, pair in last.pairs.items():
-        lines += _pair(name, pair, sum(step.pairs[name].dissipated for step in increments))
+        every = [step.pairs[name] for step in increments]
+        lines += _pair(name, pair, sum(one.dissipated for one in every), sum(one.dissipated_error for one in every))
     reach = max(map(_reach, last.pairs.values()), default=0.0)
     for name, obstacle in last.obstacles.items():
         lines += wrapped(f"    {printable(name)}: ", [
@@ -35,7 +38,7 @@ def step_lines(increments: list[StepResult]) -> list[str]:
     return lines
 
 
-def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
+def _pair(name: str, pair: PairResult, dissipated: float, error: float) -> list[str]:
     """Resultants, what is closed and slips, defects of the inequalities, and energy."""
     closed = pair.state != 2
     p, total = pair.pressure, float(pair.weight.sum())
@@ -48,7 +51,7 @@ def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
         *_primary(pair),
         f"closed {pair.area:.6g} of {total:.6g}", f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
         f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {slip if slip > least else 0.0:.4g}",
-        f"dissipated {spent:.6g}",
+        f"dissipated {spent:.6g}" + (f" (error at most {error:.2g})" if spent > 0.0 and error > COARSE * spent else ""),
     ]
     faced, count = np.isfinite(pair.gap), np.count_nonzero(closed)
     if 0 < count < min(len(p), FEW ** pair.tangent.shape[1] + 1):
@@ -57,7 +60,8 @@ def _pair(name: str, pair: PairResult, dissipated: float) -> list[str]:
         items.append(f"IN TENSION on {100.0 * pair.tension_share:.3g} % of it, up to {-float(p.min()):.6g}")
     penetration = 0.0 - float(np.minimum(pair.gap[faced], 0.0).min(initial=0.0))
     excess = float(np.maximum(lengths(pair.sigma_t) - pair.bound, 0.0).max(initial=0.0))
-    if penetration > 0.0 or excess > 1e-9 * float(np.abs(p).max(initial=0.0)):
+    least += 1e-9 * float(np.abs(pair.slip).max(initial=0.0))
+    if penetration > least or excess > 1e-9 * float(np.abs(p).max(initial=0.0)):
         items.append(f"penetration {penetration:.1e}, |q| over its bound by {excess:.1e}")
     return wrapped(f"    {printable(name)}: ", items)
 

@@ -59,9 +59,7 @@ def _steps(solution: SolutionData) -> list[str]:
         elif k == ends[SHOWN - 1]:
             lines.append(f"  ... {len(ends) - SHOWN} more steps ...")
     lines += _warnings(solution)
-    if "estimated_error" in solution.info:
-        lines.append("  error of p and q: {estimated_error:.1e} estimated, {accuracy:.1e} wanted".format(**solution.info))
-    return lines
+    return [*lines, *_accuracy(solution)]
 
 
 def _zones_and_forces(solution: SolutionData) -> list[str]:
@@ -74,8 +72,7 @@ def _zones_and_forces(solution: SolutionData) -> list[str]:
     for part in dict.fromkeys(zone.part for zone in solution.zones):
         lines += wrapped(f"  {printable(part)}: ", _zones(solution, part))
     lines += [*_slip_areas(solution), *_forces(solution), *_warnings(solution)]
-    if "estimated_error" in info:
-        lines.append(_accuracy(solution))
+    lines += _accuracy(solution)
     peak = info.get("largest_slip", np.sqrt(np.sum(contact.u_t**2, axis=1)).max())
     # the error is one in the mean over Γ_C: the largest value may be some times less certain
     count = digits(10.0 * info["estimated_error"], 1.0) if "accuracy" in info else 6
@@ -108,16 +105,18 @@ def _slip_areas(solution: SolutionData) -> list[str]:
     return lines
 
 
-def _accuracy(solution: SolutionData) -> str:
-    """What is estimated and, of an adaptive solve, what was wanted; relative, L2 on the contact parts."""
-    info = solution.info
+def _accuracy(solution: SolutionData) -> list[str]:
+    """The relative error, L2 on the contact parts, and what was wanted; or why it is not known."""
+    info, what = solution.info, "u_t" if solution.bilateral else "p and q"
+    if "error_unknown" in info:
+        return wrapped(f"  error of {what} not known: ", [info["error_unknown"]], separator=" ")
+    if "estimated_error" not in info:
+        return [f"  error of {what} not known: nothing is in contact"] * ("accuracy" in info)
+    error = f"  error of {what}: {info['estimated_error']:.1e} estimated"
     if "accuracy" not in info:
-        return f"  error of u_t: {info['estimated_error']:.1e} estimated, against half as many elements"
+        return [f"{error}, against half as many elements"]
     meshes = ", ".join(str(count) for count in info["levels"])
-    return (
-        f"  error of u_t: {info['estimated_error']:.1e} estimated, {info['accuracy']:.1e} wanted; "
-        f"elements {meshes}"
-    )
+    return wrapped(f"{error}, {info['accuracy']:.1e} wanted; elements ", [meshes], separator=" ")
 
 
 def _method(solution: SolutionData) -> str:

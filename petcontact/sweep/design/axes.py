@@ -122,7 +122,7 @@ def speaking(key: str, data: Any) -> str:
         inside = isinstance(data, (list, tuple)) and step.isdecimal() and int(step) < len(data)
         entry = data[int(step)] if inside else data.get(step) if isinstance(data, Mapping) else None
         if inside and isinstance(entry, Mapping) and (entry.get("name") or entry.get("part")):
-            words[-1] = ".".join(str(entry[name]) for name in ("body", "name", "part") if entry.get(name))
+            words[-1] = ".".join(value_word(entry[name]) for name in ("body", "name", "part") if entry.get(name))
         else:
             words.append("xyz"[int(step)] if inside and not isinstance(entry, Mapping) and len(data) <= 3 else step)
         data = entry

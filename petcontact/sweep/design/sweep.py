@@ -16,7 +16,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...model.base import parse
-from ...model.case import parse_any
+from ...model.case import parse_problem
 from ...model.problem import Problem
 from .axes import full_key, make_axes, value_word
 from .sweep_file import LARGEST_SWEEP, SweepFile, read_files
@@ -107,7 +107,7 @@ class Sweep:
             raise IndexError(place)
         base, varied = self._entries(place)
         source = f"{self.source}: {self.ids[place]}"
-        case = parse_any(copy.deepcopy(base.data), source, {**base.fixed, **varied}, base.folder)
+        case = parse_problem(copy.deepcopy(base.data), source, {**base.fixed, **varied}, base.folder)
         return SweepCase(self.ids[place], case, self.coordinates(place))
 
     @functools.cached_property

@@ -7,7 +7,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from ...model.case import Case
+from ...model.problem import Problem
 from ...results.solution import Solution
 from ..published import example_number
 from ..store.case_table import CaseTable
@@ -58,7 +58,7 @@ def _figures_of_cases(table: CaseTable) -> list[tuple[str, list[Figure]]]:
 def _figures(solution: Solution) -> list[Figure]:
     from ...results.figures.plots import plot_all
 
-    number = example_number(solution.case) if isinstance(solution.case, Case) else None
+    number = example_number(solution.case) if isinstance(solution.case, Problem) else None
     figures = []
     with tempfile.TemporaryDirectory() as folder:
         for picture in plot_all(solution, folder, "figure"):

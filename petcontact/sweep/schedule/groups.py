@@ -16,7 +16,7 @@ import numpy as np
 from ...arrays import Index
 from ..design.sweep import Sweep
 from ..problems import shares_elimination
-from .cost import PROCESS_MEMORY, Cost, estimate
+from .cost import PROCESS_MEMORY, Cost
 
 ESTIMATED = 64
 """Meshes that are made to know what they cost; of more, as many are, and the others cost what the nearest one does."""
@@ -93,11 +93,6 @@ def _numbers(codes: list[Index]) -> tuple[Index, Index, Index]:
     rank = np.empty_like(order)
     rank[order] = np.arange(len(order))
     return rank[inverse.ravel()], first[order], size[order]
-
-
-def estimated(sweep: Sweep, groups: Groups, number: int, ranks: int) -> Cost:
-    """The cost of one group."""
-    return estimate(sweep[int(groups.first[number])].case, ranks)
 
 
 def describe(sweep: Sweep, costs: Sequence[Cost], counts: tuple[int, int, int, int], teams: int, ranks: int) -> list[str]:

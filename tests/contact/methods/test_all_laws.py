@@ -10,9 +10,9 @@ import pytest
 from half_space import half_plane, half_space, pressed
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from petcontact.compliance.reduced import ReducedSystem
 
 from petcontact import InputError, Method
+from petcontact.compliance.composed import ReducedSystem
 from petcontact.contact.criterion import Criterion, equilibrium_defect
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.law_protocol import OPEN, SLIP, STICK
@@ -289,7 +289,7 @@ class ByProducts(ReducedSystem):
         raise AssertionError("nobody may ask for S itself")
 
     def surrogate(self):
-        return Stand(self._matrix, self.u_0.shape[1])
+        return Stand(self._operator.matrix(), self.u_0.shape[1])
 
 
 @pytest.mark.parametrize("k", [2, 3])

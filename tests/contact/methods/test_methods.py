@@ -5,17 +5,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
-from petcontact.pipeline.prepare import prepare
+from prepared import Posed, layer_of, operators
 
 from petcontact import Bem, Contact, Displacement, InputError, MeshOptions, Method, Polygon, Traction
-from petcontact.compliance.layer.operator import LayerOperator
 from petcontact.contact.active_set.pivots import box_problem
 from petcontact.contact.active_set.solvers import SurrogateActiveSetSolver
 from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.tao import minimise
 from petcontact.model.solver_options import DEFAULT_METHOD
-from petcontact.pipeline.run import iterate
 
 NAMES = ("projection", "operator-robin", "semismooth-newton", "tao")
 
@@ -44,18 +42,18 @@ PROBLEMS = {
 
 @pytest.mark.parametrize("case", PROBLEMS.values(), ids=PROBLEMS)
 def test_all_methods_find_one_solution(case, comm):
-    prepared = prepare(case, comm)
-    weight = prepared.operators.mesh.weight[prepared.operators.data.contact_nodes]
+    prepared = Posed(case, comm)
     states = {}
     for name in NAMES:
         if name == "projection" and case is PROBLEMS["graded"]:
             continue  # cond(S) is 1e6 there: no scalar ρ gets there in reasonable time
         tolerance = 1e-11 if name == "projection" else 1e-10
         method = Method(name=name, rho=100.0, tolerance=tolerance, max_iterations=5000)
-        states[name] = iterate(prepared, method)
+        states[name] = prepared.iterate(method)
         assert states[name].converged, (name, states[name].reason)
         assert len(states[name].history) >= 1
     exact = states["semismooth-newton"]
+    weight = prepared.weight
     for name, state in states.items():
         assert contact_norm(state.v - exact.v, weight) <= 1e-8 * contact_norm(exact.v, weight), name
         assert contact_norm(state.sigma - exact.sigma, weight) <= 1e-8 * contact_norm(exact.sigma, weight), name
@@ -65,32 +63,31 @@ def test_all_methods_find_one_solution(case, comm):
 @pytest.mark.parametrize("rule", ["self-adaptive", "modified", "modified-safeguarded"])
 @pytest.mark.parametrize("rho", [1.0, 1e3, 1e7])
 def test_the_solution_depends_neither_on_rule_nor_on_rho(rule, rho, comm):
-    prepared = prepare(example(2, mesh=MeshOptions(element_size=0.2)), comm)
-    weight = prepared.operators.mesh.weight[prepared.operators.data.contact_nodes]
-    exact = iterate(prepared, Method())
-    state = iterate(prepared, Method(rule=rule, rho=rho, tolerance=1e-11, max_iterations=3000))
+    prepared = Posed(example(2, mesh=MeshOptions(element_size=0.2)), comm)
+    exact = prepared.iterate(Method())
+    state = prepared.iterate(Method(rule=rule, rho=rho, tolerance=1e-11, max_iterations=3000))
     assert state.converged
-    assert contact_norm(state.v - exact.v, weight) <= 1e-8 * contact_norm(exact.v, weight)
-    assert contact_norm(state.sigma - exact.sigma, weight) <= 1e-8 * contact_norm(exact.sigma, weight)
+    assert contact_norm(state.v - exact.v, prepared.weight) <= 1e-8 * contact_norm(exact.v, prepared.weight)
+    assert contact_norm(state.sigma - exact.sigma, prepared.weight) <= 1e-8 * contact_norm(exact.sigma, prepared.weight)
     prepared.close()
 
 
 def test_default_and_starts(comm):
-    prepared = prepare(example(1), comm)
+    prepared = Posed(example(1), comm)
     assert Method().resolved_name == DEFAULT_METHOD and Method(rule="fixed").resolved_name == "projection"
-    zero, frictionless = (iterate(prepared, Method(start=start)) for start in ("zero", "frictionless"))
+    zero, frictionless = (prepared.iterate(Method(start=start)) for start in ("zero", "frictionless"))
     assert np.allclose(zero.v, frictionless.v, atol=1e-12) and len(zero.history) <= 10
     with pytest.raises(InputError, match="neither"):
-        iterate(prepared, Method(start="nowhere.h5"))
+        prepared.iterate(Method(start="nowhere.h5"))
     prepared.close()
 
 
 def test_full_formulation_serves_every_method(comm):
     case = example(1, mesh=MeshOptions(element_size=0.4))
-    prepared = prepare(case, comm)
-    full = prepare(case.model_copy(update={"method": Method(formulation="full")}), comm)
+    prepared = Posed(case, comm)
+    full = Posed(case.model_copy(update={"method": Method(formulation="full")}), comm)
     for name in NAMES:
-        states = [iterate(p, Method(name=name, rho=1e3, tolerance=1e-9)) for p in (prepared, full)]
+        states = [p.iterate(Method(name=name, rho=1e3, tolerance=1e-9)) for p in (prepared, full)]
         assert np.allclose(states[0].v, states[1].v, atol=1e-10), name
     prepared.close()
     full.close()
@@ -98,19 +95,19 @@ def test_full_formulation_serves_every_method(comm):
 
 @pytest.mark.parametrize("case", [PROBLEMS["example 2"], PROBLEMS["two parts"]], ids=["example 2", "two parts"])
 def test_compressed_systems_serve_every_method(case, comm):
-    dense = prepare(case, comm)
-    compressed = prepare(case.model_copy(update={"bem": Bem(mat_type="hodlr", hodlr_leaf=32)}), comm)
-    exact = iterate(dense, Method())
+    dense = Posed(case, comm)
+    compressed = Posed(case.model_copy(update={"bem": Bem(mat_type="hodlr", hodlr_leaf=32)}), comm)
+    exact = dense.iterate(Method())
     assert compressed.system.matrix_free
     for name in NAMES:
         method = Method(name=name, rho=1e4, tolerance=1e-9)
-        states = [iterate(p, method) for p in (dense, compressed)]
+        states = [p.iterate(method) for p in (dense, compressed)]
         assert states[1].converged, (name, states[1].reason)
         if name != "semismooth-newton":  # with S compressed its sets are predicted, with a small dense one they are not
             assert len(states[0].history) == len(states[1].history)
         assert np.allclose(states[1].v, exact.v, rtol=0, atol=1e-7 * np.abs(exact.v).max()), name
     before = compressed.system.applications
-    few = iterate(compressed, Method())
+    few = compressed.iterate(Method())
     assert len(few.history) <= 5 and compressed.system.applications - before <= 80
     dense.close()
     compressed.close()
@@ -118,18 +115,17 @@ def test_compressed_systems_serve_every_method(case, comm):
 
 def test_symmetrised_problem_is_another_one(comm):
     """TAO's minimum solves the symmetrised problem exactly, and that lies some percent off in σ_t (Example 1)."""
-    prepared = prepare(example(1, mesh=MeshOptions(element_size=0.05)), comm)
-    data = prepared.operators.data
-    weight, base = prepared.operators.mesh.weight[data.contact_nodes], prepared.system.u_0[:, 0]
+    prepared = Posed(example(1, mesh=MeshOptions(element_size=0.05)), comm)
+    weight, bound, base = prepared.weight, prepared.bound, prepared.system.u_0[:, 0]
     compliance = prepared.system.compliance()
-    iterates = minimise(compliance, base, data.friction_bound, weight, np.zeros_like(base))
+    iterates = minimise(compliance, base, bound, weight, np.zeros_like(base))
     sigma = iterates[-1]
     assert 2 < len(iterates) < 30 and not iterates[0].any()
     u = base + 0.5 * (compliance + compliance.T * (weight / weight[:, None])) @ sigma
-    inside = np.abs(sigma) < data.friction_bound * (1 - 1e-9)
+    inside = np.abs(sigma) < bound * (1 - 1e-9)
     assert np.abs(u[inside]).max() < 1e-9 * np.abs(u).max()
     assert np.all(u[~inside] * sigma[~inside] <= 0.0)
-    exact = iterate(prepared, Method())
+    exact = prepared.iterate(Method())
     off = contact_norm(sigma[:, None] - exact.sigma, weight) / contact_norm(exact.sigma, weight)
     assert 0.01 < off < 0.03
     prepared.close()
@@ -137,7 +133,7 @@ def test_symmetrised_problem_is_another_one(comm):
 
 def test_box_problem_of_the_surrogate_is_its_contact_problem():
     """Optimality of the projection in the metric of T, by a projected gradient that must not descend."""
-    surrogate = LayerOperator.of(prepare_operators())
+    surrogate = layer_of(operators(example(1)))
     rng = np.random.default_rng(5)
     base, bound = rng.standard_normal((surrogate.size, 1)) * 1e-2, 150.0
     law, zero = Tresca(np.full(surrogate.size, bound)), np.zeros_like(base)
@@ -150,9 +146,3 @@ def test_box_problem_of_the_surrogate_is_its_contact_problem():
     for _ in range(50):
         other = np.clip(step.sigma + rng.standard_normal(base.shape) * rng.choice([0.1, 1.0, 30.0]), -bound, bound)
         assert energy(other) >= least
-
-
-def prepare_operators():
-    from petcontact.pipeline.prepare import discretise
-
-    return discretise(example(1))

@@ -9,7 +9,7 @@ import pytest
 from conftest import example
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from petcontact.pipeline.prepare import prepare
+from prepared import Posed
 
 import petcontact.contact.active_set.solvers
 from petcontact import MeshOptions
@@ -101,10 +101,9 @@ def test_pieces_of_hand_made_states():
                                         (MeshOptions(order=3), 7),
                                         (MeshOptions(order=5, levels=16, grading=0.3), 7)])  # fmt: skip
 def test_examples_from_full_stick(number, mesh, most, comm):
-    prepared = prepare(example(number, mesh=mesh), comm)
-    data = prepared.operators.data
+    prepared = Posed(example(number, mesh=mesh), comm)
     state = newton(prepared, 50, predict=False)
-    satisfies(prepared.system.compliance(), prepared.system.u_0[:, 0], data.friction_bound, state.sigma[:, 0],
+    satisfies(prepared.system.compliance(), prepared.system.u_0[:, 0], prepared.bound, state.sigma[:, 0],
               state.v[:, 0])  # fmt: skip
     assert state.converged and len(state.history) <= most
     again = newton(prepared, 50, start=(state.v, state.sigma)
@@ -118,7 +117,7 @@ def test_examples_from_full_stick(number, mesh, most, comm):
 
 @pytest.mark.parametrize("size", [0.1, 0.05, 0.025])
 def test_krylov_solves_find_the_same_in_three_steps(size, comm, monkeypatch):
-    prepared = prepare(example(1, mesh=MeshOptions(element_size=size)), comm)
+    prepared = Posed(example(1, mesh=MeshOptions(element_size=size)), comm)
     direct = newton(prepared, 50, predict=False)
     monkeypatch.setattr(petcontact.contact.active_set.solvers, "DIRECT_SIZE", 0)
     before = prepared.system.applications
@@ -131,7 +130,7 @@ def test_krylov_solves_find_the_same_in_three_steps(size, comm, monkeypatch):
 
 
 def test_it_says_when_it_has_not_ended(comm):
-    prepared = prepare(example(1), comm)
+    prepared = Posed(example(1), comm)
     states = []
     state = newton(prepared, 2, predict=False, monitor=states.append
     )

@@ -5,57 +5,54 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
-from petcontact.compliance.condensed import CondensedSystem
-from petcontact.pipeline.prepare import discretise, prepare
+from prepared import Posed
 
 from petcontact import MeshOptions, Method, SolverError, solve
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.friction_law import contact_norm, projection_residual
 from petcontact.contact.iteration import Iteration
-from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.projection import Projection
 from petcontact.contact.rho_rules import Fixed, Modified, make_rule
-from petcontact.pipeline.run import run
 
 COARSE = MeshOptions(element_size=0.4)
 
 
 @pytest.fixture(scope="module")
-def system(comm):
-    system = CondensedSystem(discretise(example(1, mesh=COARSE)), comm)
-    yield system
-    system.close()
+def posed(comm):
+    posed = Posed(example(1, mesh=COARSE), comm)
+    yield posed
+    posed.close()
 
 
-def run_project(system, rule=None, rho=1e4, tolerance=1e-6, omega=1.8, stop="both", max_iterations=2000, **keywords):
+def run_project(posed, rule=None, rho=1e4, tolerance=1e-6, omega=1.8, stop="both", max_iterations=2000, **keywords):
     iteration = Iteration(Criterion(tolerance, stop), max_iterations, **keywords)
-    return Projection(rule or Modified(), rho, omega)(system, Tresca(system.operators.data.friction_bound), iteration)
+    return Projection(rule or Modified(), rho, omega)(posed.system, posed.law, iteration)
 
 
-def test_each_step_satisfies_the_robin_condition_4_11(system):
+def test_each_step_satisfies_the_robin_condition_4_11(posed):
     states = []
-    run_project(system, rho=100.0, monitor=states.append)
-    bound = system.operators.data.friction_bound
+    run_project(posed, rho=100.0, monitor=states.append)
+    bound = posed.bound
     u, sigma = np.zeros_like(states[0].v), np.zeros_like(states[0].v)
     for state in states:
         rho = state.rho
         expected = sigma + rho * u - 1.8 * projection_residual(u, sigma, bound, rho)
         scale = np.abs(state.sigma).max()
         assert np.allclose(state.sigma + rho * state.v, expected, rtol=0, atol=1e-10 * scale)
-        assert np.allclose(state.v, system.u_0 + system.apply(state.sigma), rtol=0, atol=1e-12)
+        assert np.allclose(state.v, posed.system.u_0 + posed.system.apply(state.sigma), rtol=0, atol=1e-12)
         u, sigma = state.v, state.sigma
 
 
-def test_history_says_what_happened(system):
+def test_history_says_what_happened(posed):
     states = []
-    state = run_project(system, rho=3.0, monitor=states.append)
+    state = run_project(posed, rho=3.0, monitor=states.append)
     history = state.history
     assert state.converged and len(history) == len(states)
-    weight = system.operators.mesh.weight[system.operators.data.contact_nodes]
+    weight = posed.weight
     du, ds = states[7].v - states[6].v, states[7].sigma - states[6].sigma
     assert history.rho[0] == 3.0
     assert history.w[7] == pytest.approx(contact_norm(ds, weight) / contact_norm(du, weight), rel=1e-9)
-    residual = projection_residual(states[6].v, states[6].sigma, system.operators.data.friction_bound, history.rho[7])
+    residual = projection_residual(states[6].v, states[6].sigma, posed.bound, history.rho[7])
     assert history.residual[7] == pytest.approx(contact_norm(residual, weight), rel=1e-9)
     change = (contact_norm(du, weight) + contact_norm(ds, weight)) / (
         contact_norm(states[7].v, weight) + contact_norm(states[7].sigma, weight)
@@ -64,47 +61,47 @@ def test_history_says_what_happened(system):
     assert history.change[-1] <= 1e-6 < history.change[-2]
 
 
-def test_rules_and_parameters_reach_one_solution(system):
-    exact = run_project(system, tolerance=1e-11)
+def test_rules_and_parameters_reach_one_solution(posed):
+    exact = run_project(posed, tolerance=1e-11)
     for rho in (1.0, 1e7):
         for name in ("self-adaptive", "modified", "modified-safeguarded"):
-            state = run_project(system, make_rule(Method(rule=name)), rho, 1e-11)
+            state = run_project(posed, make_rule(Method(rule=name)), rho, 1e-11)
             assert np.abs(state.v - exact.v).max() < 1e-8 * np.abs(exact.v).max()
             assert np.abs(state.sigma - exact.sigma).max() < 1e-8 * np.abs(exact.sigma).max()
 
 
-def test_start_and_rule_of_the_users_own(system):
-    exact = run_project(system, tolerance=1e-10)
-    again = run_project(system, start=(exact.v, exact.sigma))
+def test_start_and_rule_of_the_users_own(posed):
+    exact = run_project(posed, tolerance=1e-10)
+    again = run_project(posed, start=(exact.v, exact.sigma))
     assert again.converged and len(again.history) <= 2
 
     class HalfWay:
         def update(self, rho, balance):
             return (rho * balance) ** 0.5
 
-    state = run_project(system, HalfWay(), 1.0)
+    state = run_project(posed, HalfWay(), 1.0)
     assert state.converged and np.abs(state.v - exact.v).max() < 1e-4 * np.abs(exact.v).max()
 
 
-def test_a_rule_that_gives_nonsense_is_an_error(system):
+def test_a_rule_that_gives_nonsense_is_an_error(posed):
     class Broken:
         def update(self, rho, balance):
             return -rho
 
     with pytest.raises(SolverError, match="the rule gave"):
-        run_project(system, Broken())
+        run_project(posed, Broken())
 
 
-def test_small_change_with_a_wrong_rho_is_not_convergence(system):
+def test_small_change_with_a_wrong_rho_is_not_convergence(posed):
     """A tiny fixed ρ makes steps of any smallness far from the solution."""
-    state = run_project(system, Fixed(), 1e-3, 1e-4, max_iterations=50)
+    state = run_project(posed, Fixed(), 1e-3, 1e-4, max_iterations=50)
     assert not state.converged and "max_iterations" in state.reason
 
 
 @pytest.mark.parametrize("stop", ["both", "displacement", "residual"])
-def test_criteria(system, stop):
-    state = run_project(system, rho=1.0, tolerance=1e-5, stop=stop, max_iterations=500)
-    exact = run_project(system, tolerance=1e-11)
+def test_criteria(posed, stop):
+    state = run_project(posed, rho=1.0, tolerance=1e-5, stop=stop, max_iterations=500)
+    exact = run_project(posed, tolerance=1e-11)
     assert state.converged
     assert np.abs(state.v - exact.v).max() < 1e-3 * np.abs(exact.v).max()
 
@@ -124,10 +121,8 @@ def test_frictionless_start_and_start_from_a_result_file(tmp_path):
     frictionless = solve(example(1, mesh=COARSE, start="frictionless"))
     assert frictionless.converged
     write_solution(tmp_path / "first.h5", first)
-    prepared = prepare(case)
-    again = run(prepared, example(1, mesh=COARSE, start=str(tmp_path / "first.h5")))
+    again = solve(example(1, mesh=COARSE, start=str(tmp_path / "first.h5")))
     finer = solve(example(1, mesh=MeshOptions(element_size=0.2), start=str(tmp_path / "first.h5")))
-    prepared.close()
     assert again.converged and again.iterations < first.iterations / 2
     assert finer.converged
 

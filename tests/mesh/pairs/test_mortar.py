@@ -17,7 +17,6 @@ from petcontact.mesh.surface_mesh import SurfaceMesh
 SEEDS = st.integers(0, 2**32 - 1)
 
 
-
 def curve(points, curvature, order):
     count = len(points) - 1
     none = np.zeros(count, dtype=np.int64)

@@ -104,6 +104,8 @@ def test_names_of_bodies_pairs_and_steps_stand_for_their_numbers():
     assert speaking("step.0.boundary.0.value.1", {"step": [step]}) == "press.upper.top.value.y"
     body = {"name": "low", "boundary": [{"part": "left", "value": [1, 2, 3]}]}
     assert speaking("body.0.boundary.0.value.0", {"body": [body]}) == "low.left.value.x"
+    # a name of a column is no path in an HDF5 file
+    assert speaking("contact.0.gap", {"contact": [{"name": "hub / shaft"}]}) == "hub-shaft.gap"
     # two pairs, and two problems that call them differently
     pairs = [{"contact": [{"name": a}, {"name": b}]} for a, b in (("front", "rear"), ("left", "right"))]
     both = [f"contact.{k}.friction_coefficient" for k in (0, 1)]

@@ -8,12 +8,20 @@ from typing import Any
 
 import numpy as np
 
+<<<<<<< HEAD:petcontact/pipeline/sides.py
 from ..arrays import Array
 from ..errors import InputError
 from ..geometry.surface import Boundary
 from ..model.base import nearest
 from ..model.loads import loads_by_step
 from ..model.problem import ONE_BODY, Body, Contact, Problem, Traction
+=======
+from ...arrays import Array
+from ...errors import InputError
+from ...geometry.surface import Boundary
+from ...model.base import nearest
+from ...model.problem import ONE_BODY, Body, Contact, Problem, Traction
+>>>>>>> main:petcontact/pipeline/discrete/interfaces.py
 
 
 @dataclass(frozen=True)
@@ -139,7 +147,6 @@ def _check_components(key: str, value: Sized, d: int) -> None:
 
 def as_problem(body: Body, boundary: Boundary, sides: list[Side], number: int) -> Problem:
     """One body as a problem of its own, for what only needs to know which parts are held, loaded or in contact."""
-    conditions: list[Any] = [c for c in body.boundary if not isinstance(c, Contact)]
     touching: dict[str, Contact] = {}
     for side in sides:
         law = side.law
@@ -149,6 +156,8 @@ def as_problem(body: Body, boundary: Boundary, sides: list[Side], number: int) -
         if side.body == number:
             gap = 0.0 if law.gap == "geometry" else law.gap
             touching[side.part] = Contact(part=side.part, **given, gap=gap)
+    # messages count the conditions as the body's own
+    conditions: list[Any] = [touching.pop(c.part) if isinstance(c, Contact) else c for c in body.boundary]
     conditions += [touching[part] for part in boundary.parts if part in touching]
     named = {c.part for c in conditions}
     conditions += [Traction(part=part, value=(0.0,) * boundary.dim) for part in boundary.parts if part not in named]

@@ -9,15 +9,16 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Mask
-from ..compliance.bodies import BodiesSystem
-from ..contact.criterion import Criterion
-from ..contact.iteration import ContactMethod, Iteration
-from ..contact.state import ContactState, Start
-from ..contact.system import ContactSystem, Modes
-from ..errors import SolverError
-from ..model.load_steps import Obstacle, Step
-from .assemble import Discrete
+from ...arrays import Array, Mask
+from ...compliance.bodies import BodiesSystem
+from ...contact.criterion import Criterion
+from ...contact.iteration import ContactMethod, Iteration
+from ...contact.state import ContactState, Start
+from ...contact.system import ContactSystem, Modes
+from ...errors import SolverError
+from ...model.load_steps import Obstacle, Step
+from ..discrete.discretise import Discrete
+from ..trust.between_nodes import Places, places_between
 
 Monitor = Callable[[ContactState], str | None]
 """Called with the state so far after each iteration, which says where it is; a reason that it returns ends the solve."""
@@ -66,6 +67,8 @@ class IncrementState:
         Motions of the bodies.
     positions, loads : (o, q) arrays
         Of the obstacles; loads from outside.
+    sigma : (M, k) array
+        σ [stress].
     """
 
     slip: Array
@@ -73,6 +76,7 @@ class IncrementState:
     alpha: Array
     positions: Array
     loads: Array
+    sigma: Array
 
 
 @dataclass
@@ -102,6 +106,17 @@ class PreparedProblem:
     named: dict[str, str] = field(default_factory=dict)
 
     @property
+    def digits_lost(self) -> float:
+        """The largest error of an elimination, see `ElasticBody.digits_lost`."""
+        return max((body.digits_lost for body in self.system.bodies if np.isfinite(body.digits_lost)), default=np.nan)
+
+    @functools.cached_property
+    def places(self) -> list[Places | None]:
+        """Places between the nodes of each contact."""
+        discrete = self.discrete
+        return [places_between(s, i, discrete.meshes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
+
+    @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; one that reaches all values where there are none."""
         return self.discrete.problem.step or (Step(name="load"),)
@@ -111,7 +126,7 @@ class PreparedProblem:
         system, d = self.system, self.system.dim
         still = np.zeros((len(system.obstacle_modes), d * (d + 1) // 2))
         slip, alpha = np.zeros((system.size, d - 1)), np.zeros(system.modes.shape[1])
-        return IncrementState(slip, self.start, alpha, still, still.copy())
+        return IncrementState(slip, self.start, alpha, still, still.copy(), np.zeros((system.size, system.k)))
 
     def close(self) -> None:
         """Free every PETSc object."""
@@ -222,7 +237,7 @@ class Increment:
             feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
             positions[k], loads[k] = position, np.where(motion.free, load, -feels)
         slip = before.slip + outcome.v[:, : system.dim - 1]
-        return IncrementState(slip, (outcome.v, outcome.sigma), free_of_bodies, positions, loads)
+        return IncrementState(slip, (outcome.v, outcome.sigma), free_of_bodies, positions, loads, outcome.sigma)
 
 
 def amplitudes(system: ContactSystem, outcome: ContactState) -> Array:

@@ -7,20 +7,23 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..compliance.bodies import BodiesSystem
-from ..contact.friction_law import contact_norm
-from ..contact.state import ContactState
-from ..results.records import StepResult
+from ...compliance.bodies import BodiesSystem
+from ...contact.friction_law import contact_norm
+from ...contact.laws import dissipation
+from ...contact.state import ContactState
+from ...results.records import StepResult
+from ..discrete.load_states import data_from
+from ..eliminate import eliminated
 from .diagnosis import is_unbalanced, zero_energy_motions
-from .eliminate import eliminated
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem, changed
-from .load_states import data_from
 from .outcome import step_result
 
 HALVINGS = 8
 """How often an increment that fails is halved."""
 PATH_ERROR = 1e-3
 """With increments = "auto": change of σ and of w over their sizes that halving an increment may make."""
+ENERGY_ERROR = 1e-2
+"""The same of the energy dissipated, over itself or the work of all tractions on the slip."""
 LEAST_SLIP = 1e-3
 """Slip, over what the tractions move, below which its path error is relative to that."""
 Tried = tuple[Increment, ContactState, IncrementState]
@@ -42,6 +45,8 @@ def increments(
     """
     state, done = state_after(problem, done), list(done)
     current = list(problem.discrete.problem.obstacle)
+    # known normals and no steps: less of the load is only asked for where there is no equilibrium at all of it
+    divisible = bool(problem.discrete.problem.step) or not problem.discrete.interfaces[0].held
     for number, step in enumerate(problem.steps, 1):
         current = [changed(o, step) for o in current]
         passed = bool(done) and number < done[-1].step
@@ -63,7 +68,7 @@ def increments(
             if tried is None:
                 doubt = True
                 size *= 0.5
-                if size >= whole * 0.5**HALVINGS and problem.discrete.problem.step:
+                if size >= whole * 0.5**HALVINGS and (divisible or is_unbalanced(increment)):
                     continue
                 tried = [_solved(increment, monitor)]
             problem.discrete.warnings += zero_energy_motions(*tried[-1][:2])
@@ -103,7 +108,7 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
     places = [done[-1].obstacles[o.name] for o in obstacles]
     positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(len(places), d * (d + 1) // 2)
     loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(len(places), d * (d + 1) // 2)
-    return IncrementState(slip, (v, sigma), done[-1].alpha, positions, loads)
+    return IncrementState(slip, (v, sigma), done[-1].alpha, positions, loads, sigma)
 
 
 def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) -> PreparedProblem:
@@ -135,16 +140,21 @@ def _attempt(increment: Increment, reached: float, monitor: Monitor | None, *, a
     second = _solved(increment.to(increment.target, first[2]), monitor)
     if not second[1].converged:
         return [first, second] if second[1].stopped else None
-    return [first, second] if _agree(increment.problem.system, whole, second) else None
+    return [first, second] if _agree(increment.problem.system, whole, first, second) else None
 
 
-def _agree(system: BodiesSystem, whole: Tried, halves: Tried) -> bool:
-    """Whether two halves end where the whole increment does."""
+def _agree(system: BodiesSystem, whole: Tried, first: Tried, halves: Tried) -> bool:
+    """Whether two halves end where the whole increment does, and dissipate as much."""
     weight, (one, other) = system.weight, (whole[1].sigma, halves[1].sigma)
     # where nothing slips w is round-off of what the tractions move
     size = max(contact_norm(halves[2].slip, weight), LEAST_SLIP * contact_norm(system.operator.apply(other), weight))
     apart = contact_norm(other - one, weight) > PATH_ERROR * contact_norm(other, weight)
-    return not apart and contact_norm(halves[2].slip - whole[2].slip, weight) <= PATH_ERROR * size
+    if apart or contact_norm(halves[2].slip - whole[2].slip, weight) > PATH_ERROR * size:
+        return False
+    law = whole[0].problem.discrete.law
+    once, *twice = (float(weight @ dissipation(law, each.before.sigma, outcome.sigma, outcome.v[:, : system.dim - 1])[0])
+                    for each, outcome, _ in (whole, first, halves))  # fmt: skip
+    return abs(sum(twice) - once) <= ENERGY_ERROR * max(sum(twice), size * contact_norm(other, weight))
 
 
 def _solved(increment: Increment, monitor: Monitor | None) -> Tried:

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+<<<<<<< HEAD:petcontact/pipeline/load_states.py
 from ..arrays import Array, Index
 from ..bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
 from ..compliance.bodies import Interface
@@ -18,6 +19,15 @@ from ..model.problem import Displacement, Problem, Symmetry, Traction
 
 FLAT = 1e-9
 """Difference of the normals of a plane face."""
+=======
+from ...arrays import Array, Index
+from ...bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
+from ...compliance.bodies import Interface
+from ...errors import InputError
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...model.expressions import evaluate
+from ...model.problem import Displacement, Problem, Traction
+>>>>>>> main:petcontact/pipeline/discrete/load_states.py
 
 
 def boundary_data(
@@ -55,7 +65,7 @@ def boundary_data(
         forces.append(np.array([f.force for f in problem.point_forces(number, s, 1.0)]).reshape(forces[0].shape))
     contact = contact_nodes(interfaces, number)
     directions = np.broadcast_to(np.arange(d), (len(contact), d))
-    if interfaces[0].held and len(contact):
+    if len(contact) and interfaces[0].held:
         frame[contact], places = contact_frames(mesh, contact)
         directions, normal = places[:, :-1], places[:, -1]
         known[contact, normal] = False
@@ -94,17 +104,19 @@ def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
 
 
 def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
-    """Refuse a body whose contact cannot hold what its conditions leave free: known normals, and no friction.
+    """Refuse a body whose contact cannot hold what its conditions leave free: known normals, and no friction; and one that
+    is free since its mesh is too coarse.
 
     Raises
     ------
     InputError
     """
-    motions = free_motions(data, mesh)
-    if not motions.shape[2] or bound.any():
+    motions, held = free_motions(data, mesh), int((~data.traction_known).any(axis=1).sum())
+    few = 0 < held <= mesh.dim
+    if not motions.shape[2] or (bound.any() and not few):
         return
-    name, held = motion_name(motions[:, :, 0], mesh), int((~data.traction_known).any(axis=1).sum())
-    if 0 < held <= mesh.dim:
+    name = motion_name(motions[:, :, 0], mesh)
+    if few:
         raise InputError(f"boundary: the body can {name} freely: it is held at {held} nodes only; use smaller elements")
     raise InputError(
         f"boundary: the body can {name} freely (friction does not hold it); "

@@ -7,21 +7,21 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
-from ..contact.law_protocol import OPEN, SLIP
-from ..contact.state import Start
-from ..mesh.basis import lagrange
-from ..mesh.curve_mesh import CurveMesh, as_curve
-from ..model.problem import Problem
-from ..refinement.contact_edges import Edge, edges, merged, zone_at
-from ..refinement.known_data import fields, offsets
-from ..refinement.ladder import CONTACT_LADDER, Rung, believed
-from ..refinement.marks import UNSEEN, Body, RungMesh
-from ..results.records import PairResult, step_ends
-from ..results.solution import Solution
-from .assemble import Discrete
-from .increment import PreparedProblem
-from .sides import interfaces_of
+from ...arrays import Array, Index
+from ...contact.law_protocol import OPEN, SLIP
+from ...contact.state import Start
+from ...mesh.basis import lagrange
+from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...model.problem import Problem
+from ...refinement.contact_edges import Edge, edges, merged, zone_at
+from ...refinement.known_data import fields, offsets
+from ...refinement.ladder import CONTACT_LADDER, Rung, believed
+from ...refinement.marks import UNSEEN, Body, RungMesh
+from ...results.records import PairResult, step_ends
+from ...results.solution import Solution
+from ..discrete.discretise import Discrete
+from ..discrete.interfaces import interfaces_of
+from ..steps.increment import PreparedProblem
 
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same level."""
@@ -76,9 +76,13 @@ class Tractions:
     def observe(self, solution: Solution, level: Rung) -> None:
         """Keep what a solution shows; attempts on one level are not compared."""
         if self._last and not self.is_vague():
-            self.differences.append(relative_difference(self._last[-1], solution))
+            self.differences.append(self.apart(solution))
         self._last = [solution]
         self._edges = found_edges(solution, level.edge)
+
+    def apart(self, solution: Solution) -> float:
+        """Relative difference of p and q between the last solution that was kept and another one."""
+        return relative_difference(self._last[-1], solution)
 
     def is_vague(self) -> bool:
         """Whether a contact is seen by so few nodes that its edges are guesses."""

@@ -8,16 +8,16 @@ from typing import Any
 
 import numpy as np
 
-from ..bem.compatibility import check_compatible
-from ..contact.state import Start
-from ..mesh.curve_mesh import as_curve
-from ..refinement.contact_line import ContactLine, difference, largest, transition, without_specks
-from ..refinement.ladder import LADDER, MOST_GAIN, Rung, believed
-from ..refinement.marks import Body, RungMesh
-from ..refinement.zones import Zone
-from ..results.solution import Solution
-from .increment import PreparedProblem
-from .start import carried_over
+from ...bem.compatibility import check_compatible
+from ...contact.state import Start
+from ...mesh.curve_mesh import as_curve
+from ...refinement.contact_line import ContactLine, difference, largest, transition, without_specks
+from ...refinement.ladder import LADDER, MOST_GAIN, Rung, believed
+from ...refinement.marks import Body, RungMesh
+from ...refinement.zones import Zone
+from ...results.solution import Solution
+from ..steps.increment import PreparedProblem
+from ..steps.start import carried_over
 
 LEAST_SLIP = 1e-3
 """‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""
@@ -66,10 +66,15 @@ class Slip:
     def observe(self, solution: Solution, level: Rung) -> None:
         """Keep what a solution shows."""
         assert self._body is not None
-        self._shown.append(contact_lines(self._body, solution))
         if self._last is not None:
-            self.differences.append(difference(*self._shown[-2:]) / displacement_scale(solution))
+            self.differences.append(self.apart(solution))
+        self._shown.append(contact_lines(self._body, solution))
         self._last = solution
+
+    def apart(self, solution: Solution) -> float:
+        """Relative difference of u_t between the last solution that was kept and another one."""
+        assert self._body is not None
+        return difference(self._shown[-1], contact_lines(self._body, solution)) / displacement_scale(solution)
 
     def is_vague(self) -> bool:
         """Whether the same level is to be tried again."""

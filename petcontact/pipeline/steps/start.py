@@ -8,14 +8,14 @@ from pathlib import Path
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
-from ..contact.state import Start
-from ..errors import InputError
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh
-from ..model.bodies import Contact
-from ..results.records import PairResult, StepResult
-from ..results.solution import Solution, read_solution
+from ...arrays import Array, Index
+from ...contact.state import Start
+from ...errors import InputError
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.curve_mesh import CurveMesh
+from ...model.bodies import Contact
+from ...results.records import PairResult, StepResult
+from ...results.solution import Solution, read_solution
 from .increment import PreparedProblem
 
 NEAREST = 4
@@ -44,7 +44,7 @@ def finished_before(problem: PreparedProblem) -> list[StepResult]:
     meshes = zip(old.meshes.values(), problem.discrete.meshes, strict=False)
     same = laws == other and set(old.nodes) == {i.name for i in problem.discrete.interfaces} and all(
         mesh.x.shape == new.x.shape and np.allclose(mesh.x, new.x) for mesh, new in meshes)  # fmt: skip
-    if not same or old.last.alpha.size != problem.system.modes.shape[1]:
+    if not same or old.tried[0].alpha.size != problem.system.modes.shape[1]:
         raise InputError(f"method.start: {file} holds other bodies, pairs or meshes than this problem")
     steps = [step for step in old.steps if step.status == "converged"]
     if count and not 0 < int(count) <= len(steps):

@@ -14,22 +14,22 @@ import time
 from dataclasses import replace
 from typing import Any, Protocol
 
-from ..contact.state import Start
-from ..errors import SolverError
-from ..geometry.outline import Outline, as_outline
-from ..geometry.surface import Boundary
-from ..mesh.curve_mesh import CurveMesh
-from ..model.problem import Problem
-from ..refinement.ladder import Rung, check_accuracy
-from ..refinement.marks import Body, RungMesh
-from ..results.solution import Solution
-from ..runtime.petsc import petsc
-from .assemble import Discrete, discretise
-from .increment import Monitor, PreparedProblem
-from .run import prepare, run
-from .sides import interfaces_of
-from .slip_quantity import Slip
-from .traction_quantity import Tractions, with_later_data
+from ...contact.state import Start
+from ...errors import SolverError
+from ...geometry.outline import Outline, as_outline
+from ...geometry.surface import Boundary
+from ...mesh.curve_mesh import CurveMesh
+from ...model.problem import Problem
+from ...refinement.ladder import Rung, check_accuracy
+from ...refinement.marks import Body, RungMesh
+from ...results.solution import Solution
+from ...runtime.petsc import petsc
+from ..discrete.discretise import Discrete, discretise
+from ..discrete.interfaces import interfaces_of
+from ..run import prepare, run
+from ..steps.increment import Monitor, PreparedProblem
+from .slip import Slip
+from .tractions import Tractions, with_later_data
 
 DENSE_NODES = 2500
 """Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
@@ -52,6 +52,7 @@ class Quantity(Protocol):
     def mesh(self, number: int, body: Body, level: Rung) -> RungMesh: ...
     def start(self, problem: PreparedProblem) -> Start | None: ...
     def observe(self, solution: Solution, level: Rung) -> None: ...
+    def apart(self, solution: Solution) -> float: ...
     def is_vague(self) -> bool: ...
     def info(self) -> dict[str, Any]: ...
 
@@ -79,6 +80,8 @@ class AdaptiveSolve:
         The problem on the last mesh.
     missed : float
         What its mesh leaves of the given data beyond what is asked (or 0) [-].
+    left : float
+        What a method of the problem's own leaves on that mesh, by the quantity's difference [-].
     """
 
     def __init__(self, problem: Problem, comm: Any, monitor: Monitor | None, law: Any) -> None:
@@ -89,7 +92,7 @@ class AdaptiveSolve:
         self.quantity = quantity_for(problem)
         self.solutions: list[Solution] = []
         self.discrete: Discrete | None = None
-        self.missed = 0.0
+        self.missed = self.left = 0.0
         self._bodies: dict[int, Body] = {}
 
     def climb(self, accuracy: float) -> str:
@@ -192,20 +195,27 @@ def adapt(
             solution = run(prepared, monitor=monitor)
         finally:
             prepared.close()
+        work.left = work.quantity.apart(solution) if solution.converged else 0.0
     return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
 
 
 def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
     quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
-    estimate = quantity.estimate if shown else math.inf
+    estimate = quantity.estimate + work.left if shown else math.inf
     info = {
-        **solution.info, "accuracy": accuracy, "estimated_error": estimate, "differences": quantity.differences,
+        **solution.info, "accuracy": accuracy, "differences": quantity.differences,
         "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
         **(quantity.info() if shown else {}),
     }  # fmt: skip
+    # where nothing carries anything there is no p whose error could be known
+    if solution.bilateral or any(pair.pressure.any() for step in solution.tried for pair in step.pairs.values()):
+        info["estimated_error"] = estimate
     status, reason = solution.status, solution.reason
     if status == "converged" and work.missed > 0.0:
         status, reason = "not converged", f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
+    elif status == "converged" and quantity.estimate <= accuracy < estimate:
+        status, reason = "not converged", (f"{solution.info['method']} leaves {work.left:.1e} of what it is to find on the "
+                                           "last mesh; lower method.tolerance")
     elif status == "converged" and estimate > accuracy:
         status, reason = "not converged", trouble or f"estimated error {estimate:.1e} > {accuracy:g} on the finest mesh"
     timings: dict[str, float] = {}

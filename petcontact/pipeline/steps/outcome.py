@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array
-from ..compliance.bodies import Interface
-from ..contact.criterion import equilibrium_defect, natural_residuals
-from ..contact.friction_law import contact_norm
-from ..contact.law_protocol import OPEN, WITHIN, bound_excess, friction_bound, law_residual
-from ..contact.state import ContactState
-from ..geometry.rotation import Axial, axial, moment
-from ..results.records import BodyResult, ObstacleResult, PairResult, StepResult
+from ...arrays import Array
+from ...compliance.bodies import Interface
+from ...contact.criterion import equilibrium_defect, natural_residuals
+from ...contact.friction_law import contact_norm
+from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
+from ...contact.laws import dissipation
+from ...contact.state import ContactState
+from ...geometry.rotation import Axial, axial, moment
+from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
+from ..eliminate import ELASTIC_LIMIT
+from ..trust.increments import imbalance, objection
+from ..trust.overlaps import overlaps
 from .diagnosis import failure
-from .eliminate import ELASTIC_LIMIT
 from .increment import Increment, IncrementState
 
 LARGEST_IMBALANCE = 1e-2
@@ -25,7 +28,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
     problem = increment.problem
     discrete, system, d = problem.discrete, problem.system, problem.system.dim
     posed, shares = discrete.problem, increment.shares
-    bodies, elastic, limit = {}, 0.0, ELASTIC_LIMIT
+    bodies, elastic, unbalanced, limit = {}, 0.0, 0.0, ELASTIC_LIMIT
     for b, body in enumerate(system.bodies):
         alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
         u, traction = body.boundary(shares, sigma, alpha)
@@ -33,14 +36,20 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
         limit = max(limit, body.tolerance)
         if checked:
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
+            if not discrete.boundaries[b].exterior:
+                unbalanced = max(unbalanced, imbalance(body, shares, u, traction, sigma, alpha))
     tangential, *normal = natural_residuals(discrete.law, increment.system, outcome.v, outcome.sigma)
     residuals = {"normal": max(normal, default=0.0), "tangential": tangential,
                  "balance": equilibrium_defect(increment.system, outcome.sigma),
-                 "elastic": elastic if checked else np.nan}  # fmt: skip
+                 "elastic": elastic if checked else np.nan, "equilibrium": unbalanced if checked else np.nan,
+                 "elimination": problem.digits_lost}  # fmt: skip
+    residuals["overlap"], between, place = overlaps(system, increment.system, discrete.law, problem.places, outcome)
     pairs = _pairs(increment, outcome, bodies)
     status, reason = _judged(increment, outcome, elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
+    if status == "converged" and (doubt := objection(residuals, between, place)):
+        status, reason = "not converged", doubt
     obstacles = {
         o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],
                                axial(after.loads[k, d:]))
@@ -96,6 +105,7 @@ def _pairs(increment: Increment, outcome: ContactState, bodies: dict[str, BodyRe
     discrete, system = increment.problem.discrete, increment.problem.system
     names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
+    spent, error = dissipation(discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1])
     for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
         mesh, sigma, v = discrete.meshes[side.body], outcome.sigma[where], outcome.v[where]
         weight, x, sigma_t, moved = mesh.weight[face.nodes], mesh.x[face.nodes], sigma[:, : d - 1], v[:, : d - 1]
@@ -105,14 +115,14 @@ def _pairs(increment: Increment, outcome: ContactState, bodies: dict[str, BodyRe
         else:
             sigma_n, open_by = sigma[:, -1], -v[:, -1]
         pressure = 0.0 - sigma_n
-        gap = np.where(np.isfinite(face.gap), np.where(states[where] == OPEN, open_by, 0.0), np.inf)
+        gap = np.where(np.isfinite(face.gap), open_by + 0.0, np.inf)
         traction = np.einsum("mt,mtc->mc", sigma_t, face.tangent) + sigma_n[:, None] * face.normal
         given, turned = _on_primary(increment, face, traction)
         pairs[face.name] = PairResult(
             x, face.normal, face.tangent, weight, mesh.variables(face.nodes).get("s", np.zeros(len(x))), pressure, sigma_t,
             bound[where], gap, moved + increment.before.slip[where], moved, states[where],
             weight @ traction, moment(x, weight[:, None] * traction),
-            float(-weight @ np.sum(sigma_t * moved, axis=1)), given, turned,
+            float(weight @ spent[where]), float(weight @ error[where]), given, turned,
         )  # fmt: skip
     return pairs
 

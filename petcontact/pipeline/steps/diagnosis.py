@@ -6,13 +6,14 @@ import itertools
 
 import numpy as np
 
-from ..arrays import Array
-from ..contact.criterion import equilibrium_defect
-from ..contact.equilibrium import unbalanced_load
-from ..contact.law_protocol import OPEN
-from ..contact.state import ContactState
-from ..results.records import StepResult
-from .assemble import Discrete
+from ...arrays import Array
+from ...contact.criterion import equilibrium_defect
+from ...contact.equilibrium import unbalanced_load
+from ...contact.law_protocol import OPEN
+from ...contact.state import ContactState
+from ...results.records import StepResult
+from ..discrete.discretise import Discrete
+from ..trust.warnings import unusual
 from .increment import Increment, PreparedProblem, changed
 
 MOTIONS = {
@@ -41,20 +42,22 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str
     system, law = problem.system, problem.discrete.law
     if modes is None or increment.target < 1.0 or not outcome.converged:
         return []
-    size = np.abs(outcome.sigma).max(initial=0.0) / (np.abs(outcome.v).max(initial=0.0) or 1.0)
+    # v alone may be what an iteration left of nothing
+    moved = max(np.abs(outcome.v).max(initial=0.0), np.abs(increment.system.u_0).max(initial=0.0))
+    size = np.abs(outcome.sigma).max(initial=0.0) / (moved or 1.0)
     derivative = law.linearise(size * outcome.v - outcome.sigma)
     resisted = np.einsum("iab,ibr->iar", derivative, modes.motion / modes.size).reshape(-1, len(modes.load))
     values, vectors = np.linalg.svd(np.linalg.qr(resisted, mode="r"))[1:]
     loose = vectors[np.append(values, np.zeros(len(vectors) - len(values))) <= 1e-9 * max(1.0, values.max(initial=0.0))]
     if not len(loose):
         return []
-    moved = np.linalg.norm(loose, axis=0)
+    share = np.linalg.norm(loose, axis=0)
     posed, owners = problem.discrete.problem, list[str]()
     for body, eliminated in zip(posed.body, system.bodies, strict=True):
         owners += [f"body {body.name!r}"] * eliminated.modes.shape[2]
     for obstacle, motion in zip(posed.obstacle, increment.obstacles, strict=True):
         owners += [f"obstacle {obstacle.name!r}"] * int(motion.free.sum())
-    names = list(dict.fromkeys(owner for owner, share in zip(owners, moved, strict=True) if share > 1e-6))
+    names = list(dict.fromkeys(owner for owner, part in zip(owners, share, strict=True) if part > 1e-6))
     motions = f"{len(loose)} motion{'s' if len(loose) > 1 else ''} of {' and '.join(names)}"
     note = f"step {increment.step.name or increment.number!r}: nothing holds {motions}; chosen as the least there is"
     return [note] * (note not in problem.discrete.warnings)
@@ -65,9 +68,10 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     problem, system, end = increment.problem, increment.system, increment.to(1.0)
     law, steps = problem.discrete.law, problem.discrete.problem.step
     push = unbalanced_load(system.modes, law)
-    where = f" at load factor {increment.target:.4g} of step {increment.step.name!r}" if steps else ""
+    of_step = f" of step {increment.step.name!r}" if steps else ""
+    where = f" at load factor {increment.target:.4g}{of_step}" if steps or increment.target < 1.0 else ""
     if push is None and (push := unbalanced_load(end.system.modes, law)) is not None:
-        where = f" at the end of step {increment.step.name!r}, of which {increment.target:.4g} was tried"
+        where = f" at the end{of_step}, of which {increment.target:.4g} was tried"
     defect = equilibrium_defect(system, outcome.sigma)
     if push is None and system.modes is not None and defect > problem.discrete.problem.method.tolerance:
         push = system.modes.unbalanced(outcome.sigma)
@@ -113,7 +117,8 @@ def _direction(motion: Array, weight: Array) -> str:
 
 def warnings_of(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     """All that is to be reported of a solve that ended."""
-    return [*problem.discrete.warnings, *_ignored(problem), *_jammed(problem, results), *_unlike(problem, results)]
+    return [*problem.discrete.warnings, *_ignored(problem), *_jammed(problem, results), *_unlike(problem, results),
+            *unusual(problem.discrete, results)]  # fmt: skip
 
 
 def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
@@ -173,7 +178,7 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
     if discrete.interfaces[0].held and not discrete.problem.step:
         return results[-1].reason
     worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
-             for key in ("normal", "tangential", "balance", "elastic")}  # fmt: skip
+             for key in ("normal", "tangential", "balance", "elastic", "equilibrium")}  # fmt: skip
     # a balance of 0 is none: nothing is held by contact only
     text = "residuals " + ", ".join(f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value)
     if all(np.all(pair.state == 2) for pair in results[-1].pairs.values()):

@@ -1,0 +1,42 @@
+"""How large the elements of a boundary are, next to the thickness of the body behind them."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from ..arrays import Array
+from .boundary_mesh import BoundaryMesh
+
+OPPOSITE = -0.9
+"""Cosine of the normals of two sides of a body below which one lies behind the other."""
+BESIDE = 0.75
+"""Sizes of an element by which nodes behind it may lie beside its centre."""
+DEEPEST = 1.0
+"""Sizes of an element beyond which the other side is not looked for."""
+
+
+def slenderness(mesh: BoundaryMesh) -> Array:
+    """Size of each element over the thickness of the body behind it, (n_elements,) [-].
+
+    The size is the length, in space the root of the area. 0 where the other side lies further than `DEEPEST` sizes behind,
+    or the two sides meet at an angle.
+    """
+    count, d = mesh.n_elements, mesh.dim
+    area = np.bincount(mesh.element, mesh.weight, minlength=count)
+    size = area ** (1.0 / (d - 1))
+    centre, normal = (
+        np.column_stack([np.bincount(mesh.element, mesh.weight * column, minlength=count) / area for column in values.T])
+        for values in (mesh.x, mesh.normal)
+    )
+    near = cKDTree(mesh.x).query_ball_point(centre, np.hypot(BESIDE, DEEPEST) * size)
+    element = np.repeat(np.arange(count), [len(nodes) for nodes in near])
+    node = np.concatenate([np.asarray(nodes, dtype=np.int64) for nodes in near])
+    away = mesh.x[node] - centre[element]
+    depth = -np.sum(away * normal[element], axis=1)
+    beside = np.linalg.norm(away + depth[:, None] * normal[element], axis=1)
+    facing = np.sum(mesh.normal[node] * normal[element], axis=1) < OPPOSITE
+    behind = facing & (depth > 0.0) & (beside < BESIDE * size[element])
+    thickness = np.full(count, np.inf)
+    np.minimum.at(thickness, element[behind], depth[behind])
+    return np.asarray(size / thickness)

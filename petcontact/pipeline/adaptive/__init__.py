@@ -1,0 +1,1 @@
+"""Meshes that follow the solution, and what is known of the error."""

@@ -1,0 +1,111 @@
+"""The error on meshes that the user fixed, where it is cheap: against the same meshes with pairs of elements joined."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ...errors import PetcontactError
+from ...geometry.outline import Outline
+from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
+from ...refinement.contact_line import difference
+from ...refinement.marks import Body
+from ...results.solution import Solution
+from ..discrete.discretise import discretise
+from ..run import prepare, run
+from .slip import contact_lines, displacement_scale
+from .tractions import relative_difference
+
+CHEAP = 1200
+"""Nodes of a body up to which a quarter more of assembly is nothing to wait for."""
+FEWEST = 8
+"""Elements of a mesh below which half of them say nothing."""
+MOST_INCREMENTS = 12
+"""That are solved once more."""
+
+
+def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
+    """The solution, its info with `estimated_error` where that is cheap, else with `error_unknown`, the reason.
+
+    What two meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of
+    the finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q.
+
+    Parameters
+    ----------
+    solution : Solution
+    comm : PETSc.Comm
+    law : optional
+        As in `solve`.
+    """
+    if "estimated_error" in solution.info or not solution.converged:
+        return solution
+    reason = _unknown(solution, comm)
+    if not reason:
+        try:
+            error = _difference(solution, _coarser(solution, comm, law))
+            if math.isfinite(error):
+                return replace(solution, info={**solution.info, "estimated_error": error})
+            reason = "nothing is in contact"
+        except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold
+            reason = "half as many elements do not pose the problem"
+    return replace(solution, info={**solution.info, "error_unknown": reason})
+
+
+def _unknown(solution: Solution, comm: Any) -> str:
+    """Why no other mesh is solved on; empty where one is."""
+    meshes = list(solution.meshes.values())
+    if not all(isinstance(mesh, CurveMesh) for mesh in meshes):
+        return "surfaces have no estimate; compare with a finer mesh"
+    if comm.getSize() > 1:
+        return "it is estimated on one rank only"
+    if any(mesh.n_nodes > CHEAP for mesh in meshes):
+        return f"more than {CHEAP} nodes a body; compare with a finer mesh"
+    if any(mesh.n_elements < FEWEST for mesh in meshes):
+        return f"fewer than {FEWEST} elements"
+    if len(solution.steps) > MOST_INCREMENTS:
+        return f"more than {MOST_INCREMENTS} increments; compare with a finer mesh, or use --adapt"
+    return ""
+
+
+def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
+    """The solution on meshes of half as many elements."""
+    problem, meshes = solution.problem, [as_curve(mesh) for mesh in solution.meshes.values()]
+    method = problem.method.model_copy(update={
+        "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed"
+    })  # fmt: skip
+    problem = problem.model_copy(update={"method": method})
+    discrete = discretise(problem, lambda number, one, boundary: joined(meshes[number], boundary), law)
+    prepared = prepare(problem, comm, discrete)
+    try:
+        return run(prepared, checked=False)
+    finally:
+        prepared.close()
+
+
+def _difference(solution: Solution, other: Solution) -> float:
+    """Of u_t, or of p and q, relative; infinite where nothing carries anything."""
+    if solution.bilateral:
+        outline = solution.problem.geometry.outline()
+        assert isinstance(outline, Outline)
+        body = Body.of(solution.problem, outline)
+        return difference(contact_lines(body, other), contact_lines(body, solution)) / displacement_scale(solution)
+    carries = any(pair.pressure.any() for step in solution.steps for pair in step.pairs.values())
+    return relative_difference(other, solution) if carries and other.converged else math.inf
+
+
+def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:
+    """The mesh with pairs of neighbouring elements of each side joined, an odd one left."""
+    ends = np.cumsum([side.length for side in outline.sides])
+    side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
+    breaks, orders = [], []
+    for k, side in enumerate(outline.sides):
+        mine = np.flatnonzero(side_of_element == k)
+        fractions = np.concatenate([[0.0], np.cumsum(mesh.length[mine])]) / side.length
+        fractions[-1] = 1.0
+        chosen = np.unique([*range(0, len(fractions), 2), len(fractions) - 1])
+        breaks.append(fractions[chosen])
+        orders.append(mesh.order[mine[chosen[:-1]]])
+    return build_mesh(outline, breaks, orders)

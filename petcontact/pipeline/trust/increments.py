@@ -1,0 +1,82 @@
+"""What a converged increment must meet beyond the residuals of its equations."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...arrays import Array
+from ...compliance.body.base import ElasticBody
+from ...geometry.rotation import rigid_motions
+
+DIGITS = 1e-4
+"""Largest error of a known solution in the elimination; bodies that are not thin leave 1e-14 to 1e-12."""
+EQUILIBRIUM = 0.1
+"""Resultant of the tractions and loads of a body over the sum of their sizes that is not accepted; meshes that resolve the
+tractions leave 1e-7 to 7e-3."""
+OVERLAP = 1e-3
+"""Overlap at nodes, over what contact displaces, that is not accepted."""
+BETWEEN = 0.1
+"""The same between nodes."""
+
+
+def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array) -> float:
+    """Resultant force and moment on a body, the larger one, over the sum of all sizes; at most 1 [-].
+
+    Of a body that contact holds it is zero by construction: there it is what the multipliers of its rigid motions say,
+    over the largest displacement that strains it. What is round-off of the displacement is no traction.
+
+    Parameters
+    ----------
+    body : ElasticBody
+        Of finite size.
+    shares : (K,) array
+        Of the load states.
+    u, traction : (n, d) arrays
+        [length], [stress]
+    sigma : (m, k) array
+        Tractions at contact nodes [stress].
+    alpha : (r,) array
+        Rigid motions.
+    """
+    mesh = body.mesh
+    x, force = mesh.x, mesh.weight[:, None] * traction
+    if body.data.point.size:
+        x = np.concatenate([x, body.data.point])
+        force = np.concatenate([force, np.tensordot(shares, body.data.force, 1)])
+    away = x - mesh.weight @ mesh.x / mesh.weight.sum()
+    motions = rigid_motions(away)
+    each = np.einsum("ic,icr->ir", force, motions)
+    arms = np.linalg.norm(motions, axis=1) * np.linalg.norm(force, axis=1)[:, None]
+    least = 1e-9 * body.operators.traction_scale * np.abs(u).max(initial=0.0) * mesh.weight.sum()
+    arm = np.linalg.norm(motions, axis=1).max(axis=0)
+    worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), least * arm + np.finfo(float).tiny)).max())
+    if body.modes.shape[2]:
+        strained = float(np.abs(u - body.modes @ alpha).max(initial=0.0))
+        multipliers = body.unknowns(shares, sigma)[body.operators.n_unknowns :]
+        drift = float(np.abs(body.modes @ multipliers).max(initial=0.0))
+        worst = max(worst, drift / strained if strained > 0.0 else 0.0)
+    return worst
+
+
+def objection(residuals: dict[str, float], between: float, where: str) -> str:
+    """Why a converged increment is not accepted; empty where it is.
+
+    Parameters
+    ----------
+    residuals : dict
+        equilibrium, overlap, elimination; what is nan is not judged.
+    between, where : float, str
+        The largest overlap between nodes, over what contact displaces, and in words.
+    """
+    lost, unbalanced, overlap = (residuals[key] for key in ("elimination", "equilibrium", "overlap"))
+    if lost > DIGITS:
+        return (f"a body is too thin for its mesh: its elimination is off by {lost:.1e}, at most {DIGITS:g} is accepted; "
+                "choose smaller elements")  # fmt: skip
+    if unbalanced > EQUILIBRIUM:
+        return (f"the tractions of a body are not in equilibrium: {unbalanced:.1e} of their sum is left, at most "
+                f"{EQUILIBRIUM:g} is accepted; choose smaller elements")  # fmt: skip
+    if overlap > OVERLAP:
+        return f"surfaces overlap by {overlap:.1e} of what contact displaces; choose a smaller tolerance"
+    if between > BETWEEN:
+        return f"surfaces overlap between nodes: {where}; refine the mesh there (mesh.graded_points)"
+    return ""

@@ -1,0 +1,52 @@
+"""Whether surfaces overlap, at the nodes and between them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...compliance.bodies import BodiesSystem
+from ...contact.law_protocol import ContactLaw
+from ...contact.state import ContactState
+from ...contact.system import ContactSystem
+from .between_nodes import Places
+
+ROUND_OFF = 1e-11
+"""Of displacements that add up to a gap."""
+
+
+def overlaps(
+    bodies: BodiesSystem, system: ContactSystem, law: ContactLaw, places: list[Places | None], outcome: ContactState
+) -> tuple[float, float, str]:
+    """The largest overlap at nodes and between them, each over itself and what tractions displace.
+
+    Returns
+    -------
+    at_nodes, between : float
+        In [0, 1].
+    where : str
+        The latter in words.
+    """
+    if bodies.k < bodies.dim:
+        return 0.0, 0.0, ""
+    moved = system.apply(outcome.sigma)
+    rigid = outcome.v - system.u_0 - moved
+    noise = ROUND_OFF * (np.abs(system.u_0) + np.abs(rigid) + np.abs(moved).max(initial=0.0))[:, -1]
+    unilateral = getattr(law, "unilateral", np.zeros(len(moved), dtype=bool))
+    at_nodes, worst, text = 0.0, 0.0, ""
+    for where, face, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
+        scale = float(np.abs(moved[where, -1]).max(initial=0.0))
+        seen = unilateral[where] & np.isfinite(face.gap)
+        depth = float((outcome.v[where, -1] - noise[where])[seen].max(initial=0.0))
+        at_nodes = max(at_nodes, _share(depth, scale))
+        if between is None:
+            continue
+        depth, x = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where])
+        share = _share(depth - float(noise[where].max(initial=0.0)), scale)
+        if share > worst:
+            place = ", ".join(f"{coordinate:.6g}" for coordinate in x)
+            worst, text = share, f"pair {face.name!r} by {depth:.3g} at ({place})"
+    return at_nodes, worst, text
+
+
+def _share(depth: float, scale: float) -> float:
+    return depth / (depth + scale) if depth > 0.0 else 0.0

@@ -1,0 +1,51 @@
+"""Warnings of a solution that is accepted: motions that are not small, tractions that are hardly in equilibrium."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...contact.law_protocol import OPEN
+from ...geometry.rotation import rigid_motions
+from ...results.records import StepResult
+from ..discrete.discretise import Discrete
+
+TURN, TRAVEL = 0.1, 1.0
+"""Rotation [rad], and displacement over the size of the body, beyond which displacements are not small."""
+UNEVEN = 0.02
+"""Resultant of the tractions of a body over the sum of their sizes that is warned of, see `increments.EQUILIBRIUM`."""
+
+
+def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
+    """What is said of motions that are not small, and of tractions without equilibrium."""
+    turned, moved, slid = dict[str, float](), dict[str, float](), dict[str, float]()
+    for result in results:
+        for mesh, name in zip(discrete.meshes, (body.name for body in discrete.problem.body), strict=True):
+            body = result.bodies[name]
+            away = mesh.x - mesh.weight @ mesh.x / mesh.weight.sum()
+            size = float(np.abs(away).max())
+            motions = rigid_motions(away / size).reshape(mesh.x.size, -1)
+            rotation = np.linalg.lstsq(motions, body.u.ravel(), rcond=None)[0][mesh.dim :] / size
+            _raise(turned, f"body {name!r}", np.abs(rotation).max())
+            _raise(moved, f"body {name!r}", np.abs(body.u).max() / (2.0 * size))
+        for name, obstacle in result.obstacles.items():
+            _raise(turned, f"obstacle {name!r}", np.abs(obstacle.rotation).max())
+        for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+            mesh, pair = discrete.meshes[side.body], result.pairs[side.name]
+            area = np.bincount(mesh.element, mesh.weight)[mesh.element[interface.nodes]]
+            way = np.linalg.norm(pair.slip, axis=1) * (pair.state != OPEN)
+            # elements that are graded to nothing say nothing of what the surface is like further on
+            _raise(slid, f"pair {side.name!r}", way.max(initial=0.0) / area.max() ** (1.0 / (mesh.dim - 1)))
+    small = "; displacements are taken to be small"
+    uneven = max((float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0)
+    return [
+        *[f"tractions are in equilibrium to {uneven:.1e} only; choose smaller elements"] * (uneven > UNEVEN),
+        *(f"{name} turns by {value:.2g} rad{small}" for name, value in turned.items() if value > TURN),
+        *(f"{name} moves by {value:.2g} times its size{small}" for name, value in moved.items() if value > TRAVEL),
+        *(f"{name} slips by {value:.2g} elements{small}" for name, value in slid.items() if value > 1.0),
+    ]
+
+
+def _raise(largest: dict[str, float], key: str, value: float) -> None:
+    largest[key] = max(largest.get(key, 0.0), float(value))

@@ -1,0 +1,254 @@
+"""What can be done with a problem can be done with every kind of problem; what is yet to come is refused in one line."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from sweep_files import quietly
+
+from petcontact import InputError, Solution, read_result, solve
+from petcontact.commands.main import main
+from petcontact.contact.methods.newton import SemismoothNewton
+from petcontact.contact.rho_rules import SelfAdaptive
+from petcontact.model.case import parse_problem
+from petcontact.pipeline.discrete.discretise import discretise
+from petcontact.sweep.design.sweep import read_sweep
+from petcontact.sweep.store.case_table import read_case_table
+
+SOFT, HARD = {"young_modulus": 100.0, "poisson_ratio": 0.3}, {"young_modulus": 200.0, "poisson_ratio": 0.25}
+
+
+def body(dim, lower, upper, size, material, *conditions):
+    """A rectangle or a box, x and the last coordinate given; in y from 0 to 1."""
+    corners = [[corner[0], *([y] if dim == 3 else []), corner[1]] for corner, y in ((lower, 0.0), (upper, 1.0))]
+    names = ("lower_left", "upper_right") if dim == 2 else ("lower", "upper")
+    return {
+        "material": material, "geometry": {"shape": "rectangle" if dim == 2 else "box", **dict(zip(names, corners, strict=True))},
+        "mesh": {"element_size": size, "order": 1}, "boundary": list(conditions),
+    }  # fmt: skip
+
+
+def vector(dim, x, z):
+    return [x, *([0.0] if dim == 3 else []), z]
+
+
+def condition(part, kind, value):
+    return {"part": part, "condition": kind, "value": value}
+
+
+def one_body(dim):
+    """A block that is held at its top and pushed over a foundation of given friction."""
+    zero = vector(dim, 0.0, 0.0)
+    contact = {"part": "bottom", "condition": "contact", "friction_bound": 0.4}
+    free = ("right", "front", "back") if dim == 3 else ("right",)
+    return body(dim, (0.0, 0.0), (2.0, 1.0), 0.5, SOFT, contact, condition("top", "displacement", zero),
+                condition("left", "traction", vector(dim, 1.0, 0.0)), *(condition(part, "traction", zero) for part in free))
+
+
+def bodies(dim):
+    """A block that is pressed on a larger one and pushed, held by Coulomb friction only, in two steps."""
+    zero, pressed = vector(dim, 0.0, 0.0), vector(dim, 0.0, -1.0)
+    base = body(dim, (-1.0, -1.0), (3.0, 0.0), 1.0, HARD, condition("bottom", "displacement", zero))
+    block = body(dim, (0.0, 0.0), (2.0, 1.0), 0.5, SOFT, condition("top", "traction", pressed))
+    push = {"body": "block", "part": "top", "value": vector(dim, 0.1, -1.0)}
+    return {
+        "body": [{"name": "base", **base}, {"name": "block", **block}],
+        "contact": [{"name": "pair", "secondary": "block.bottom", "primary": "base.top", "friction_coefficient": 0.4}],
+        "step": [{"name": "press"}, {"name": "push", "boundary": [push]}],
+    }  # fmt: skip
+
+
+KINDS = {"plane, one body": (one_body, 2), "plane, bodies and steps": (bodies, 2), "space, one body": (one_body, 3),
+         "space, bodies and steps": (bodies, 3)}  # fmt: skip
+STEPPED = [kind for kind in KINDS if "steps" in kind]
+
+
+class Case:
+    """A problem of some kind, and its solution.
+
+    Attributes
+    ----------
+    kind : str
+    dim : int
+    single : bool
+        Whether it is of one body, without steps.
+    """
+
+    def __init__(self, kind):
+        self.kind, (self._make, self.dim) = kind, KINDS[kind]
+        self.single = self._make is one_body
+        self.friction = "boundary.0.friction_bound" if self.single else "contact.0.friction_coefficient"
+
+    def problem(self, **changes):
+        """With changes, __ for a dot."""
+        changes = {key.replace("__", "."): value for key, value in changes.items()}
+        return parse_problem(self._make(self.dim), "test", changes, Path())
+
+    @functools.cached_property
+    def solution(self):
+        return solve(self.problem())
+
+    def swept(self, folder, problem, more=""):
+        """The table of a sweep over two tolerances."""
+        (folder / "problem.toml").write_text(problem.toml())
+        (folder / "s.toml").write_text(f'problems = ["problem.toml"]\n{more}\n[cross]\ntolerance = [1e-6, 1e-7]\n')
+        quietly(read_sweep(folder / "s.toml"), folder / "out")
+        return read_case_table(folder / "out")
+
+
+def assert_alike(solution: Solution, other: Solution, tolerance: float):
+    assert solution.converged and other.converged, (solution.reason, other.reason)
+    for name, pair in solution.pairs.items():
+        size = max(np.abs(pair.pressure).max(), np.abs(pair.sigma_t).max())
+        for key in ("pressure", "sigma_t"):
+            assert np.abs(getattr(other.pairs[name], key) - getattr(pair, key)).max() < tolerance * size, key
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def case(request):
+    return Case(request.param)
+
+
+def compressed_operators(case, tmp_path):
+    kind, tolerance = ("hodlr", 1e-9) if case.dim == 2 else ("hmatrix", 1e-7)
+    solution = solve(case.problem(**{"bem.mat_type": kind, f"bem.{kind}_tol": tolerance}))
+    assert kind in solution.info["solver"]
+    assert_alike(case.solution, solution, 1e-6)
+
+
+def monitor_of_the_command_line(case, tmp_path, capsys):
+    (tmp_path / "case.toml").write_text(case.problem().toml())
+    assert main(["solve", str(tmp_path / "case.toml"), "--monitor", "--no-figures", "-o", str(tmp_path / "r.h5")]) == 0
+    lines = [line for line in capsys.readouterr().out.splitlines() if ": change " in line]
+    assert len(lines) == read_result(tmp_path / "r.h5").iterations
+    assert case.single or [sum(f"step {k} ({name})" in line for line in lines) > 0 for k, name in ((1, "press"), (2, "push"))]
+
+
+def monitor_ends_the_solve(case, tmp_path):
+    assert solve(case.problem(), monitor=lambda state: "enough").reason.startswith("enough")
+
+
+def pictures_and_tables(case, tmp_path):
+    axes = Figure().add_subplot(projection="3d" if case.dim == 3 else None)
+    assert case.solution.plot(axes) is axes
+    assert len(case.solution.to_dataframe()) == sum(len(pair.x) for pair in case.solution.pairs.values())
+    assert case.solution._repr_html_().startswith("<pre>")
+
+
+def fields(case, tmp_path):
+    case.solution.save(tmp_path / "r.h5")
+    words = ["-o", tmp_path / "r.vtu", "--boundary", tmp_path / "b.vtu", "--figure", tmp_path / "f.png"]
+    assert main(["field", str(tmp_path / "r.h5"), "--grid", "x".join(["3"] * case.dim), *map(str, words)]) == 0
+    assert (tmp_path / "f.png").exists() and len(list(tmp_path.glob("b*.vtu"))) == len(case.solution.meshes)
+
+
+def von_mises_in_a_sweep(case, tmp_path):
+    point = vector(case.dim, 1.0, 0.5) if case.dim == 2 else [1.0, 0.5, 0.5]
+    table = case.swept(tmp_path, case.problem(), f"von_mises = [{point}]")
+    if "failed" in table.status:
+        raise InputError(str(table.values("reason")[0]))
+    wanted = case.solution.von_mises_at([point], None if case.single else "block")
+    assert table.numbers("von_mises_1") == pytest.approx([wanted[0]] * 2, rel=1e-4)
+
+
+def rule_of_ones_own(case, tmp_path):
+    class Counted(SelfAdaptive):
+        calls = 0
+
+        def update(self, rho, balance):
+            Counted.calls += 1
+            return super().update(rho, balance)
+
+    solution = solve(case.problem(method__tolerance=1e-8, method__max_iterations=5000), rule=Counted(2.0))
+    assert Counted.calls > 0 and solution.info["rule"] == "Counted"
+    assert_alike(case.solution, solution, 1e-3)
+
+
+def law_of_ones_own(case, tmp_path):
+    changed = case.problem(**{case.friction: 0.5})
+    assert_alike(solve(changed), solve(case.problem(), law=discretise(changed).law), 1e-12)
+
+
+def method_of_ones_own(case, tmp_path):
+    seen = []
+
+    def method(system, law, iteration):
+        seen.append(system.u_0.shape)
+        return SemismoothNewton()(system, law, iteration)
+
+    assert_alike(case.solution, solve(case.problem(), method=method), 1e-12)
+    assert set(seen) == {(sum(len(pair.x) for pair in case.solution.pairs.values()), case.dim - 1 if case.single else case.dim)}
+
+
+def held_by_friction_only(case, tmp_path):
+    loose = condition("top", "traction", vector(case.dim, 0.0, 0.0))
+    problem = case.problem(**{"boundary.1": loose, "boundary.2.value": vector(case.dim, 0.5, 0.0)} if case.single else {})
+    solution = solve(problem)
+    assert solution.converged and sum(solution.info["motions"].values()) > 0
+    along = [pair.force[0] for pair in solution.pairs.values()]
+    assert along == pytest.approx([-0.5 if case.single else -0.2], rel=1e-9)
+    table = case.swept(tmp_path, problem)
+    assert list(table.status) == ["converged"] * 2 and table.numbers("force_x") == pytest.approx(along * 2, rel=1e-9)
+
+
+def frictionless_start(case, tmp_path):
+    seen = []
+
+    def method(system, law, iteration):
+        seen.append((iteration.start, system.u_0))
+        return SemismoothNewton()(system, law, iteration)
+
+    assert_alike(case.solution, solve(case.problem(method__start="frictionless"), method=method), 1e-6)
+    (v, sigma), u_0 = seen[0]
+    assert np.array_equal(v, u_0) and not sigma.any()
+
+
+def full_formulation(case, tmp_path):
+    solution = solve(case.problem(method__formulation="full", method__rule="modified", method__tolerance=1e-9))
+    assert "full" in solution.info["solver"]
+    assert_alike(case.solution, solution, 1e-6)
+
+
+def files(case, tmp_path):
+    case.solution.save(tmp_path / "r.h5")
+    again = read_result(tmp_path / "r.h5")
+    assert again.verdict() == case.solution.verdict() and again.problem == case.solution.problem
+    for key, values in case.solution.columns().items():
+        assert np.array_equal(again.columns()[key], values), key
+
+
+def restart(case, tmp_path):
+    case.solution.save(tmp_path / "r.h5")
+    again = solve(case.problem(method__start=f"{tmp_path / 'r.h5'}{'' if case.single else ':1'}"))
+    assert len(again.steps) == len(case.solution.steps)
+    assert_alike(case.solution, again, 1e-7)
+    assert not case.single or again.iterations < max(case.solution.iterations, 2)
+
+
+CAPABILITIES = (compressed_operators, monitor_of_the_command_line, monitor_ends_the_solve, pictures_and_tables, fields,
+                von_mises_in_a_sweep, rule_of_ones_own, law_of_ones_own, method_of_ones_own, held_by_friction_only,
+                frictionless_start, full_formulation, files, restart)  # fmt: skip
+YET_TO_COME = {
+    (compressed_operators, "space, bodies and steps"): '"hmatrix" is for one body in bilateral contact',
+    **{(von_mises_in_a_sweep, kind): "von_mises: of one body only" for kind in STEPPED},
+    **{(full_formulation, kind): '"full" is the paper\'s, for one body that is held' for kind in STEPPED},
+}
+"""What is refused, with what it is refused by: H-matrices in space eliminate no rigid motions and no second body yet; points
+of a sweep name no body; the paper's formulation is defined for its own problem."""
+
+
+@pytest.mark.parametrize("capability", CAPABILITIES, ids=lambda capability: capability.__name__)
+def test_every_kind_of_problem(case, capability, tmp_path, request, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    more = {"capsys": request.getfixturevalue("capsys")} if capability is monitor_of_the_command_line else {}
+    refusal = YET_TO_COME.get((capability, case.kind))
+    if refusal is None:
+        capability(case, tmp_path, **more)
+        return
+    with pytest.raises(InputError, match=refusal) as caught:
+        capability(case, tmp_path, **more)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,229 @@
+"""What is converged is right: light contact, contact between nodes, thin bodies, bodies of very different stiffness."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import petcontact as pc
+from petcontact import InputError, adapt, solve
+from petcontact.mesh.thickness import slenderness
+
+CYLINDER = """
+[material]
+young_modulus = {modulus}
+poisson_ratio = 0.3
+[geometry]
+shape = "rectangle"
+lower_left = [{left}, 0.0]
+upper_right = [{right}, {height}]
+{mesh}
+[[boundary]]
+part = "bottom"
+condition = "contact"
+normal = "unilateral"
+gap = "{gap}"
+[[boundary]]
+part = "top"
+condition = "displacement"
+value = ["free", {push}]
+[[boundary]]
+part = "left"
+condition = "traction"
+value = [0.0, 0.0]
+[[boundary]]
+part = "right"
+condition = "displacement"
+value = [0.0, "free"]
+"""
+GRADED = "[mesh]\norder = 3\ngrading = 0.35\ngraded_points = [[{0}, 0.0]]"
+LOAD = """
+[material]
+young_modulus = 1.0
+poisson_ratio = 0.3
+[geometry]
+shape = "rectangle"
+upper_right = [{width}, {height}]
+lower_left = [0.0, 0.0]
+[mesh]
+element_size = {size}
+order = {order}
+[[boundary]]
+part = "bottom"
+condition = "contact"
+normal = "unilateral"
+[[boundary]]
+part = "top"
+condition = "traction"
+value = [0.0, -1.0]
+[[boundary]]
+part = "left"
+condition = "displacement"
+value = [0.0, "free"]
+[[boundary]]
+part = "right"
+condition = "traction"
+value = [0.0, 0.0]
+"""
+
+
+@pytest.fixture
+def loaded(tmp_path):
+    """An assembly from a template."""
+
+    def load(template, **values):
+        path = tmp_path / "case.toml"
+        path.write_text(template.format(**values))
+        return pc.load(path)
+
+    return load
+
+
+PUSHES = (1e-4, 1e-6, 1e-8, 1e-10)
+
+
+def light(load, push, *, unit=1.0, modulus=1.0, mesh=None):
+    """A block of size 2 pressed onto a parabola whose lowest point is no node, in a unit of length."""
+    lowest = 0.1234567 * unit
+    return load(CYLINDER, modulus=modulus, left=-unit, right=unit, height=2.0 * unit, push=-push * unit,
+                gap=f"0.5*(x - {lowest!r})**2/{unit!r}", mesh=GRADED.format(lowest) if mesh is None else mesh)  # fmt: skip
+
+
+def test_light_contact_carries_its_load(loaded):
+    """Contact is like Hertz's: the force falls a little faster than the push, whatever the push is next to the gaps."""
+    force = [solve(light(loaded, push)) for push in PUSHES]
+    assert all(solution.converged for solution in force)
+    pair = [solution.last.pairs["bottom"] for solution in force]
+    stiffness = np.array([p.force[1] for p in pair]) / PUSHES
+    assert np.all(np.diff(stiffness) < 0.0) and np.all(stiffness > 0.1)
+    # half the squared half-width of Hertz's contact is 4 (1 - ν²) F R / (π E) / 2
+    closed = pair[1].weight[pair[1].state != 2].sum()
+    assert closed == pytest.approx(2.0 * np.sqrt(4.0 * 0.91 * pair[1].force[1] / np.pi), rel=0.2)
+    assert all(p.gap.min() > -1e-6 * push for p, push in zip(pair, PUSHES, strict=True))
+
+
+def test_contact_that_no_digit_sees_is_not_converged(loaded):
+    """A push of 1e-12 next to gaps of .6: the force is there, or the overlap is reported."""
+    solution = solve(light(loaded, 1e-12))
+    assert solution.last.pairs["bottom"].force[1] > 1e-14 or "surfaces overlap" in solution.reason
+
+
+@pytest.mark.parametrize(("unit", "modulus"), [(1e3, 1e-6), (1e-3, 1e12)])
+def test_light_contact_does_not_depend_on_units(loaded, unit, modulus):
+    """p is a stress: in other units of length the same, over E the same."""
+    one, other = solve(light(loaded, 1e-6)), solve(light(loaded, 1e-6, unit=unit, modulus=modulus))
+    p, q = (solution.last.pairs["bottom"].pressure for solution in (one, other))
+    assert q == pytest.approx(modulus * p, rel=1e-6, abs=1e-6 * modulus * p.max())
+
+
+def test_overlap_between_nodes_is_found(loaded):
+    """Uniform elements of size .1 have no node where surfaces 1e-5 apart would touch."""
+    solution = solve(light(loaded, 1e-5, mesh="[mesh]\nelement_size = 0.1\norder = 2"))
+    assert not solution.converged and "overlap between nodes: pair 'bottom' by 8" in solution.reason
+
+
+@pytest.mark.parametrize(("width", "height"), [(1e6, 1.0), (1.0, 1e-6), (1e10, 1.0), (1.0, 1e10)])
+@pytest.mark.parametrize("order", [1, 2])
+def test_thin_bodies_are_right_or_refused(loaded, width, height, order):
+    """Under uniform pressure p = 1 everywhere."""
+    problem = loaded(LOAD, width=width, height=height, size=max(width, height) / 40.0, order=order)
+    with pytest.raises(InputError, match="times as large as the body is thick"):
+        solve(problem)
+
+
+@pytest.mark.parametrize(("size", "order"), [(1e4, 2), (1e6, 1), (1e6, 2)])
+def test_an_elimination_without_digits_is_not_converged(loaded, monkeypatch, size, order):
+    """The same without the look at the mesh: the elastic residual is small where p is off by its own size."""
+    monkeypatch.setattr("petcontact.pipeline.eliminate.check_meshes", lambda *bodies: [])
+    solution = solve(loaded(LOAD, width=size, height=1.0, size=size / 40.0, order=order))
+    off = np.abs(solution.tried[-1].pairs["bottom"].pressure - 1.0).max()
+    assert not solution.converged or off < 1e-3
+
+
+def test_size_over_thickness(loaded):
+    """Squares have none that counts, strips have that of their long sides, and next to a corner of 9° it is no matter."""
+    strip = solve(loaded(LOAD, width=10.0, height=1.0, size=1.0, order=2))
+    ratio = slenderness(strip.meshes["body"])
+    assert strip.converged and ratio.max() == pytest.approx(1.0) and np.count_nonzero(ratio) == 20
+    square = solve(loaded(LOAD, width=1.0, height=1.0, size=0.25, order=2))
+    assert slenderness(square.meshes["body"]).max() == 0.0
+
+
+def test_adaptive_solve_without_contact_tells_no_error(loaded):
+    """Nothing is closed: there is no pressure whose error could be 0."""
+    apart = adapt(loaded(CYLINDER, modulus=1.0, left=-1.0, right=1.0, height=1.0, push=0.0, mesh="",
+                                  gap="1e-3 + x**2"), 1e-3)  # fmt: skip
+    assert apart.converged and "error of p and q: not known, nothing is closed" in apart.verdict()
+
+
+PRESSED = """
+[material]
+young_modulus = 100.0
+poisson_ratio = 0.3
+[geometry]
+shape = "rectangle"
+lower_left = [0.0, 0.0]
+upper_right = [2.0, 1.0]
+[mesh]
+element_size = 0.25
+order = 1
+[[boundary]]
+part = "bottom"
+condition = "contact"
+normal = "unilateral"
+friction_coefficient = 0.3
+[[boundary]]
+part = "top"
+condition = "traction"
+value = [0.0, -1.0]
+[[boundary]]
+part = "left"
+condition = "traction"
+value = [0.0, 0.0]
+[[boundary]]
+part = "right"
+condition = "traction"
+value = [0.0, 0.0]
+[[step]]
+increments = {increments}
+"""
+
+
+def test_energy_dissipated_does_not_depend_on_increments(loaded):
+    """Where all loads grow together p and slip do, and half of the work of the final tractions on the slip is dissipated."""
+    spent = []
+    for increments in (1, 3, '"auto"'):
+        solution = solve(loaded(PRESSED, increments=increments))
+        pairs = [step.pairs["bottom"] for step in solution.steps]
+        spent.append(sum(pair.dissipated for pair in pairs))
+        assert solution.converged and sum(pair.dissipated_error for pair in pairs) == pytest.approx(spent[0] / len(pairs))
+    last = pairs[-1]
+    work = -float(last.weight @ np.sum(last.sigma_t * last.slip, axis=1))
+    assert spent == pytest.approx([0.5 * work] * 3, rel=1e-6)
+
+
+PEAK = """
+import re, sys
+from pathlib import Path
+import petcontact as pc
+from petcontact.pipeline.choice import dense_memory
+status = lambda key: 1024 * int(re.search(key + r":\\s*(\\d+)", Path("/proc/self/status").read_text())[1])
+problem = pc.load(sys.argv[1])
+before = status("VmRSS")
+solution = pc.solve(problem)
+(mesh,), m = solution.meshes.values(), sum(len(nodes) for nodes in solution.nodes.values())
+print(solution.converged, (status("VmHWM") - before) / dense_memory([2 * mesh.n_nodes], [2 * m], 2 * m))
+"""
+
+
+def test_memory_is_predicted(tmp_path):
+    """The peak of a solve with a third of 2000 nodes in contact is within a fifth of what is said before."""
+    case = tmp_path / "case.toml"
+    case.write_text(PRESSED.format(increments=1).replace("element_size = 0.25", "element_size = 0.006") +
+                    '\n[bem]\nmat_type = "dense"\n')
+    found = subprocess.run([sys.executable, "-c", PEAK, case], capture_output=True, text=True, timeout=300, check=True)
+    converged, ratio = found.stdout.split()
+    assert converged == "True" and 0.8 < float(ratio) < 1.2, found.stdout
