@@ -14,7 +14,6 @@ import h5py
 import numpy as np
 import pytest
 from conftest import example
-from petcontact.model.assembly import assembly_of
 
 from petcontact import MeshOptions, Polygon, solve
 from petcontact.errors import OutputError, ResultError

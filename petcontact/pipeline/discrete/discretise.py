@@ -9,26 +9,9 @@ from typing import Any
 
 import numpy as np
 
-<<<<<<< HEAD:petcontact/pipeline/assemble.py
-from ..arrays import Array, Mask
-from ..bem.boundary_data import BoundaryData
-from ..bem.particular.volume import volume_solution
-from ..compliance.bodies import Interface
-from ..contact.law_protocol import ContactLaw
-from ..contact.laws import SignoriniCoulomb, Tresca
-from ..contact.methods.registry import ContactNodes, law_of
-from ..errors import InputError
-from ..geometry.surface import Boundary
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.pairs.facing import face
-from ..mesh.pairs.hits import along
-from ..mesh.pairs.matching import PairParts, matched
-from ..model.expressions import evaluate
-from ..model.problem import Problem
-from ..refinement.meshes import mesh_of
-=======
 from ...arrays import Array, Mask
 from ...bem.boundary_data import BoundaryData
+from ...bem.particular.volume import volume_solution
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import ContactLaw
 from ...contact.laws import SignoriniCoulomb, Tresca
@@ -43,7 +26,6 @@ from ...model.expressions import evaluate
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
 from .interfaces import Side, as_problem, check_parts, interfaces_of
->>>>>>> main:petcontact/pipeline/discrete/discretise.py
 from .load_states import boundary_data, check_held
 
 OUTWARD = 1e-9

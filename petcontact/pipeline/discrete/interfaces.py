@@ -8,20 +8,12 @@ from typing import Any
 
 import numpy as np
 
-<<<<<<< HEAD:petcontact/pipeline/sides.py
-from ..arrays import Array
-from ..errors import InputError
-from ..geometry.surface import Boundary
-from ..model.base import nearest
-from ..model.loads import loads_by_step
-from ..model.problem import ONE_BODY, Body, Contact, Problem, Traction
-=======
 from ...arrays import Array
 from ...errors import InputError
 from ...geometry.surface import Boundary
 from ...model.base import nearest
+from ...model.loads import loads_by_step
 from ...model.problem import ONE_BODY, Body, Contact, Problem, Traction
->>>>>>> main:petcontact/pipeline/discrete/interfaces.py
 
 
 @dataclass(frozen=True)

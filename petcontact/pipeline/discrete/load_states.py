@@ -8,26 +8,16 @@ from typing import Any
 
 import numpy as np
 
-<<<<<<< HEAD:petcontact/pipeline/load_states.py
-from ..arrays import Array, Index
-from ..bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
-from ..compliance.bodies import Interface
-from ..errors import InputError
-from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.expressions import evaluate
-from ..model.problem import Displacement, Problem, Symmetry, Traction
-
-FLAT = 1e-9
-"""Difference of the normals of a plane face."""
-=======
 from ...arrays import Array, Index
 from ...bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
 from ...compliance.bodies import Interface
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
-from ...model.problem import Displacement, Problem, Traction
->>>>>>> main:petcontact/pipeline/discrete/load_states.py
+from ...model.problem import Displacement, Problem, Symmetry, Traction
+
+FLAT = 1e-9
+"""Difference of the normals of a plane face."""
 
 
 def boundary_data(
