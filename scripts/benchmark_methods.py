@@ -17,16 +17,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-from petcontact.pipeline.prepare import discretise, prepare
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Method, Rectangle, Traction
-from petcontact.bem.operators import BoundaryOperators
-from petcontact.compliance.layer.operator import LayerOperator
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import Tresca
 from petcontact.contact.methods.registry import method_of
+from petcontact.contact.system import ContactSystem, Surrogate
 from petcontact.model.problem import Problem
+from petcontact.pipeline.run import prepare
+from petcontact.pipeline.steps.load_steps import first_increment
 from petcontact.runtime.petsc import petsc
 
 Array = np.ndarray
@@ -36,7 +36,7 @@ Array = np.ndarray
 class Dual:
     """The dual problem as peers see it: S (m, m), u_0, g and the weights (m,); and what our methods need besides."""
 
-    operators: BoundaryOperators
+    posed: ContactSystem
     compliance_matrix: Array
     u_0: Array
     bound: Array
@@ -57,9 +57,9 @@ class Dual:
         """S."""
         return self.compliance_matrix
 
-    def surrogate(self) -> LayerOperator:
+    def surrogate(self) -> Surrogate | None:
         """T."""
-        return LayerOperator.of(self.operators)
+        return self.posed.surrogate()
 
     def robin(self, rho: float, f: Array) -> tuple[Array, Array]:
         """Robin solve from scratch."""
@@ -88,13 +88,10 @@ def example_1(contact_nodes: int) -> Dual:
         bem={"mat_type": "dense"},
     )  # fmt: skip
     prepared = prepare(case, petsc().COMM_SELF)
-    data = prepared.operators.data
-    weight = prepared.operators.mesh.weight[data.contact_nodes]
-    form = weight[:, None] * prepared.system.compliance()
-    u_0 = prepared.system.u_0
-    prepared.close()
-    symmetric = 0.5 * (form + form.T) / weight[:, None]
-    return Dual(discretise(case), symmetric, u_0, data.friction_bound, weight)
+    system, law = first_increment(prepared).system, prepared.discrete.law
+    form = system.weight[:, None] * system.compliance()
+    symmetric = 0.5 * (form + form.T) / system.weight[:, None]
+    return Dual(system, symmetric, system.u_0, law.bound, system.weight)
 
 
 def ours(name: str, tolerance: float) -> Callable[[Dual], Array]:

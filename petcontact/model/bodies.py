@@ -34,8 +34,8 @@ class Material(Model):
     young_modulus: Positive
     poisson_ratio: Finite
     plane: Literal["strain", "stress"] = "strain"
-    density: NotNegative | None = None
-    thermal_expansion: Finite | None = None
+    density: NotNegative | None = pydantic.Field(default=None, kw_only=True)
+    thermal_expansion: Finite | None = pydantic.Field(default=None, kw_only=True)
 
     @pydantic.model_validator(mode="after")
     def _admissible(self) -> Material:

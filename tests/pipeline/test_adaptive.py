@@ -9,8 +9,9 @@ import pytest
 from conftest import example
 from contact_lines import line_of
 
-from petcontact import Contact, Displacement, MeshOptions, Polygon, Traction, adapt, solve
+from petcontact import Contact, Displacement, MeshOptions, Polygon, Problem, Traction, adapt, solve
 from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, graded_side
+from petcontact.model.base import parse
 from petcontact.pipeline.adaptive.slip import MOST_GAIN, Slip, estimated_error
 from petcontact.refinement.contact_line import ContactLine, displacement, slip_at_end, transition, without_specks
 from petcontact.refinement.ladder import LADDER
@@ -108,6 +109,16 @@ def test_zones_end_between_their_nodes_where_the_bound_jumps(comm):
     assert len(solution.zones) == len(fine.zones)
     for zone, other, errors in zip(solution.zones, fine.zones, solution.info["zone_errors"], strict=True):
         assert abs(zone.end - other.end) <= 3.0 * errors[1] + 1e-9
+
+
+def test_what_the_own_method_leaves_is_in_the_estimate(comm):
+    """The mesh is good to 1e-6; the projection method leaves twice as much of u_t on it."""
+    newton, loose = (adapt(example(1, **keys), 1e-6, comm=comm) for keys in (NEWTON, {}))
+    exact, weight = newton.contact.u_t[:, 0], newton.contact.weight
+    left = np.sqrt(weight @ (loose.contact.u_t[:, 0] - exact) ** 2 / (weight @ exact**2))
+    assert left > 1e-6 and loose.status == "not converged" and "projection leaves an error of" in loose.reason
+    assert loose.info["estimated_error"] == pytest.approx(left, rel=0.05)
+    assert newton.converged and adapt(example(1), 1e-5, comm=comm).converged
 
 
 def test_accuracy_must_make_sense(comm):
@@ -249,3 +260,35 @@ def test_a_monitor_that_says_stop_ends_the_climb(comm):
     assert solution.status == "failed" and solution.reason == "enough"
     assert len(solution.info["levels"]) == 3 and solution.iterations == 1
     assert solution.elastic_residual < 1e-10 and solution.info["estimated_error"] > 1e-6
+
+
+# -- pressure and shear ----------------------------------------------------------------------------------------------
+WIDTH, PLACE = 1e-4, 0.7312345
+
+
+def block(pressure, steps=()):
+    """A block on a rigid floor, with friction, under a pressure."""
+    return parse(Problem, {
+        "body": [{"name": "block", "material": {"young_modulus": 100.0, "poisson_ratio": 0.3},
+                  "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
+                  "boundary": [{"part": "top", "condition": "traction", "pressure": pressure}]}],
+        "obstacle": [{"name": "floor"}],
+        "contact": [{"name": "sole", "secondary": "block.bottom", "primary": "floor", "friction_coefficient": 0.3}],
+        "step": [*steps],
+    }, "block")  # fmt: skip
+
+
+@pytest.mark.parametrize("later", [False, True])
+def test_a_narrow_load_is_seen(later):
+    """A Gaussian of width 1e-4, which no node of a coarse mesh meets: the floor carries its integral, √π·1e-4."""
+    peak = f"1 + 100*exp(-((x - {PLACE})/{WIDTH})**2)"
+    change = {"boundary": [{"body": "block", "part": "top", "pressure": peak}]}
+    solution = adapt(block("1.0", [{}, change]) if later else block(peak), 3e-2)
+    pressed = 2.0 + 100.0 * WIDTH * np.sqrt(np.pi)
+    assert solution.converged, solution.reason
+    assert solution.last.pairs["sole"].force[1] == pytest.approx(pressed, rel=1e-6)
+
+
+def test_data_that_no_mesh_resolves_are_told():
+    solution = adapt(block("1 + 0.5*sin(1e6*x)"), 1e-2)
+    assert solution.status == "not converged" and "no mesh resolves the given data" in solution.reason

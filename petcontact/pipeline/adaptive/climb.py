@@ -201,7 +201,7 @@ def adapt(
 
 def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
     quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
-    estimate = quantity.estimate + work.left if shown else math.inf
+    estimate = max(quantity.estimate, work.left) if shown else math.inf
     info = {
         **solution.info, "accuracy": accuracy, "differences": quantity.differences,
         "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
@@ -214,8 +214,8 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
     if status == "converged" and work.missed > 0.0:
         status, reason = "not converged", f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
     elif status == "converged" and quantity.estimate <= accuracy < estimate:
-        status, reason = "not converged", (f"{solution.info['method']} leaves {work.left:.1e} of what it is to find on the "
-                                           "last mesh; lower method.tolerance")
+        status, reason = "not converged", (f"{solution.info['method']} leaves an error of {work.left:.1e} on the last mesh, "
+                                           f"which semismooth-newton solves to {quantity.estimate:.1e}")  # fmt: skip
     elif status == "converged" and estimate > accuracy:
         status, reason = "not converged", trouble or f"estimated error {estimate:.1e} > {accuracy:g} on the finest mesh"
     timings: dict[str, float] = {}

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...bem.boundary_data import BoundaryData
+from ...bem.boundary_data import BoundaryData, free_motions
 from ...bem.particular.volume import volume_solution
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import ContactLaw
@@ -93,19 +93,38 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
         interfaces.append(interface)
         distance.append(smallest)
         notes += mismatch
-    interfaces, law = _with_law(law, sides, interfaces, meshes)
+    given, (interfaces, law) = law, _with_law(law, sides, interfaces, meshes)
     data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
+    if given is None and isinstance(law, Tresca) and _held_by_friction(interfaces, meshes, boundaries, data, law.bound):
+        # equilibrium of what only contact holds is exact where all its tractions are looked for
+        interfaces = [replace(face, held=False) for face in interfaces]
+        law = _law(sides, interfaces, meshes)
+        data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
     for b, mesh in enumerate(meshes):
         if (solution := volume_solution(problem, b, mesh)) is not None:
             data[b] = replace(data[b], volume=solution.on(mesh))
             notes += solution.notes
-    if interfaces[0].held and isinstance(law, Tresca):
-        ends = np.cumsum([0, *(len(face.nodes) for face in interfaces)])
-        for b, (mesh, boundary) in enumerate(zip(meshes, boundaries, strict=True)):
-            mine = [law.bound[i:j] for face, i, j in zip(interfaces, ends[:-1], ends[1:], strict=True) if face.body == b]
-            if not boundary.exterior:
-                check_held(data[b], mesh, np.concatenate([*mine, np.zeros(0)]))
     return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, notes)
+
+
+def _held_by_friction(
+    interfaces: list[Interface], meshes: list[BoundaryMesh], boundaries: list[Boundary], data: list[BoundaryData],
+    bound: Array,
+) -> bool:  # fmt: skip
+    """Whether friction alone keeps a body where it is, whose contacts hold the normal displacement.
+
+    Raises
+    ------
+    InputError
+        If not even friction does.
+    """
+    ends, found = np.cumsum([0, *(len(face.nodes) for face in interfaces)]), False
+    for b, (mesh, boundary) in enumerate(zip(meshes, boundaries, strict=True)):
+        mine = [bound[i:j] for face, i, j in zip(interfaces, ends[:-1], ends[1:], strict=True) if face.body == b]
+        if not boundary.exterior and free_motions(data[b], mesh).shape[2]:
+            check_held(data[b], mesh, np.concatenate([*mine, np.zeros(0)]))
+            found = True
+    return found
 
 
 def with_laws_of(discrete: Discrete, problem: Problem) -> Discrete:
