@@ -10,7 +10,7 @@ from .model.bodies import Contact as Contact
 from .model.bodies import Displacement as Displacement
 from .model.bodies import Material as Material
 from .model.bodies import Pair as Pair
-from .model.bodies import PointForce as PointForce
+from .model.bodies import Symmetry as Symmetry
 from .model.bodies import Traction as Traction
 from .model.case import load as load
 from .model.load_steps import BoundaryChange as BoundaryChange
@@ -18,6 +18,9 @@ from .model.load_steps import Obstacle as Obstacle
 from .model.load_steps import ObstacleChange as ObstacleChange
 from .model.load_steps import PointForceChange as PointForceChange
 from .model.load_steps import Step as Step
+from .model.loads import LoadsChange as LoadsChange
+from .model.loads import PointForce as PointForce
+from .model.loads import VolumeLoads as VolumeLoads
 from .model.problem import Problem as Problem
 from .model.shapes import Box as Box
 from .model.shapes import Circle as Circle

@@ -34,6 +34,9 @@ class BoundaryData:
         Points at which forces act [length].
     force : (K, f, d) array
         [force/length, in space force]
+    volume : (3, K, n, d) array, optional
+        Of a particular solution for the volume loads of each state, displacement [length] and traction [stress]; and of one
+        for the forces alone the traction, whose resultant is theirs.
     rigid : (K, n, d) array, optional
         Rigid motions that were taken out of the known displacements, to be added to whatever follows from them [length].
     """
@@ -45,6 +48,7 @@ class BoundaryData:
     contact_directions: Index
     point: Array
     force: Array
+    volume: Array | None = None
     rigid: Array | None = None
 
     @property
@@ -85,6 +89,12 @@ class BoundaryData:
         """Known displacements as vectors, (K, n, d) [length]."""
         return self.vectors(np.where(self.traction_known, 0.0, self.value))
 
+    @property
+    def loaded(self) -> Mask:
+        """Whether anything acts or is displaced in each state, (K,)."""
+        acting = [self.value, self.force] + ([] if self.volume is None else list(self.volume))
+        return np.asarray(np.any([values.any(axis=(1, 2)) for values in acting], axis=0))
+
     def vectors(self, components: Array) -> Array:
         """Vectors (..., n, d) from components along the frames (..., n, d)."""
         return np.asarray(np.einsum("...ic,icj->...ij", components, self.frame))
@@ -100,6 +110,7 @@ class BoundaryData:
         return replace(
             self, frame=self.frame[nodes], traction_known=self.traction_known[nodes], value=self.value[:, nodes],
             contact_nodes=place[order], contact_directions=self.contact_directions[order],
+            volume=None if self.volume is None else self.volume[:, :, nodes],
             rigid=None if self.rigid is None else self.rigid[:, nodes],
         )  # fmt: skip
 

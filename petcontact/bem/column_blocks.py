@@ -13,42 +13,6 @@ from ..mesh.boundary_mesh import Batch
 
 
 @dataclass(frozen=True)
-class RightHandSides:
-    """Columns beside A_0, each of one node: G times a traction there less (½ + H) times a displacement.
-
-    Attributes
-    ----------
-    node : (q,) array
-        Increasing.
-    traction, displacement : (q, d) arrays
-        In units of the kernel's `traction_scale` and of length.
-    n_nodes : int
-        Of the whole mesh.
-    """
-
-    node: Index
-    traction: Array
-    displacement: Array
-    n_nodes: int
-
-    @functools.cached_property
-    def count(self) -> Index:
-        """Number of columns of each node, (n,)."""
-        return np.bincount(self.node, minlength=self.n_nodes)
-
-    @functools.cached_property
-    def first(self) -> Index:
-        """Number of the first column of each node, (n,)."""
-        return np.cumsum(self.count) - self.count
-
-    def of(self, nodes: Index) -> tuple[Index, Index]:
-        """The columns of some nodes, and which of the nodes each belongs to."""
-        count = self.count[nodes]
-        owner = np.repeat(np.arange(len(nodes)), count)
-        return self.first[nodes][owner] + np.arange(len(owner)) - (np.cumsum(count) - count)[owner], owner
-
-
-@dataclass(frozen=True)
 class ColumnBlock:
     """Columns of k nodes of one part and kind of element.
 

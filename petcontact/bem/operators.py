@@ -17,9 +17,10 @@ import numpy as np
 from ..arrays import Array, Index, Mask
 from ..mesh.boundary_mesh import Batch, BoundaryMesh
 from .boundary_data import BoundaryData
-from .column_blocks import ColumnBlock, RightHandSides, as_slice, columns_of, common, contract, put
+from .column_blocks import ColumnBlock, as_slice, columns_of, common, contract, put
 from .kernel import ColumnData, ColumnFiller, Kernel
 from .kernels import column_filler
+from .right_hand_sides import RightHandSides, columns_beside
 
 BLOCK = (512, 96)
 """Targets and nodes of one block: its temporaries fit a core's second-level cache."""
@@ -108,27 +109,19 @@ class BoundaryOperators:
         return column_filler(self.kernel, self.mesh, data)
 
     @functools.cached_property
-    def right_hand_sides(self) -> RightHandSides:
-        """Columns beside A_0: one for each contact node and direction, and what known data add to the load.
+    def _columns(self) -> tuple[RightHandSides, Array]:
+        return columns_beside(self.data, self.traction_scale)
 
-        Of known data that are there in one state only a loaded node has one column, over `load_scale`; else one for each
-        component that is loaded in any state.
-        """
-        data = self.data
-        (m, k), d = data.contact_shape, self.kernel.dim
-        node = np.repeat(data.contact_nodes, k)
-        traction, displacement = data.contact_frame.reshape(m * k, d), np.zeros((m * k, d))
-        if self._single:
-            loaded = np.flatnonzero(np.any(data.value[-1] != 0.0, axis=1))
-            pushed, moved = (vectors[-1, loaded] / self.load_scale for vectors in (self._traction, data.known_displacement))
-        else:
-            loaded, component = np.nonzero(self._loaded)
-            unit, known = data.frame[loaded, component], data.traction_known[loaded, component, None]
-            pushed, moved = np.where(known, unit, 0.0), np.where(known, 0.0, unit)
-        node = np.concatenate([node, loaded])
-        order = np.argsort(node, kind="stable")
-        rows = np.vstack([traction, pushed])[order], np.vstack([displacement, moved])[order]
-        return RightHandSides(node[order], *rows, self.mesh.n_nodes)
+    @property
+    def right_hand_sides(self) -> RightHandSides:
+        """Columns beside A_0: one for each contact node and direction, and what known data and volume loads add to the
+        load."""
+        return self._columns[0]
+
+    @property
+    def amplitudes(self) -> Array:
+        """Right-hand sides to the load of each state, (q, K)."""
+        return self._columns[1]
 
     @functools.cached_property
     def of_contact(self) -> Mask:
@@ -137,17 +130,6 @@ class BoundaryOperators:
         # of a node the contact directions come first
         return np.arange(len(rhs.node)) - rhs.first[rhs.node] < np.where(
             np.isin(rhs.node, data.contact_nodes), data.contact_shape[1], 0)  # fmt: skip
-
-    @functools.cached_property
-    def amplitudes(self) -> Array:
-        """Right-hand sides to the load of each state, (q, K)."""
-        data, load = self.data, np.zeros((len(self.right_hand_sides.node), self.data.states))
-        if self._single:
-            load[~self.of_contact, -1] = self.load_scale
-        else:
-            values = np.where(data.traction_known, data.value / self.traction_scale, data.value)
-            load[~self.of_contact] = values[:, self._loaded].T
-        return load
 
     @functools.cached_property
     def point_loads(self) -> Array:
@@ -161,27 +143,6 @@ class BoundaryOperators:
     def point_displacement(self, nodes: Index, force: Array) -> Array:
         """Displacement (len(nodes), d) of the infinite plane or space at some nodes by forces (f, d) at the points."""
         return self.kernel.point_displacement(self.mesh.x[nodes], self.data.point, force)
-
-    @functools.cached_property
-    def load_scale(self) -> float:
-        """Largest of the known data, by which columns of the load are divided."""
-        both = (self._traction, self.data.known_displacement)
-        return float(max(np.abs(vectors).max(initial=0.0) for vectors in both)) or 1.0
-
-    @functools.cached_property
-    def _loaded(self) -> Mask:
-        """Known components (n, d) that are not zero in every state."""
-        return np.asarray(np.any(self.data.value != 0.0, axis=0))
-
-    @functools.cached_property
-    def _single(self) -> bool:
-        """Whether the last state is the only one with loads."""
-        return not self.data.value[:-1].any()
-
-    @functools.cached_property
-    def _traction(self) -> Array:
-        """Known tractions over `traction_scale`, (K, n, d) [length]."""
-        return self.data.known_traction / self.traction_scale
 
     def residual(self, rows: Index, u: Array, traction: Array) -> Array:
         """½u + Hu - Gt at some nodes, (len(rows), d) [length], from exact entries: zero for the discrete solution."""

@@ -83,7 +83,9 @@ def principal_stresses(stress: Array) -> Array:
 
 
 def normal_stress_out_of_plane(stress: Array, material: Material) -> Array:
-    """σ_zz (n,) [stress]."""
+    """σ_zz (n,) without a change of temperature [stress]."""
+    if stress.shape[1] == 6:
+        return stress[:, 2]
     if material.plane == "stress":
         return np.zeros(len(stress))
     value: Array = material.poisson_ratio * (stress[:, 0] + stress[:, 1])

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from importlib.resources import files
 
-ORDER = ("tutorial", "config", "contact", "space", "methods", "options", "sweeps", "fields", "python", "paper",
+ORDER = ("tutorial", "config", "contact", "loads", "space", "methods", "options", "sweeps", "fields", "python", "paper",
          "verification", "accuracy", "speed", "reliability", "gallery", "glossary", "extending", "changes")  # fmt: skip
 
 

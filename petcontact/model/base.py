@@ -32,11 +32,15 @@ def _not_too_large(value: float) -> float:
 _Limited = pydantic.AfterValidator(_not_too_large)
 Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False), _Limited]
 Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False), _Limited]
+NotNegative = Annotated[float, pydantic.Field(strict=True, ge=0.0, allow_inf_nan=False), _Limited]
 Coordinate = Annotated[
     float, pydantic.Field(strict=True, ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE, allow_inf_nan=False)
 ]
 Point = tuple[Coordinate, Coordinate]
 SpacePoint = tuple[Coordinate, Coordinate, Coordinate]
+Name = Annotated[str, pydantic.Field(min_length=1, pattern=r"^[^./]+$")]
+Vector = pydantic.Field(min_length=2, max_length=3)
+"""As many components as the body has dimensions."""
 LONGEST_EXPRESSION = 500
 
 
@@ -59,6 +63,13 @@ def _is_number(value: Any) -> bool:
 def _in_file(value: Any) -> Any:
     """What a result file says of an expression: a function has no text."""
     return f"<function {getattr(value, '__name__', type(value).__name__)}>" if callable(value) else value
+
+
+def something(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+    """A vector that has a direction."""
+    if value is not None and not 1e-300 < sum(component**2 for component in value) < 1e300:
+        raise ValueError("must be a vector other than zero")
+    return value
 
 
 def _option(value: Any) -> bool | int | float | str:

@@ -8,7 +8,8 @@ from typing import Annotated, Any, Literal
 import pydantic
 
 from ..errors import InputError
-from .base import Expression, Finite, Model
+from .base import Expression, Finite, Model, Name, Vector
+from .loads import LoadsChange
 
 
 def _increments(value: Any) -> int | str:
@@ -47,9 +48,6 @@ Motions = Annotated[float | Literal["free"] | tuple[float | Literal["free"], ...
 """A number or "free" for every component, or an array of them."""
 Loads = Annotated[float | tuple[float, ...], _components(_number)]
 """A number for every component, or an array of them."""
-Name = Annotated[str, pydantic.Field(min_length=1, pattern=r"^[^./]+$")]
-Vector = pydantic.Field(min_length=2, max_length=3)
-"""As many components as the body has dimensions."""
 
 
 def spread(value: Any, count: int, key: str) -> list[Any]:
@@ -193,7 +191,7 @@ class Step(Model):
         For verdict, files and figures.
     increments : int or "auto"
         Equal increments; "auto" begins with one and halves where the solver fails or the path error is too large.
-    boundary, obstacle, point_force : lists
+    boundary, obstacle, point_force, loads : lists
         What changes; the rest keeps the values it has at the end of the step before.
     """
 
@@ -202,3 +200,4 @@ class Step(Model):
     boundary: tuple[BoundaryChange, ...] = ()
     obstacle: tuple[ObstacleChange, ...] = ()
     point_force: tuple[PointForceChange, ...] = ()
+    loads: tuple[LoadsChange, ...] = ()

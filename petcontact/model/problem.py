@@ -18,12 +18,13 @@ from .bodies import (
     Material,
     Normal,
     Pair,
-    PointForce,
+    Symmetry,
     Traction,
     changed_condition,
     check_step,
 )
 from .load_steps import Obstacle, Step
+from .loads import PointForce, VolumeLoads, check_material
 from .solver_options import Bem, MeshOptions, Method
 from .summary import html_table, summary
 from .units import Units
@@ -80,6 +81,8 @@ class OneBody(Setting):
         Conditions of its parts; required where there is no [[contact]].
     point_force : list of PointForce
         Forces at points inside.
+    loads : VolumeLoads
+        Weight, rotation, temperature and other loads of the volume.
     """
 
     material: Material = pydantic.Field(kw_only=True)
@@ -87,6 +90,7 @@ class OneBody(Setting):
     mesh: MeshOptions = MeshOptions()
     boundary: tuple[Condition, ...] = ()
     point_force: tuple[PointForce, ...] = ()
+    loads: VolumeLoads | None = None
 
 
 OWN = tuple(name for name in OneBody.model_fields if name not in Setting.model_fields)
@@ -96,8 +100,8 @@ OWN = tuple(name for name in OneBody.model_fields if name not in Setting.model_f
 class Problem(Setting):
     """A contact problem of several bodies, and how it is solved: one TOML file with [[body]].
 
-    A problem of one body may be given and read without its `Body`: by `material`, `geometry`, `mesh`, `boundary` and
-    `point_force` of its own. The body is called "body" then.
+    A problem of one body may be given and read without its `Body`: by `material`, `geometry`, `mesh`, `boundary`,
+    `point_force` and `loads` of its own. The body is called "body" then.
 
     Attributes
     ----------
@@ -127,8 +131,9 @@ class Problem(Setting):
         def __init__(
             self, title: str = ..., *, units: Units = ..., body: Sequence[Body] = ..., material: Material = ...,
             geometry: Geometry = ..., mesh: MeshOptions = ..., boundary: Sequence[Condition] = ...,
-            point_force: Sequence[PointForce] = ..., obstacle: Sequence[Obstacle] = ..., contact: Sequence[Pair] = ...,
-            step: Sequence[Step] = ..., method: Method = ..., bem: Bem = ..., petsc: Mapping[str, Any] = ...,
+            point_force: Sequence[PointForce] = ..., loads: VolumeLoads | None = ..., obstacle: Sequence[Obstacle] = ...,
+            contact: Sequence[Pair] = ..., step: Sequence[Step] = ...,
+            method: Method = ..., bem: Bem = ..., petsc: Mapping[str, Any] = ...,
         ) -> None: ...  # fmt: skip
 
     @classmethod
@@ -173,6 +178,9 @@ class Problem(Setting):
             if first != pair.name:
                 raise ValueError(f"contact[{k}]: {pair.secondary!r} and {pair.primary!r} are in contact already, "
                                  f"as {first!r}; each would carry a part of the pressure")  # fmt: skip
+        for k, body in enumerate(self.body):
+            if body.loads is not None:
+                check_material("loads" if self._is_flat else f"body[{k}].loads", body, body.loads)
         for k, step in enumerate(self.step):
             check_step(f"step[{k}]", step, self.body, obstacles)
         return self
@@ -190,7 +198,7 @@ class Problem(Setting):
             raise ValueError(f"{key}: {what}, got {text!r}{hint}")
         return bodies.index(name), part
 
-    def conditions(self, number: int) -> list[dict[str, Displacement | Traction]]:
+    def conditions(self, number: int) -> list[dict[str, Displacement | Traction | Symmetry]]:
         """Conditions of a body by part at the end of each step (of one, where there are none); what a step leaves alone
         stays the same object."""
         body, names = self.body[number], [body.name for body in self.body]
@@ -241,6 +249,11 @@ class Problem(Setting):
     def point_force(self) -> tuple[PointForce, ...]:
         """Of the one body."""
         return self._one("point_force").point_force
+
+    @property
+    def loads(self) -> VolumeLoads | None:
+        """Of the one body."""
+        return self._one("loads").loads
 
     def _one(self, key: str) -> Body:
         if len(self.body) > 1:
@@ -298,5 +311,5 @@ def _distinct(key: str, names: list[str]) -> None:
 
 __all__ = [
     "ONE_BODY", "OWN", "Body", "Condition", "Contact", "Displacement", "Geometry", "Material", "Normal", "Obstacle",
-    "OneBody", "Pair", "PointForce", "Problem", "Traction", "changed_condition",
+    "OneBody", "Pair", "PointForce", "Problem", "Symmetry", "Traction", "VolumeLoads", "changed_condition",
 ]  # fmt: skip

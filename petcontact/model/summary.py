@@ -18,6 +18,7 @@ def summary(problem: Any) -> list[tuple[str, str]]:
     rows += [(f"contact {pair.name}", f"{pair.secondary} on {pair.primary}, {_law(pair)}") for pair in problem.contact]
     for k, step in enumerate(problem.step, 1):
         changed = [*(c.part for c in step.boundary), *(c.name for c in (*step.obstacle, *step.point_force))]
+        changed += ["loads"] * bool(step.loads)
         count = f"{step.increments} increment{'s' * (step.increments != 1)}"
         rows.append((f"step {step.name or k}", f"{count}; changes {', '.join(changed) or 'nothing'}"))
     return [*rows, ("method", problem.method.resolved_name)]
@@ -32,10 +33,13 @@ def html_table(caption: str, rows: list[tuple[str, str]]) -> str:
 
 def _body(body: Body) -> str:
     """Shape, material and the conditions of the parts."""
-    parts = {kind: [c.part for c in body.boundary if c.condition == kind] for kind in ("displacement", "traction")}
+    parts = {kind: [c.part for c in body.boundary if c.condition == kind]
+             for kind in ("displacement", "traction", "symmetry")}  # fmt: skip
     given = [f"{kind} on {', '.join(names)}" for kind, names in parts.items() if names]
     given += [f"contact on {c.part}, {_law(c)}" for c in body.boundary if isinstance(c, Contact)]
     given += [f"{len(body.point_force)} point forces"] * bool(body.point_force)
+    loads = body.loads.model_fields_set if body.loads else set()
+    given += [key.replace("_", " ") for key in sorted(loads - {"centre", "axis"})]
     material = f"E = {body.material.young_modulus:g}, ν = {body.material.poisson_ratio:g}"
     return "; ".join([f"{body.geometry.shape}, {material}", *given])
 

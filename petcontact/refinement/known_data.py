@@ -14,7 +14,7 @@ from ..geometry.arcs import on_arcs
 from ..geometry.outline import Outline, Side
 from ..mesh.basis import gauss, lagrange
 from ..model.expressions import Value, evaluate
-from ..model.problem import Condition, Displacement, Problem, Traction
+from ..model.problem import Condition, Contact, Displacement, Problem, Traction
 from .expression_features import features, uniform
 
 ORDER = 5
@@ -162,7 +162,7 @@ def _given(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:
             yield "traction", [condition.pressure], True
         else:
             yield "traction", list(condition.value or ()), False
-    else:
+    elif isinstance(condition, Contact):
         given = (("friction bound", condition.friction_bound), ("gap", condition.gap or None),
                  ("friction coefficient", condition.friction_coefficient))  # fmt: skip
         yield from ((kind, [value], False) for kind, value in given if value is not None)

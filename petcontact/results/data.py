@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index
-from ..bem.kernels import kernel_for
+from ..bem.particular.inside import InsideLoads
 from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
 from ..errors import InputError
@@ -237,6 +237,12 @@ class SolutionData:
         InputError
             If there is no such body or increment, or a point is not inside it.
         """
+        return self.fields_and_normal_at(points, body, step, progress)[:2]
+
+    def fields_and_normal_at(
+        self, points: Any, body: str | None, step: StepResult | int | None, progress: Progress | None = None
+    ) -> tuple[Array, Array, Array]:
+        """As `fields_at`, and σ_zz (k,) [stress]."""
         names, step = [each.name for each in self.problem.body], self._increment(step)
         if body is not None and body not in names:
             raise InputError(f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}")
@@ -244,18 +250,16 @@ class SolutionData:
         mesh, found, material = self.meshes[names[number]], step.bodies[names[number]], self.problem.body[number].material
         points = np.asarray(points, dtype=np.float64)
         try:
-            u, stress = field_at(mesh, found.u, found.traction, material, points, progress)
+            loads = InsideLoads.of(self.problem, number, mesh, step.step, step.load_factor)
+            u, stress = field_at(mesh, *loads.without(found.u, found.traction), material, points, progress)
         except InputError as error:
             if len(names) == 1:
                 raise
             others = f"; body=... names another: {', '.join(names)}" if body is None else ""
             raise InputError(f"body {names[number]!r}: {error}{others}") from None
-        forces = self.problem.point_forces(number, step.step, step.load_factor)
-        if forces:
-            at, force = np.array([f.at for f in forces]), np.array([f.force for f in forces])
-            kernel = kernel_for(mesh, material)
-            u, stress = u + kernel.point_displacement(points, at, force), stress + kernel.point_stress(points, at, force)
-        return u, stress
+        u_p, stress_p, out_of_plane = loads.at(points)
+        stress = stress + stress_p
+        return u + u_p, stress, out_of_plane + normal_stress_out_of_plane(stress, material)
 
     def _increment(self, step: StepResult | int | None) -> StepResult:
         if not isinstance(step, int):
@@ -274,9 +278,8 @@ class SolutionData:
 
     def von_mises_at(self, points: Any, body: str | None = None, step: StepResult | int | None = None) -> Array:
         """Von Mises stress at points (k, d) inside a body, (k,) [stress]; see `fields_at`."""
-        stress, bodies = self.stress_at(points, body, step), {each.name: each for each in self.problem.body}
-        material = bodies[body or next(iter(bodies))].material
-        return von_mises(stress, normal_stress_out_of_plane(stress, material) if stress.shape[1] == 3 else None)
+        _, stress, out_of_plane = self.fields_and_normal_at(points, body, step)
+        return von_mises(stress, out_of_plane if stress.shape[1] == 3 else None)
 
     def to_dataframe(self, step: StepResult | int | None = None) -> Any:
         """The nodes of all interfaces after an increment, the last one by default, as a pandas table.

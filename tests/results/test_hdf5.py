@@ -14,7 +14,6 @@ import h5py
 import numpy as np
 import pytest
 from conftest import example
-from petcontact.model.assembly import assembly_of
 
 from petcontact import MeshOptions, Polygon, solve
 from petcontact.errors import OutputError, ResultError
@@ -77,7 +76,7 @@ def test_a_config_of_more_than_64_kb(comm, tmp_path):
     small = solve(case, comm=comm)
     vertices = [(float(np.cos(t)), float(np.sin(t))) for t in angle]
     many = case.model_copy(update={"geometry": Polygon(vertices=vertices, parts=["bottom"] * 3000)})
-    write_solution(tmp_path / "r.h5", dataclasses.replace(small, problem=assembly_of(many)))
+    write_solution(tmp_path / "r.h5", dataclasses.replace(small, problem=many))
     assert read_solution(tmp_path / "r.h5").case == many
 
 
@@ -129,7 +128,6 @@ FLIP = """
 import sys
 import tempfile
 import numpy as np
-from petcontact.model.assembly import assembly_of
 from petcontact.errors import ResultError
 from petcontact.results.solution import read_solution
 source, scratch = sys.argv[1:]

@@ -33,7 +33,7 @@ class ElasticBody(abc.ABC):
     modes : (n, d, r) array
         R: rigid motions that no known displacement holds [-].
     resultant : (K, r) array
-        RᵀWt̂ + Rᵀ(point forces): F.
+        RᵀW(t̂ - t_p) + Rᵀ(point forces): F, with t_p of the forces in the volume, whose resultant -t_p has.
     tolerance : float
         Relative error of compressed operators that is accepted; 0 of dense ones.
     digits_lost : float
@@ -51,7 +51,8 @@ class ElasticBody(abc.ABC):
         data = self.data
         self.resultant = np.zeros((data.states, modes.shape[2]))
         if modes.shape[2]:
-            self.resultant = np.einsum("kic,icr->kr", data.known_traction * self.mesh.weight[:, None], modes)
+            acting = data.known_traction if data.volume is None else data.known_traction - data.volume[2]
+            self.resultant = np.einsum("kic,icr->kr", acting * self.mesh.weight[:, None], modes)
             if data.point.size:
                 self.resultant += np.einsum("kfc,fcr->kr", data.force, _modes_at(self.mesh, modes, data.point))
 
@@ -115,7 +116,11 @@ class ElasticBody(abc.ABC):
         count = min(PROBED, self.mesh.n_nodes)
         rows = np.sort(np.random.default_rng(PROBE_SEED).choice(self.mesh.n_nodes, count, replace=False))
         u = u if self.data.rigid is None else u - np.tensordot(shares, self.data.rigid, 1)
-        defect = self.operators.residual(rows, u - self.modes @ alpha if alpha.size else u, traction)
+        held = u - self.modes @ alpha if alpha.size else u
+        if self.data.volume is not None:
+            u_p, t_p = np.tensordot(shares, self.data.volume[:2], (0, 1))
+            held, traction = held - u_p, traction - t_p
+        defect = self.operators.residual(rows, held, traction)
         if alpha.size:
             defect = defect + self.modes[rows] @ self.unknowns(shares, sigma)[self.operators.n_unknowns :]
         if self.data.point.size:

@@ -11,6 +11,7 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...bem.boundary_data import BoundaryData, free_motions
+from ...bem.particular.volume import volume_solution
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import ContactLaw
 from ...contact.laws import SignoriniCoulomb, Tresca
@@ -99,6 +100,10 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
         interfaces = [replace(face, held=False) for face in interfaces]
         law = _law(sides, interfaces, meshes)
         data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
+    for b, mesh in enumerate(meshes):
+        if (solution := volume_solution(problem, b, mesh)) is not None:
+            data[b] = replace(data[b], volume=solution.on(mesh))
+            notes += solution.notes
     return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, notes)
 
 

@@ -12,6 +12,7 @@ from ...arrays import Array
 from ...errors import InputError
 from ...geometry.surface import Boundary
 from ...model.base import nearest
+from ...model.loads import loads_by_step
 from ...model.problem import ONE_BODY, Body, Contact, Problem, Traction
 
 
@@ -83,12 +84,19 @@ def check_parts(problem: Problem, boundaries: list[Boundary], sides: list[Side])
     InputError
     """
     d = boundaries[0].dim
-    for body, boundary in zip(problem.body, boundaries, strict=True):
+    for number, (body, boundary) in enumerate(zip(problem.body, boundaries, strict=True)):
         if boundary.dim != d:
             raise InputError(f"body {body.name!r}: has {boundary.dim} dimensions, body {problem.body[0].name!r} has {d}")
         for k, point in enumerate(body.point_force):
             _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
             _check_components(f"body {body.name!r}: point_force[{k}].force", point.force, d)
+        for loads in [loads for loads in loads_by_step(problem, number) if not loads.is_none]:
+            if boundary.exterior:
+                raise InputError(f"body {body.name!r}: loads: an infinite plate has no volume loads")
+            if d == 2 and loads.axis is not None:
+                raise InputError(f"body {body.name!r}: loads.axis: a plane body turns about its normal; leave it out")
+            for key, value in loads.vectors():
+                _check_components(f"body {body.name!r}: loads.{key}", value, d)
     for side in sides:
         if side.direction is not None:
             _check_components(f"{side.key}.direction", side.direction, d)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,7 +14,10 @@ from ...compliance.bodies import Interface
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
-from ...model.problem import Displacement, Problem, Traction
+from ...model.problem import Displacement, Problem, Symmetry, Traction
+
+FLAT = 1e-9
+"""Difference of the normals of a plane face."""
 
 
 def boundary_data(
@@ -34,6 +38,12 @@ def boundary_data(
         if isinstance(condition, Displacement):
             check_components(condition.value, mesh, f"body {body.name!r}: {part}")
             known[mesh.nodes_of(part)] = [component == "free" for component in condition.value]
+        elif isinstance(condition, Symmetry):
+            nodes = mesh.nodes_of(part)
+            if np.ptp(mesh.normal[nodes], axis=0).max() > FLAT:
+                raise InputError(f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a plane face")
+            frame[nodes], places = contact_frames(mesh, nodes)
+            known[nodes, places[:, -1]] = False
     forces = [np.zeros((len(body.point_force), d))]
     cache: dict[str, tuple[Any, Array]] = {}
     for s, of_step in enumerate(conditions, 1):
@@ -73,7 +83,7 @@ def data_from(
     start = np.where(new.traction_known, traction, u)
     start[new.contact_nodes[:, None], new.contact_directions] = 0.0
     new.value[step - 1] = np.where(new.traction_known == old.traction_known, new.value[step - 1], start)
-    return new
+    return replace(new, volume=old.volume)
 
 
 def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
@@ -110,7 +120,9 @@ def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> N
         raise InputError(f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components")
 
 
-def _given(condition: Displacement | Traction, mesh: BoundaryMesh, nodes: Index, key: str) -> Array:
+def _given(condition: Displacement | Traction | Symmetry, mesh: BoundaryMesh, nodes: Index, key: str) -> Array:
+    if isinstance(condition, Symmetry):
+        return np.zeros((len(nodes), mesh.dim))
     names, count = mesh.variables(nodes), len(nodes)
     if isinstance(condition, Traction) and condition.pressure is not None:
         return -evaluate(condition.pressure, names, count, f"{key}.pressure")[:, None] * mesh.normal[nodes]

@@ -158,7 +158,7 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     obstacles = list(discrete.problem.obstacle)
     for number, step in enumerate(problem.steps, 1):
         obstacles = [changed(o, step) for o in obstacles]
-        loaded = any(data.value[number].any() or data.force[number].any() for data in discrete.data)
+        loaded = any(data.loaded[number] for data in discrete.data)
         given = (motion if motion != "free" else load for o in obstacles
                  for motion, load in zip(o.motions(d), o.loads(d), strict=True))  # fmt: skip
         ends = [r for r in results if r.step == number and r.load_factor == 1.0]

@@ -43,6 +43,9 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
     if body.data.point.size:
         x = np.concatenate([x, body.data.point])
         force = np.concatenate([force, np.tensordot(shares, body.data.force, 1)])
+    if body.data.volume is not None:
+        x = np.concatenate([x, mesh.x])
+        force = np.concatenate([force, -mesh.weight[:, None] * np.tensordot(shares, body.data.volume[2], 1)])
     away = x - mesh.weight @ mesh.x / mesh.weight.sum()
     motions = rigid_motions(away)
     each = np.einsum("ic,icr->ir", force, motions)

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...errors import InputError
-from ...fields.interior import Field, Progress, normal_stress_out_of_plane
+from ...fields.interior import Field, Progress
 from ...fields.interior_grid import triangulate
 from ...geometry.surface import winding
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -78,10 +78,7 @@ def field_inside(
     solution: SolutionData, grid: Grid, body: str, step: StepResult | None = None, progress: Progress | None = None
 ) -> Field:
     """Displacement and stress of a body after an increment, the last one by default, on a grid."""
-    u, stress = solution.fields_at(grid[0], body, step, progress)
-    material = next(each.material for each in solution.problem.body if each.name == body)
-    out_of_plane = normal_stress_out_of_plane(stress, material) if stress.shape[1] == 3 else stress[:, 2]
-    return Field(*grid, u, stress, out_of_plane)
+    return Field(*grid, *solution.fields_and_normal_at(grid[0], body, step, progress))
 
 
 @functools.singledispatch

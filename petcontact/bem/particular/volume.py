@@ -1,0 +1,142 @@
+"""The volume loads of a body in every load state, and a particular solution for them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...model.expressions import evaluate
+from ...model.loads import VolumeLoads, loads_by_step
+from ...model.problem import Material, Problem
+from .fit import fitted, points_in
+from .polynomials import padded
+from .solution import ParticularSolution, particular_solution
+
+EXACT = 1e-10
+"""Error of a polynomial, over the largest value, up to which it is not reported."""
+
+
+@dataclass(frozen=True)
+class VolumeSolution:
+    """Particular solutions in K load states, None where nothing acts.
+
+    Attributes
+    ----------
+    states : tuple of ParticularSolution or None
+    forces : tuple of ParticularSolution or None
+        The same for the forces alone, whose resultant temperatures must not disturb.
+    notes : tuple of str
+        What polynomials miss of expressions.
+    """
+
+    states: tuple[ParticularSolution | None, ...]
+    forces: tuple[ParticularSolution | None, ...]
+    notes: tuple[str, ...]
+
+    def on(self, mesh: BoundaryMesh) -> Array:
+        """Displacement, traction, and traction of the forces alone, at the nodes in each state, (3, K, n, d)."""
+        known: dict[ParticularSolution | None, Array] = {None: np.zeros((2, *mesh.x.shape))}
+        for state in {*self.states, *self.forces} - {None}:
+            assert state is not None
+            traction = np.einsum("nij,nj->ni", state.stress(mesh.x), mesh.normal)
+            known[state] = np.array([state.displacement(mesh.x), traction])
+        pairs = zip(self.states, self.forces, strict=True)
+        return np.stack([np.concatenate([known[state], known[force][1:]]) for state, force in pairs], axis=1)
+
+    def at(self, points: Array, step: int, factor: float) -> tuple[Array, Array, Array]:
+        """At points (m, d), at a load factor of a step (from 1): u (m, d), σ (m, d, d), and βT (m,) [stress]."""
+        m, d = points.shape
+        u, stress, heat = np.zeros((m, d)), np.zeros((m, d, d)), np.zeros(m)
+        for share, state in zip((1.0 - factor, factor), self.states[step - 1 : step + 1], strict=True):
+            if state is not None and share:
+                u += share * state.displacement(points)
+                stress += share * state.stress(points)
+                heat += share * state.thermal_stress(points)
+        return u, stress, heat
+
+
+def volume_solution(problem: Problem, number: int, mesh: BoundaryMesh) -> VolumeSolution | None:
+    """Of the body of a number; None where no step has volume loads. State 0 is unloaded, state k the end of step k.
+
+    Raises
+    ------
+    InputError
+        If an expression cannot be evaluated in the body.
+    """
+    steps, body = loads_by_step(problem, number), problem.body[number]
+    if all(loads.is_none for loads in steps):
+        return None
+    posed, cold = _Posed(f"body {body.name!r}: loads", body.material, mesh), {"temperature": 0.0}
+    states, forces = ([None, *map(posed.solution, each)] for each in (steps, [s.model_copy(update=cold) for s in steps]))
+    return VolumeSolution(tuple(states), tuple(forces), tuple(posed.notes))
+
+
+@dataclass
+class _Posed:
+    """A body in whose box loads become polynomials."""
+
+    key: str
+    material: Material
+    mesh: BoundaryMesh
+    notes: list[str] = field(default_factory=list)
+    known: dict[tuple[str, Any], Array] = field(default_factory=dict)
+    solved: dict[VolumeLoads, ParticularSolution | None] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        low, high = self.mesh.x.min(axis=0), self.mesh.x.max(axis=0)
+        self.centre, self.length = 0.5 * (low + high), 0.5 * float((high - low).max())
+        self._points: Array | None = None
+
+    def solution(self, loads: VolumeLoads) -> ParticularSolution | None:
+        """For the loads of one state, None where there are none; of the same loads the same object."""
+        if loads not in self.solved:
+            self.solved[loads] = None if loads.is_none else self._solution(loads)
+        return self.solved[loads]
+
+    def _solution(self, loads: VolumeLoads) -> ParticularSolution:
+        density = self.material.density or 0.0
+        force = self._centrifugal(loads, density)
+        for key, values, factor in (("acceleration", loads.acceleration, density), ("force", loads.force, 1.0)):
+            for i, value in enumerate(values or ()):
+                p = factor * self._polynomial(f"{key}[{i}]", value)
+                size = max(len(p), len(force[i]))
+                force[i] = padded(force[i], size) + padded(p, size)
+        temperature = self._polynomial("temperature", loads.temperature)
+        return particular_solution(force, temperature, self.material, self.centre, self.length)
+
+    def _centrifugal(self, loads: VolumeLoads, density: float) -> list[Array]:
+        """ρω² times the vector from the axis, a polynomial of degree 1 a component."""
+        d = self.mesh.dim
+        across = np.eye(d)
+        if d == 3:
+            axis = np.array(loads.axis or (0.0, 0.0, 1.0))
+            across -= np.outer(axis, axis) / (axis @ axis)
+        middle = across @ (self.centre - np.array(loads.centre or (0.0,) * d))
+        result = np.zeros((d, *(2,) * d))
+        for i in range(d):
+            result[i].flat[0] = middle[i]
+            for j in range(d):
+                result[i][tuple(np.eye(d, dtype=int)[j])] = self.length * across[i, j]
+        return list(density * loads.angular_velocity**2 * result)
+
+    def _polynomial(self, key: str, value: Any) -> Array:
+        """A number as it is, an expression by a fit."""
+        if isinstance(value, float):
+            return np.full((1,) * self.mesh.dim, value)
+        if (key, value) not in self.known:
+            if self._points is None:
+                self._points = points_in(self.mesh)
+            name = f"{self.key}.{key}"
+
+            def at(points: Array) -> Array:
+                return evaluate(value, dict(zip("xyz", points.T, strict=False)), len(points), name)
+
+            self.known[key, value], missed = fitted(at, self._points, self.centre, self.length)
+            if missed > EXACT:
+                self.notes.append(f"{name}: the polynomial that stands for it misses it by {missed:.1e} of its largest "
+                                  "value; stresses may be as far off")  # fmt: skip
+        return self.known[key, value]

@@ -1,0 +1,122 @@
+"""Loads inside a body: point forces; weight, rotation and temperature of its volume; and how load steps change them."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+import pydantic
+
+from .base import Coordinate, Expression, Finite, Model, Vector, something
+
+
+def _in_volume(value: Any) -> Any:
+    if isinstance(value, tuple):
+        raise ValueError("must be a number or an expression; a volume has no nodes")
+    return value
+
+
+Inside = Annotated[Expression, pydantic.AfterValidator(_in_volume)]
+"""An expression in the coordinates, at all points of a body."""
+
+
+class PointForce(Model):
+    """A force at a point of the body [force/length of thickness, in space force].
+
+    Attributes
+    ----------
+    at : point
+        Inside the body, not on its boundary [length].
+    force : (fx, fy), in space (fx, fy, fz)
+        [force/length, in space force]
+    name : str
+        For load steps that change it.
+    """
+
+    at: Annotated[tuple[Coordinate, ...], Vector]
+    force: Annotated[tuple[Finite, ...], Vector]
+    name: str = ""
+
+
+class VolumeLoads(Model):
+    """Forces and temperature in a body; expressions are in x, y, in space x, y, z.
+
+    Attributes
+    ----------
+    acceleration : a number or an expression a component, optional
+        Force per volume over the density, that of gravity for example [length/time²].
+    force : a number or an expression a component, optional
+        Per volume [force/volume].
+    angular_velocity : float
+        ω of a rotation whose centrifugal force, density·ω²·distance, acts [1/time].
+    centre : point, optional
+        A point on the axis of rotation; the origin by default [length].
+    axis : vector, optional
+        Of rotation, in space; along z by default [-].
+    temperature : number or expression
+        Rise over the state without stress [temperature].
+    """
+
+    acceleration: Annotated[tuple[Inside, ...], Vector] | None = None
+    force: Annotated[tuple[Inside, ...], Vector] | None = None
+    angular_velocity: Finite = 0.0
+    centre: Annotated[tuple[Coordinate, ...], Vector] | None = None
+    axis: tuple[Finite, Finite, Finite] | None = None
+    temperature: Inside = 0.0
+
+    @pydantic.field_validator("axis")
+    @classmethod
+    def _has_length(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
+        return something(value)
+
+    @property
+    def needs(self) -> list[tuple[str, str]]:
+        """Keys of loads that are given, and the key of the material that each needs."""
+        given = {"acceleration": any(component != 0.0 for component in self.acceleration or ()),
+                 "angular_velocity": self.angular_velocity != 0.0, "temperature": self.temperature != 0.0}  # fmt: skip
+        return [(key, "thermal_expansion" if key == "temperature" else "density") for key, here in given.items() if here]
+
+    @property
+    def is_none(self) -> bool:
+        """Whether nothing acts."""
+        return not self.needs and not any(component != 0.0 for component in self.force or ())
+
+    def vectors(self) -> list[tuple[str, tuple[Any, ...]]]:
+        """Keys and values of what has as many components as the body has dimensions, where given."""
+        values = {key: getattr(self, key) for key in ("acceleration", "force", "centre", "axis")}
+        return [(key, value) for key, value in values.items() if value is not None]
+
+
+class LoadsChange(VolumeLoads):
+    """New volume loads of a body; what is not named stays. Loads are reached linearly: of a rotation its force.
+
+    Attributes
+    ----------
+    body : str, optional
+        Needed where there are several.
+    """
+
+    body: str | None = None
+
+
+def check_material(key: str, body: Any, loads: VolumeLoads) -> None:
+    """Whether the material has what loads need.
+
+    Raises
+    ------
+    ValueError
+    """
+    for load, needed in loads.needs:
+        if getattr(body.material, needed) is None:
+            raise ValueError(f"{key}.{load}: the material of body {body.name!r} has no {needed}")
+
+
+def loads_by_step(problem: Any, number: int) -> list[VolumeLoads]:
+    """Volume loads of a body at the end of each step (of one, where there are none)."""
+    name, now = problem.body[number].name, problem.body[number].loads or VolumeLoads()
+    result: list[VolumeLoads] = []
+    for step in problem.step or (None,):
+        for change in step.loads if step else ():
+            if (change.body or problem.body[0].name) == name:
+                now = now.model_copy(update={key: getattr(change, key) for key in change.model_fields_set - {"body"}})
+        result.append(now)
+    return result

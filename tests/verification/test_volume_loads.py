@@ -1,0 +1,315 @@
+"""Weight, rotation and heat against closed forms, plane and space, one body and two; symmetry against the whole."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from petcontact import (
+    Bem,
+    Body,
+    Box,
+    Contact,
+    InputError,
+    LoadsChange,
+    Material,
+    MeshOptions,
+    Obstacle,
+    Pair,
+    Polygon,
+    Problem,
+    Rectangle,
+    SideBySide,
+    Step,
+    Symmetry,
+    Traction,
+    VolumeLoads,
+    solve,
+)  # fmt: skip
+
+E, NU, RHO, ALPHA = 1000.0, 0.3, 2.0, 1e-3
+M = E * (1.0 - NU) / ((1.0 + NU) * (1.0 - 2.0 * NU))
+G = 10.0
+
+
+def steel(plane="strain"):
+    return Material(E, NU, plane, density=RHO, thermal_expansion=ALPHA)
+
+
+def quarter_ring(a, b, x=0.0):
+    sides = [{"part": "bottom", "to": (b + x, 0)}, {"part": "outer", "to": (x, b), "radius": b},
+             {"part": "left", "to": (x, a)}, {"part": "inner", "to": (a + x, 0), "radius": -a}]  # fmt: skip
+    return SideBySide(loops=[sides])
+
+
+def quarter_disc(a):
+    return SideBySide(loops=[[{"part": "bottom", "to": (a, 0)}, {"part": "rim", "to": (0, a), "radius": a},
+                              {"part": "left", "to": (0, 0)}]])  # fmt: skip
+
+
+def spinning_ring(r, a, b, omega, plane):
+    """u_r, σ_r of a rotating ring (S. P. Timoshenko, J. N. Goodier, Theory of Elasticity, art. 32)."""
+    e, nu = (E, NU) if plane == "stress" else (E / (1.0 - NU**2), NU / (1.0 - NU))
+    k = (3.0 + nu) / 8.0 * RHO * omega**2
+    radial = k * (a * a + b * b - (a * b / r) ** 2 - r * r)
+    hoop = k * (a * a + b * b + (a * b / r) ** 2 - (1.0 + 3.0 * nu) / (3.0 + nu) * r * r)
+    return r * (hoop - nu * radial) / e, radial
+
+
+def ring_problem(plane="strain", x=0.0, mat_type="auto", order=3, step=()):
+    return Problem(
+        material=steel(plane), geometry=quarter_ring(1.0, 2.0, x), mesh=MeshOptions(element_size=0.2, order=order),
+        boundary=[Contact("bottom"), Symmetry("left"), Traction("inner", (0, 0)), Traction("outer", (0, 0))],
+        loads=VolumeLoads(angular_velocity=3.0, centre=(x, 0)), bem=Bem(mat_type=mat_type), step=step,
+    )  # fmt: skip
+
+
+def ring_error(solution, plane="strain", x=0.0):
+    """In L2 over the boundary."""
+    away = solution.mesh.x - [x, 0.0]
+    r = np.hypot(*away.T)
+    u = (spinning_ring(r, 1.0, 2.0, 3.0, plane)[0] / r)[:, None] * away
+    weight = solution.mesh.weight
+    return np.sqrt(weight @ np.sum((solution.u - u) ** 2, axis=1) / (weight @ np.sum(u**2, axis=1)))
+
+
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+@pytest.mark.parametrize("mat_type", ["dense", "hodlr"])
+def test_a_rotating_ring(plane, mat_type):
+    solution = solve(ring_problem(plane, mat_type=mat_type))
+    assert solution.converged and ring_error(solution, plane) < 5e-7
+    angle = np.linspace(0.1, 1.4, 7)
+    way = np.column_stack([np.cos(angle), np.sin(angle)])
+    u, stress = solution.fields_at(1.5 * way)
+    moved, radial = spinning_ring(1.5, 1.0, 2.0, 3.0, plane)
+    assert np.abs(u - moved * way).max() < 5e-7 * moved
+    found = stress[:, 0] * way[:, 0] ** 2 + stress[:, 1] * way[:, 1] ** 2 + 2.0 * stress[:, 2] * way[:, 0] * way[:, 1]
+    assert np.abs(found - radial).max() < 2e-7 * RHO * 9.0 * 4.0
+
+
+def test_higher_order_far_from_the_origin():
+    assert ring_error(solve(ring_problem(order=5))) < 1e-8
+    assert ring_error(solve(ring_problem(x=1e6)), x=1e6) < 5e-7
+
+
+def test_the_force_and_not_the_speed_grows_linearly_in_a_step():
+    steps = [Step("slow", increments=2, loads=[LoadsChange(angular_velocity=1.0)]),
+             Step("fast", increments=2, loads=[LoadsChange(angular_velocity=3.0)])]  # fmt: skip
+    solution = solve(ring_problem(step=steps))
+    largest = [np.abs(step.bodies["body"].u).max() for step in solution.steps]
+    assert np.allclose(np.array(largest) / largest[-1], np.array([0.5, 1.0, 5.0, 9.0]) / 9.0, rtol=1e-12)
+    assert ring_error(solution) < 5e-7
+    u = solution.at([[1.2, 0.9]], step=3) / solution.at([[1.2, 0.9]])
+    assert np.allclose(u, 5.0 / 9.0, rtol=1e-12)
+
+
+def confined(order=2, boundary=(), **more):
+    """A block under its weight between frictionless walls: p = ρ g times the height."""
+    return Problem(
+        material=steel(), geometry=Rectangle((0, 0), (2, 3)), mesh=MeshOptions(element_size=0.5, order=order),
+        boundary=[Symmetry("left"), Symmetry("right"), Traction("top", (0, 0)), *boundary],
+        loads=VolumeLoads(acceleration=(0, -G)), **more,
+    )  # fmt: skip
+
+
+def test_a_block_confined_sideways_under_gravity():
+    solution = solve(confined(boundary=[Contact("bottom", normal="unilateral", friction_coefficient=0.3)]))
+    weight, y = RHO * G, solution.mesh.x[:, 1]
+    assert np.abs(solution.pairs["bottom"].pressure / (3.0 * weight) - 1.0).max() < 1e-12
+    assert np.abs(solution.u[:, 1] + weight / M * (3.0 * y - 0.5 * y * y)).max() < 1e-13
+    points = np.array([[0.5, 1.0], [1.7, 2.9]])
+    stress = solution.stress_at(points)
+    assert np.abs(stress[:, 1] + weight * (3.0 - points[:, 1])).max() < 1e-11 * weight
+    assert np.abs(solution.reactions()["bottom"] - [0.0, 6.0 * weight]).max() < 1e-11 * weight
+
+
+def test_the_same_cut_in_two_and_with_contact_on_three_sides():
+    halves = [
+        Body(name=name, material=steel(), geometry=Rectangle((0, y), (2, y + 1.5)),
+             mesh=MeshOptions(element_size=0.5, order=2), loads=VolumeLoads(acceleration=(0, -G)))
+        for name, y in (("lower", 0.0), ("upper", 1.5))
+    ]  # fmt: skip
+    walls = [Pair(name=f"{body}-{side}", secondary=f"{body}.{side}", primary="box", normal="bilateral")
+             for body in ("lower", "upper") for side in ("left", "right")]  # fmt: skip
+    pairs = [Pair(name="cut", secondary="upper.bottom", primary="lower.top", friction_coefficient=0.2),
+             Pair(name="floor", secondary="lower.bottom", primary="box", friction_coefficient=0.2), *walls]  # fmt: skip
+    solution = solve(Problem(body=halves, contact=pairs, obstacle=[Obstacle(name="box")]))
+    assert solution.converged
+    for name, height in (("cut", 1.5), ("floor", 3.0)):
+        assert np.abs(solution.pairs[name].pressure / (RHO * G * height) - 1.0).max() < 1e-11
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_a_free_body_on_rough_ground_stands_if_it_can(d):
+    geometry = Rectangle((0, 0), (2, 1)) if d == 2 else Box((0, 0, 0), (2, 1, 1))
+    down, size = np.eye(d)[-1] * -G, 2.0
+
+    def solved(push):
+        load = down + push * np.eye(d)[0]
+        ground = Contact("bottom", normal="unilateral", friction_coefficient=0.3)
+        others = [Traction(part, (0,) * d) for part in geometry.outline().parts if part != "bottom"]
+        return solve(Problem(material=steel(), geometry=geometry, mesh=MeshOptions(element_size=0.5, order=4 - d),
+                             boundary=[ground, *others], loads=VolumeLoads(acceleration=tuple(load)))), load  # fmt: skip
+
+    solution, load = solved(1.0)
+    assert solution.converged
+    assert np.abs(solution.pairs["bottom"].force + RHO * size * load).max() < 1e-11 * RHO * size * G
+    assert "no equilibrium" in solved(4.0)[0].reason
+
+
+def heated(geometry, temperature, boundary, plane="strain", order=3, **more):
+    return solve(Problem(material=steel(plane), geometry=geometry, mesh=MeshOptions(element_size=0.5, order=order),
+                         boundary=boundary, loads=VolumeLoads(temperature=temperature), **more))  # fmt: skip
+
+
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+def test_a_quadratic_temperature_between_walls(plane):
+    solution = heated(Rectangle((0, 0), (2, 1)), "7*y**2",
+                      [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))], plane)  # fmt: skip
+    material, y = steel(plane), solution.mesh.x[:, 1]
+    nu, beta = material.plane_strain_ratio, material.thermal_stress
+    modulus = 2.0 * material.shear_modulus * (1.0 - nu) / (1.0 - 2.0 * nu)
+    assert np.abs(solution.u[:, 1] - beta / modulus * 7.0 * y**3 / 3.0).max() < 1e-12 * beta / modulus
+    points = np.array([[0.7, 0.3], [1.5, 0.9]])
+    sideways = -beta * 7.0 * points[:, 1] ** 2 * (1.0 - nu / (1.0 - nu))
+    assert np.abs(solution.stress_at(points) - np.outer(sideways, [1.0, 0.0, 0.0])).max() < 1e-12 * beta * 7.0
+    # in plane strain σ_zz is σ_xx, in plane stress 0
+    assert np.allclose(solution.von_mises_at(points), np.abs(sideways), rtol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("temperature", "order", "plane"),
+    [("80 + 20*x", 2, "strain"), ("80 + 20*x", 2, "stress"), ("5*(x**2 - y**2)", 3, "strain"), (80.0, 1, "stress")],
+)
+def test_a_free_plate_has_no_stress(temperature, order, plane):
+    sides = [Pair(name="floor", secondary="bottom", primary="ground", normal="bilateral")]
+    free = [Traction(part, (0, 0)) for part in ("left", "right", "top")]
+    solution = heated(Rectangle((0, 0), (2, 1)), temperature, free, plane, order, contact=sides,
+                      obstacle=[Obstacle(name="ground")])  # fmt: skip
+    assert solution.converged
+    assert np.abs(solution.traction).max() < 1e-12 * E * ALPHA * 80.0
+    assert np.abs(solution.stress_at([[0.5, 0.5], [1.7, 0.2]])).max() < 1e-12 * E * ALPHA * 80.0
+    assert np.abs(solution.u).max() > ALPHA * 5.0
+
+
+def test_the_same_in_space():
+    block = Box((0, 0, 0), (1, 1, 1.5))
+    free = [Traction(part, (0, 0, 0)) for part in block.outline().parts if part != "bottom"]
+    solution = heated(block, "50 + 10*x", free, order=2, obstacle=[Obstacle(name="ground")],
+                      contact=[Pair(name="floor", secondary="bottom", primary="ground", normal="bilateral")])  # fmt: skip
+    assert solution.converged and np.abs(solution.stress_at([[0.3, 0.4, 0.7]])).max() < 1e-11 * E * ALPHA * 60.0
+
+
+def test_a_block_in_space_under_gravity_and_in_rotation():
+    walls = [Symmetry(part) for part in ("left", "right", "front", "back")]
+    floor = Contact("bottom", normal="unilateral")
+
+    def posed(order, top, floor, **bem):
+        return lambda **loads: solve(Problem(
+            material=steel(), geometry=Box((0, 0, 0), (1, 1, 1.5)), mesh=MeshOptions(element_size=0.5, order=order),
+            boundary=[*walls, top, floor], loads=VolumeLoads(**loads), bem=Bem(**bem)))  # fmt: skip
+
+    solution = posed(2, Traction("top", (0, 0, 0)), floor)(acceleration=(0, 0, -G))
+    assert np.abs(solution.pairs["bottom"].pressure / (1.5 * RHO * G) - 1.0).max() < 1e-12
+    for bem, largest in (({}, 1e-12), ({"mat_type": "hmatrix", "hmatrix_tol": 1e-7}, 1e-6)):
+        turned = posed(3, Symmetry("top"), Contact("bottom"), **bem)
+        solution = turned(angular_velocity=2.0, axis=(0, 3, 0), centre=(0, 0.3, 0))
+        x, _, z = solution.mesh.x.T
+        unit = RHO * 4.0 / M / 6.0
+        u = unit * np.column_stack([x - x**3, 0.0 * x, 2.25 * z - z**3])
+        assert np.abs(solution.u - u).max() < largest * np.abs(u).max()
+
+
+@pytest.mark.parametrize("kind", ["spin", "heat"])
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+def test_a_shrink_fit_loosens_with_speed_and_is_made_by_heat(plane, kind):
+    a, b, overlap = 1.0, 2.0, 1e-3
+    e, nu = (E, NU) if plane == "stress" else (E / (1.0 - NU**2), NU / (1.0 - NU))
+    still = e * overlap * (b * b - a * a) / (2.0 * a * b * b)
+    lost = RHO * (3.0 + nu) * (b * b - a * a) / 8.0
+    omega = float(np.sqrt(still / lost))  # of lift-off
+    rise = overlap / (a * ALPHA * (1.0 + NU if plane == "strain" else 1.0))
+    parts = {"shaft": (quarter_disc(a), VolumeLoads(temperature=rise)), "hub": (quarter_ring(a, b), None)}
+    bodies = [Body(name=name, material=steel(plane), geometry=geometry, mesh=MeshOptions(element_size=0.2, order=5),
+                   boundary=[Symmetry("bottom"), Symmetry("left")],
+                   loads=VolumeLoads(angular_velocity=1e-3) if kind == "spin" else loads)
+              for name, (geometry, loads) in parts.items()]  # fmt: skip
+    speeds = [0.6 * omega, 0.999 * omega, 1.001 * omega] if kind == "spin" else []
+    steps = [Step(f"{w}", loads=[LoadsChange(body=name, angular_velocity=w) for name in parts]) for w in speeds]
+    gap = -overlap if kind == "spin" else "geometry"
+    solution = solve(Problem(body=bodies, step=steps, contact=[Pair(name="fit", secondary="shaft.rim", primary="hub.inner",
+                                                                    gap=gap)]))  # fmt: skip
+    assert solution.converged
+    found = [step.pairs["fit"].pressure for step in solution.steps]
+    wanted = [still * (1.0 - 0.36), still * (1.0 - 0.999**2), 0.0] if kind == "spin" else [still]
+    for p, exact in zip(found, wanted, strict=True):
+        assert np.abs(p - exact).max() < 1e-6 * still
+
+
+def test_half_a_problem_at_30_degrees_is_the_whole():
+    turn = np.array([[np.cos(np.pi / 6), -0.5], [0.5, np.cos(np.pi / 6)]])
+
+    def solved(points, names, sides):
+        corners = [tuple(map(float, turn @ p)) for p in points]
+        foot = Contact("foot", normal="unilateral", friction_coefficient=0.3)
+        return solve(Problem(
+            material=steel(), geometry=Polygon(corners, names), mesh=MeshOptions(element_size=0.125, order=2),
+            boundary=[foot, Traction("top", pressure=5.0), Traction("right", (0, 0)), *sides],
+            loads=VolumeLoads(acceleration=tuple(turn @ [0.0, -G]), temperature="1.0*(x**2+y**2)")))  # fmt: skip
+
+    points = [(-1.5, 0), (0, 0), (1.5, 0), (1.5, 1.5), (0, 1.5), (-1.5, 1.5)]
+    whole = solved(points, ["foot", "foot", "right", "top", "top", "left"], [Traction("left", (0, 0))])
+    half = solved(points[1:5], ["foot", "right", "top", "middle"], [Symmetry("middle")])
+    inside = np.array([[0.7, 0.8], [0.3, 0.2], [1.2, 0.3]]) @ turn.T
+    one, other = (solution.stress_at(inside) for solution in (whole, half))
+    assert np.abs(one - other).max() < 1e-4 * np.abs(one).max()
+    ours, theirs = half.pairs["foot"], whole.pairs["foot"]
+    nearest = np.argmin(np.linalg.norm(ours.x[:, None] - theirs.x, axis=2), axis=1)
+    assert np.abs(ours.pressure - theirs.pressure[nearest]).max() < 1e-4 * theirs.pressure.max()
+    across = half.traction[half.mesh.nodes_of("middle")] @ (turn @ [0.0, 1.0])
+    assert np.abs(across).max() < 1e-13 * theirs.pressure.max()
+
+
+def test_a_temperature_that_no_polynomial_follows_is_reported_with_its_error():
+    boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]
+    notes = heated(Rectangle((0, 0), (2, 1)), "where(x < 1, 0, 5)", boundary).info["warnings"]
+    assert any("loads.temperature" in note and "misses it by" in note for note in notes)
+    smooth = heated(Rectangle((0, 0), (2, 1)), "exp(x)", boundary).info["warnings"]
+    assert not any("misses it by" in note for note in smooth)
+
+
+@pytest.mark.parametrize(
+    ("changes", "told"),
+    [
+        ({"loads": VolumeLoads(acceleration=(0, 1, 2))}, "loads.acceleration: the body has 2 dimensions, got 3 components"),
+        ({"loads": VolumeLoads(angular_velocity=1.0, axis=(0, 0, 1))}, "loads.axis: a plane body turns about its normal"),
+        ({"loads": VolumeLoads(force=(0, "nx"))}, r"loads.force\[1\]: unknown name 'nx'"),
+        ({"geometry": quarter_disc(1.0), "boundary": [Contact("bottom"), Symmetry("rim"), Traction("left", (0, 0))]},
+         "rim.condition: symmetry needs a straight side or a plane face"),
+        ({"geometry": SideBySide(loops=[{"part": "hole", "center": (0, 0), "radius": 1.0}], exterior=True),
+          "boundary": [Contact("hole", friction_bound=1.0)]}, "an infinite plate has no volume loads"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_one_line(changes, told):
+    boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]
+    loads = VolumeLoads(acceleration=(0, -1))
+    given = {"geometry": Rectangle((0, 0), (2, 3)), "boundary": boundary, "loads": loads, **changes}
+    with pytest.raises(InputError, match=told):
+        solve(Problem(material=steel(), mesh=MeshOptions(element_size=0.5), **given))
+
+
+@pytest.mark.parametrize(
+    ("material", "loads", "told"),
+    [
+        ({"density": -1.0}, {}, "density: must be greater than or equal to 0, got -1.0"),
+        ({}, {"acceleration": [0.0, -1.0]}, "loads.acceleration: the material of body 'body' has no density"),
+        ({}, {"angular_velocity": 1.0}, "loads.angular_velocity: the material of body 'body' has no density"),
+        ({}, {"temperature": "x"}, "loads.temperature: the material of body 'body' has no thermal_expansion"),
+        ({}, {"axis": [0.0, 0.0, 0.0]}, "loads.axis: must be a vector other than zero"),
+        ({}, {"force": [0.0, [1.0, 2.0]]}, r"loads.force\[1\]: must be a number or an expression"),
+    ],
+)
+def test_keys_that_do_not_fit_are_one_line(material, loads, told):
+    with pytest.raises(InputError, match=told):
+        Problem(material={"young_modulus": E, "poisson_ratio": NU, **material}, geometry=Rectangle((0, 0), (1, 1)),
+                boundary=[Contact("bottom")], loads=loads)  # fmt: skip
