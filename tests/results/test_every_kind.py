@@ -10,7 +10,7 @@ import pytest
 
 from petcontact import InputError, read_result, solve
 from petcontact.commands.main import main
-from petcontact.model.case import load_any, parse_any
+from petcontact.model.case import load, parse_problem
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 LARGER = """
@@ -42,12 +42,12 @@ friction_coefficient = 0.3
 
 
 def config(name, overrides):
-    return load_any(CONFIGS / f"{name}.toml", overrides)
+    return load(CONFIGS / f"{name}.toml", overrides)
 
 
 PROBLEMS = {
     "plane, one body": lambda: config("example1", {"mesh.element_size": 0.5}),
-    "plane, bodies": lambda: parse_any(tomllib.loads(LARGER), "larger", {}, Path()),
+    "plane, bodies": lambda: parse_problem(tomllib.loads(LARGER), "larger", {}, Path()),
     "space, one body": lambda: config("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
     "space, bodies": lambda: config("space_stack", {"body.0.mesh.element_size": 1.0, "body.1.mesh.element_size": 1.0}),
 }

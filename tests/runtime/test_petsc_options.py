@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from petcontact.errors import InputError
-from petcontact.model.case import parse_any
+from petcontact.model.case import parse_problem
 from petcontact.runtime.petsc_options import check, refused_in_config
 
 SOLVERS = {
@@ -64,9 +64,9 @@ def test_a_config_runs_no_code_and_writes_no_file(name, value):
 
 def test_the_file_and_the_key_are_named():
     with pytest.raises(InputError, match=r"^a\.toml: petsc: pc_type = 'python': a config runs no code; -pc_type on the"):
-        parse_any({**PROBLEM, "petsc": {"pc_type": "python"}}, "a.toml", {}, None)
+        parse_problem({**PROBLEM, "petsc": {"pc_type": "python"}}, "a.toml", {}, None)
     with pytest.raises(InputError, match=r"^a\.toml: petsc: ksp_view = ':a\.toml': "):
-        parse_any(PROBLEM, "a.toml", {"petsc.ksp_view": ":a.toml"}, None)
+        parse_problem(PROBLEM, "a.toml", {"petsc.ksp_view": ":a.toml"}, None)
 
 
 @given(st.text("abcdefgh_.0/:", max_size=12), st.sampled_from(["", "elastic_", "sub_", "mg_levels_1_"]), st.text(max_size=9))

@@ -14,7 +14,7 @@ import pytest
 
 from petcontact import Problem, Step
 from petcontact.model.base import parse
-from petcontact.pipeline.adaptive.climb import climb as adaptive
+from petcontact.pipeline.adaptive import climb as adaptive
 from petcontact.pipeline.discrete import discretise as assemble
 from petcontact.pipeline.run import prepare, run
 from petcontact.reference.cattaneo_mindlin import LinePartialSlip
