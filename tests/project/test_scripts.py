@@ -13,9 +13,8 @@ import subprocess
 import sys
 import tempfile
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -109,15 +108,6 @@ LONG = {"verify": "--h 1.6"}
 NEED_MORE = {"benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
 """What needs other solvers, or takes long at any size: their modules and words are looked at."""
 
-DEBT = {"benchmark", "benchmark_methods.py", "verify_random", "benchmark_contact", "verify"}
-"""What still imports modules that the one path has replaced; strike off what runs again (the tests say so)."""
-
-
-def known(scripts: Iterable[str]) -> list[Any]:
-    """Scripts as parameters; those of DEBT have to fail."""
-    broken = pytest.mark.xfail(reason="imports replaced modules")
-    return [pytest.param(name, marks=[broken] * (name in DEBT)) for name in scripts]
-
 
 def measured(script: str, words: str) -> str:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
@@ -132,18 +122,18 @@ def test_every_script_has_a_test():
     assert names == {*SHELL_SCRIPTS, *SMALLEST, *LONG, *NEED_MORE}
 
 
-@pytest.mark.parametrize("script", known(SMALLEST))
+@pytest.mark.parametrize("script", SMALLEST)
 def test_the_smallest_size_runs_to_its_end(script):
     assert measured(script, SMALLEST[script])
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("script", known(LONG))
+@pytest.mark.parametrize("script", LONG)
 def test_the_smallest_size_of_long_ones(script):
     assert measured(script, LONG[script])
 
 
-@pytest.mark.parametrize("script", known(sorted(NEED_MORE)))
+@pytest.mark.parametrize("script", sorted(NEED_MORE))
 def test_help_of_what_needs_more(script):
     assert "usage: " in measured(script, "--help")
 

@@ -48,9 +48,11 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
         force = np.concatenate([force, -mesh.weight[:, None] * np.tensordot(shares, body.data.volume[2], 1)])
     away = x - mesh.weight @ mesh.x / mesh.weight.sum()
     motions = rigid_motions(away)
+    size = np.abs(force).max(initial=0.0) or 1.0      # squares of tiny forces underflow
+    force = force / size
     each = np.einsum("ic,icr->ir", force, motions)
     arms = np.linalg.norm(motions, axis=1) * np.linalg.norm(force, axis=1)[:, None]
-    least = 1e-9 * body.operators.traction_scale * np.abs(u).max(initial=0.0) * mesh.weight.sum()
+    least = 1e-9 * body.operators.traction_scale * (np.abs(u).max(initial=0.0) / size) * mesh.weight.sum()
     arm = np.linalg.norm(motions, axis=1).max(axis=0)
     worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), least * arm + np.finfo(float).tiny)).max())
     if body.modes.shape[2]:
