@@ -91,7 +91,7 @@ def test_convergence_is_exponential_when_order_and_levels_grow(comm):
     best = adapt(example(2, name="semismooth-newton", rule=None), 2e-8, comm=comm).contact
     norm = np.sqrt(best.weight @ best.u_t[:, 0] ** 2)
     roots, errors = [], []
-    for order, levels in ((2, 5), (3, 7), (4, 9), (5, 11)):
+    for order, levels in ((1, 3), (2, 5), (3, 7), (4, 9), (5, 11)):
         points = tuple((x, 0.0) for x in TRANSITION)
         mesh = MeshOptions(order=order, grading=0.3, levels=levels, graded_points=points)
         contact = solve(example(2, mesh=mesh, name="semismooth-newton", rule=None), comm=comm).contact

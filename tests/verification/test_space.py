@@ -103,7 +103,7 @@ def test_bad_input_is_one_line(keys: dict[str, object], message: str) -> None:
 
 def test_too_little_memory_is_told_before_the_build(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("petcontact.pipeline.choice.physical_memory", lambda: 1e6)
-    with pytest.raises(InputError, match="dense operators of 360 nodes take"):
+    with pytest.raises(InputError, match="dense operators of 1080 unknowns, 144 of contact, take"):
         prepared("a")
 
 
