@@ -13,7 +13,7 @@ from ...mesh.thickness import slenderness
 LARGEST = (4.0, 4.0, 5.0)
 """Largest size of elements of order 0, 1 and above over the thickness behind them. Clamped plates of order 1 deflect by 1.06
 times what the theory says up to 1.25, beams and plates of order 2 by 0.56 to 1.18 up to 5, above by anything and with either
-sign. Order 1 is solved up to 4, with a warning: without bending it is right there. Constant elements lose equilibrium before."""
+sign. Order 1 up to 4 is warned of: without bending it is right there. Of constant ones equilibrium is lost."""
 STIFF = 1.5
 """Size over thickness from which bending is off by a tenth and more, which is warned of."""
 SHARE = 0.1
