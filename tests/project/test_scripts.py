@@ -105,8 +105,8 @@ SMALLEST = {
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
 LONG = {"verify": "--h 1.6"}
-NEED_MORE = {"benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
-"""What needs other solvers, or takes long at any size: their modules and words are looked at."""
+NEED_MORE = {"compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
+"""What needs other solvers or checkouts, or takes long at any size: their modules and words are looked at."""
 
 
 def measured(script: str, words: str) -> str:
