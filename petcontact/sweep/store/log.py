@@ -101,7 +101,8 @@ def _record(row: Row, fields: bytes) -> bytes:
     # NaN is no JSON: a number that is not there is null
     plain = {key: None if isinstance(value, float) and not math.isfinite(value) else value for key, value in row.items()}
     line = json.dumps({**plain, "bytes": len(fields), "sum": zlib.crc32(fields)}, ensure_ascii=False).encode() + b"\n"
-    return b"%08x %b%b" % (zlib.crc32(line), line, fields + b"\n" if fields else b"")
+    # the last end of line keeps this record and the next one apart, should the first be altered
+    return b"%08x %b%b\n" % (zlib.crc32(line), line, fields)
 
 
 class Record(NamedTuple):

@@ -6,7 +6,7 @@ import json
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from petcontact.errors import OutputError
@@ -43,6 +43,7 @@ def test_columns_below_one_another_fill_what_is_missing():
 
 
 @given(st.integers(0, 100_000), st.integers(1, 255))
+@example(123, 1)    # the end of the line of a record without fields
 def test_of_a_log_that_is_cut_or_altered_the_other_records_stand(tmp_path_factory, at, flip):
     path = tmp_path_factory.mktemp("l") / "a.log"
     fields = [bytes(range(256)) * 2 if k % 3 else b"" for k in range(9)]
