@@ -142,7 +142,7 @@ def test_t_of_a_pair_is_spectrally_equivalent_to_s():
     assert np.quantile(np.abs(values), 0.05) > 0.9 and np.quantile(np.abs(values), 0.95) < 1.1
 
 
-@pytest.mark.parametrize("name", ["press_fit", "stack"])
+@pytest.mark.parametrize("name", ["press_fit", pytest.param("stack", marks=pytest.mark.slow)])
 @pytest.mark.parametrize("method", ["projection", "operator-robin"])
 def test_methods_agree_on_bodies_that_only_contact_holds(name, method):
     newton = solve(config(name))

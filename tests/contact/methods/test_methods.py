@@ -93,7 +93,8 @@ def test_full_formulation_serves_every_method(comm):
     full.close()
 
 
-@pytest.mark.parametrize("case", [PROBLEMS["example 2"], PROBLEMS["two parts"]], ids=["example 2", "two parts"])
+@pytest.mark.parametrize("case", [PROBLEMS["example 2"], pytest.param(PROBLEMS["two parts"], marks=pytest.mark.slow)],
+                         ids=["example 2", "two parts"])  # fmt: skip
 def test_compressed_systems_serve_every_method(case, comm):
     dense = Posed(case, comm)
     compressed = Posed(case.model_copy(update={"bem": Bem(mat_type="hodlr", hodlr_leaf=32)}), comm)
