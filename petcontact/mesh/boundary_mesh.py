@@ -8,7 +8,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from ..arrays import Array, Index
-from .pairs.hits import Faces
+from .pairs.ray_casting import Faces
 
 
 @dataclass(frozen=True)

@@ -17,7 +17,7 @@ from ..model.problem import Contact, Problem
 from .contact_line import ContactLine, slip_at_end, transition
 from .gap_minima import gap_minima
 from .known_data import Field, fields, resolved
-from .ladder import LADDER, Rung, first_rung
+from .levels import REFINEMENT_LEVELS, Level, first_level
 from .singular_points import corner_exponents
 
 MILDEST, STRONGEST = 0.7, 2.0
@@ -28,7 +28,7 @@ CORNER_SIZE = 0.015 ** (1.0 / MILDEST)
 SMALLEST = 1e-10
 """Smallest elements at corners, relative to the thickness of the body and to coordinates, whose last digits they feel."""
 DATA_SHARE = 0.2
-"""Defect of the known data on one element, of a rung's error."""
+"""Defect of the known data on one element, of a level's error."""
 NODES_A_SIDE = 12
 """At the least, of meshes that are graded at both ends of every side."""
 UNSEEN = 24
@@ -132,14 +132,14 @@ class Body:
         return max(float((self.corner_size(e, resolved) / self.scale) ** (2.0 * e)) for e in found)
 
     def mesh(
-        self, rung: Rung, largest: list[float], shown: list[ContactLine] | None,
+        self, level: Level, largest: list[float], shown: list[ContactLine] | None,
         edges: dict[int, list[tuple[float, float]]] | None = None,
-    ) -> RungMesh:  # fmt: skip
-        """The mesh of a rung, with elements that resolve the data.
+    ) -> LevelMesh:  # fmt: skip
+        """The mesh of a level, with elements that resolve the data.
 
         Parameters
         ----------
-        rung : Rung
+        level : Level
         largest : list of float, one a side
             Length that no element of the side exceeds [length].
         shown : list of ContactLine, optional
@@ -150,24 +150,24 @@ class Body:
         missed = [0.0]
 
         def resolve(side: int, breaks: Array, orders: Index) -> tuple[Array, Index]:
-            breaks, orders, left = resolved(breaks, orders, self.data[side], DATA_SHARE * rung.error)
+            breaks, orders, left = resolved(breaks, orders, self.data[side], DATA_SHARE * level.error)
             missed.append(left)
             return breaks, orders
 
-        marks = marks_for(self, rung.grading, rung.resolved, shown)
+        marks = marks_for(self, level.grading, level.resolved, shown)
         closing = {k: [(s, TOUCH * self.outline.sides[k].length) for s in places]
                    for k, places in enumerate(self.touching) if len(places)}  # fmt: skip
         for side, inner in {**closing, **(edges or {})}.items():
-            marks[side] = _with_points(marks[side], inner, rung.grading)
-        mesh = graded_mesh(self.outline, marks, rung.grading, largest, resolve if any(self.data) else None)
+            marks[side] = _with_points(marks[side], inner, level.grading)
+        mesh = graded_mesh(self.outline, marks, level.grading, largest, resolve if any(self.data) else None)
         if max(missed) > 0.0:
             # elements by the thousand that still do not show the data are not worth solving on
-            mesh = graded_mesh(self.outline, marks, rung.grading, largest)
-        return RungMesh(mesh, max(missed))
+            mesh = graded_mesh(self.outline, marks, level.grading, largest)
+        return LevelMesh(mesh, max(missed))
 
 
 @dataclass(frozen=True)
-class RungMesh:
+class LevelMesh:
     """A mesh, and the largest defect of the data that it leaves beyond what was asked (or 0)."""
 
     mesh: CurveMesh
@@ -175,13 +175,13 @@ class RungMesh:
 
 
 def default_mesh(problem: Problem, outline: Outline) -> CurveMesh:
-    """The mesh of a problem that names no element size, order or grading: a rung of the ladder, with the points given."""
-    body, rung = Body.of(problem, outline), LADDER[first_rung(problem.mesh.accuracy or ACCURACY)]
+    """The mesh of a problem that names no element size, order or grading: a refinement level, with the points given."""
+    body, level = Body.of(problem, outline), REFINEMENT_LEVELS[first_level(problem.mesh.accuracy or ACCURACY)]
     largest = [
         side.length / UNSEEN if contact and not len(given) else np.inf
         for side, contact, given in zip(outline.sides, body.contact, body.given, strict=True)
     ]
-    return body.mesh(rung, largest, None).mesh
+    return body.mesh(level, largest, None).mesh
 
 
 def marks_for(body: Body, grading: Grading, resolved: float, shown: list[ContactLine] | None) -> list[Marks]:

@@ -14,7 +14,7 @@ from petcontact.mesh.hp_grading import Grading, Marks, balanced, graded_mesh, gr
 from petcontact.model.base import parse
 from petcontact.pipeline.adaptive.slip import MOST_GAIN, Slip, estimated_error
 from petcontact.refinement.contact_line import ContactLine, displacement, slip_at_end, transition, without_specks
-from petcontact.refinement.ladder import LADDER
+from petcontact.refinement.levels import REFINEMENT_LEVELS
 from petcontact.refinement.marks import Body, marks_for
 
 # u_t at some points of Γ_C and its norm, transition points: shared/reference, good to 1e-8 or better
@@ -25,7 +25,7 @@ NEWTON = {"name": "semismooth-newton", "rule": None}
 
 @pytest.fixture(scope="module")
 def best(comm):
-    """Both examples, two rungs beyond what the tests ask for: within 2e-8 of the reference."""
+    """Both examples, two levels beyond what the tests ask for: within 2e-8 of the reference."""
     return {number: adapt(example(number, **NEWTON), 2e-8, comm=comm) for number in (1, 2)}
 
 
@@ -65,7 +65,7 @@ def test_displacement_between_nodes_is_as_good_as_at_them(best, comm):
 
 
 def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
-    monkeypatch.setattr(Slip, "levels", LADDER[:2])
+    monkeypatch.setattr(Slip, "levels", REFINEMENT_LEVELS[:2])
     solution = adapt(example(1, **NEWTON), 1e-5, comm=comm)
     assert solution.status == "not converged"
     assert "1e-05" in solution.reason
@@ -127,7 +127,7 @@ def test_accuracy_must_make_sense(comm):
 
 
 def test_variable_friction_on_a_sloping_body(comm):
-    """No reference: two rungs more are one."""
+    """No reference: two levels more are one."""
     case = example(1, **NEWTON).model_copy(update={
         "geometry": Polygon(vertices=((0, 0), (6, 0), (5, 3), (0.6, 3)), parts=("bottom", "right", "top", "left")),
         "boundary": (
@@ -153,7 +153,7 @@ def test_the_estimate_is_the_last_difference_and_claims_no_gain():
     assert estimated_error([3e-3, 1e-9], sharp[:3]) == pytest.approx(3e-3 / MOST_GAIN)
 
 
-def test_rungs_that_are_alike_because_corners_got_no_finer_elements_are_no_proof():
+def test_levels_that_are_alike_because_corners_got_no_finer_elements_are_no_proof():
     assert estimated_error([1e-1, 1e-2, 1e-7], [4.0, 2.0, 1.0, 1.0]) == pytest.approx(1e-2)
 
 

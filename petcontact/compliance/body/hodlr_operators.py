@@ -12,7 +12,7 @@ from ...compression.hodlr import HODLR, compress, factor
 from ...errors import SolverError
 from ...mesh.curve_mesh import as_curve
 from ...model.solver_options import Bem
-from ...runtime.malloc import give_back
+from ...runtime.malloc import trim_heap
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread, threads_per_rank
 from ..contact_vectors import ContactVectors
@@ -64,7 +64,7 @@ class CompressedOperators:
 
     def _spare(self) -> None:
         if self.operators.mesh.n_nodes >= SCARCE:
-            give_back()
+            trim_heap()
 
     def traction_to_rhs(self, sigma: Array) -> Array:
         """G_Ct σ on this rank's nodes for σ (m k,) or several (m k, s)."""

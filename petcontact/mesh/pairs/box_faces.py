@@ -10,8 +10,8 @@ from ...arrays import Array, Index
 from ...geometry.surface import BOX_PARTS, BoxSurface
 from ..panelling import box_of_lines, face_axes
 from ..surface_mesh import SurfaceMesh
-from .hits import SLACK
-from .joints import SideMesh
+from .common_breakpoints import SideMesh
+from .ray_casting import SLACK
 
 
 def grid_lines(box: BoxSurface, mesh: SurfaceMesh) -> list[SideMesh]:

@@ -10,9 +10,9 @@ import numpy as np
 from ...arrays import Array, Index
 from ...geometry.outline import Outline
 from ..curve_mesh import CurveMesh, build_mesh
+from .common_breakpoints import SideMesh
 from .curves import Curves
-from .hits import along
-from .joints import SideMesh
+from .ray_casting import along
 
 
 def side_meshes(outline: Outline, mesh: CurveMesh) -> list[SideMesh]:

@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..basis import gauss
-from .hits import SLACK, TOGETHER, Faces, Hits, Segments, along
+from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
 
 SAMPLES = 17
 """Points at which a curve is looked at between its nodes."""

@@ -10,7 +10,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ..panels import Panels
 from .clipping import area, clip, cross, fan_rule
-from .hits import SLACK, TOGETHER, Faces, Hits, Segments, along
+from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
 
 SLIVER = 1e-14
 """Segments smaller than this share of the panel's square are round-off."""

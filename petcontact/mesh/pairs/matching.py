@@ -11,8 +11,8 @@ from ...geometry.outline import Outline
 from ...geometry.surface import Boundary, BoxSurface
 from ..boundary_mesh import BoundaryMesh
 from .box_faces import face_projection, grid_lines, mesh_of_lines
+from .common_breakpoints import match
 from .curve_sides import curve_projection, mesh_of_sides, side_meshes
-from .joints import match
 
 KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]] = {
     Outline: (side_meshes, mesh_of_sides, curve_projection), BoxSurface: (grid_lines, mesh_of_lines, face_projection)

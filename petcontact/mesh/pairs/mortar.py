@@ -15,7 +15,7 @@ import scipy
 
 from ...arrays import Array, Index
 from ..boundary_mesh import BoundaryMesh
-from .hits import Segments
+from .ray_casting import Segments
 
 ROUND = 1e-12
 """Entries of V this close to 0 or 1 are that: matching elements pass values on as they are."""

@@ -6,7 +6,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
-from .hits import Faces
+from .ray_casting import Faces
 
 SMOOTH = 0.5
 """Least cosine between the normals of neighbours on one curved face; beyond that they meet in an edge."""

@@ -1,9 +1,9 @@
 """Adaptive solution: solve, find where the solution is singular, refine towards it, estimate, repeat.
 
-Meshes come from a ladder of gradings, each with an error about ten times smaller than the one before: more order and
+Meshes come from refinement levels, each with an error about ten times smaller than the one before: more order and
 a milder grading where the solution is smooth, smaller elements of low order at corners and edges of contact, stick and
 slip. The solution of one level places these edges for the next one and is its start. The difference of two levels is the
-error of the lower one; it is the estimate for the upper one, which is returned. What the ladder gains in its last step
+error of the lower one; it is the estimate for the upper one, which is returned. What the last step gains
 is not claimed: the pace of the steps before says little of it.
 """
 
@@ -20,8 +20,8 @@ from ...geometry.outline import Outline, as_outline
 from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import CurveMesh
 from ...model.problem import Problem
-from ...refinement.ladder import Rung, check_accuracy
-from ...refinement.marks import Body, RungMesh
+from ...refinement.levels import Level, check_accuracy
+from ...refinement.marks import Body, LevelMesh
 from ...results.solution import Solution
 from ...runtime.petsc import petsc
 from ..discrete.discretise import Discrete, discretise
@@ -43,15 +43,15 @@ class Quantity(Protocol):
     @property
     def accuracy(self) -> float: ...
     @property
-    def levels(self) -> tuple[Rung, ...]: ...
+    def levels(self) -> tuple[Level, ...]: ...
     @property
     def attempts(self) -> int: ...
     @property
     def estimate(self) -> float: ...
     def check(self, problem: Problem, body: Body) -> None: ...
-    def mesh(self, number: int, body: Body, level: Rung) -> RungMesh: ...
+    def mesh(self, number: int, body: Body, level: Level) -> LevelMesh: ...
     def start(self, problem: PreparedProblem) -> Start | None: ...
-    def observe(self, solution: Solution, level: Rung) -> None: ...
+    def observe(self, solution: Solution, level: Level) -> None: ...
     def apart(self, solution: Solution) -> float: ...
     def is_vague(self) -> bool: ...
     def info(self) -> dict[str, Any]: ...
@@ -116,7 +116,7 @@ class AdaptiveSolve:
                 break
         return ""
 
-    def _solved(self, level: Rung) -> Solution:
+    def _solved(self, level: Level) -> Solution:
         """The solution on the mesh of a level."""
         self.missed = 0.0
 
@@ -170,7 +170,7 @@ def adapt(
     -------
     Solution
         `info["accuracy"]` and `info["estimated_error"]` say what was wanted and what is estimated. The status is "not
-        converged" when the finest mesh of the ladder was not enough.
+        converged" when the finest refinement level was not enough.
 
     Raises
     ------

@@ -12,8 +12,8 @@ from ...bem.compatibility import check_compatible
 from ...contact.state import Start
 from ...mesh.curve_mesh import as_curve
 from ...refinement.contact_line import ContactLine, difference, largest, transition, without_specks
-from ...refinement.ladder import LADDER, MOST_GAIN, Rung, believed
-from ...refinement.marks import Body, RungMesh
+from ...refinement.levels import MOST_GAIN, REFINEMENT_LEVELS, Level, believed
+from ...refinement.marks import Body, LevelMesh
 from ...refinement.zones import Zone
 from ...results.solution import Solution
 from ..steps.increment import PreparedProblem
@@ -30,7 +30,7 @@ class Slip:
 
     Attributes
     ----------
-    levels : tuple of Rung
+    levels : tuple of Level
         Meshes to climb, each with an error about ten times smaller than that of the one before.
     attempts : int
         How often one level is tried.
@@ -40,7 +40,7 @@ class Slip:
         Relative differences of u_t between neighbouring meshes.
     """
 
-    levels, attempts, accuracy = LADDER, 1, 1e-4
+    levels, attempts, accuracy = REFINEMENT_LEVELS, 1, 1e-4
 
     def __init__(self) -> None:
         self.differences: list[float] = []
@@ -48,7 +48,7 @@ class Slip:
         self._last: Solution | None = None
         self._body: Body | None = None
 
-    def mesh(self, number: int, body: Body, level: Rung) -> RungMesh:
+    def mesh(self, number: int, body: Body, level: Level) -> LevelMesh:
         """Graded to the transition points that the last solution shows."""
         self._body = body
         longest = [side.length / FIRST_LOOK if contact and not self._shown else np.inf
@@ -63,7 +63,7 @@ class Slip:
         """u_t and σ_t of the last solution on another mesh."""
         return None if self._last is None else carried_over(problem, self._last)
 
-    def observe(self, solution: Solution, level: Rung) -> None:
+    def observe(self, solution: Solution, level: Level) -> None:
         """Keep what a solution shows."""
         assert self._body is not None
         if self._last is not None:
@@ -84,8 +84,8 @@ class Slip:
     def estimate(self) -> float:
         """Of the error of the last mesh."""
         assert self._body is not None
-        climbed = LADDER[: len(self._shown)]
-        return estimated_error(self.differences, [self._body.truncation(rung.resolved) for rung in climbed])
+        climbed = REFINEMENT_LEVELS[: len(self._shown)]
+        return estimated_error(self.differences, [self._body.truncation(level.resolved) for level in climbed])
 
     def info(self) -> dict[str, Any]:
         """What a solution reports of its zones."""
@@ -96,19 +96,19 @@ class Slip:
 
 
 def estimated_error(differences: list[float], truncation: list[float]) -> float:
-    """Error of the last rung from the differences of neighbouring ones, infinite while there are fewer than two of them.
+    """Error of the last level from the differences of neighbouring ones, infinite while there are fewer than two of them.
 
-    The last difference is the error of the last rung but one, and an estimate for the last one that does not flatter.
-    Two rungs may be alike by chance, or because elements at a corner are as small as they can be: no step is believed
+    The last difference is the error of the last level but one, and an estimate for the last one that does not flatter.
+    Two levels may be alike by chance, or because elements at a corner are as small as they can be: no step is believed
     to gain more than MOST_GAIN, and nothing more than the sizes of elements at corners allow: errors C T_k there show as
     differences d_k = C (T_k - T_(k+1)).
 
     Parameters
     ----------
     differences : list of k floats
-        Of rungs 0 and 1, 1 and 2, ...
+        Of levels 0 and 1, 1 and 2, ...
     truncation : list of k + 1 floats
-        T of each rung, see `Body.truncation`.
+        T of each level, see `Body.truncation`.
     """
     if len(differences) < 2:
         return math.inf

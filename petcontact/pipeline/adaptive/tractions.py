@@ -15,8 +15,8 @@ from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.problem import Problem
 from ...refinement.contact_edges import Edge, edges, merged, zone_at
 from ...refinement.known_data import fields, offsets
-from ...refinement.ladder import CONTACT_LADDER, Rung, believed
-from ...refinement.marks import UNSEEN, Body, RungMesh
+from ...refinement.levels import CONTACT_REFINEMENT_LEVELS, Level, believed
+from ...refinement.marks import UNSEEN, Body, LevelMesh
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from ..discrete.discretise import Discrete
@@ -36,7 +36,7 @@ class Tractions:
 
     Attributes
     ----------
-    levels : tuple of Rung
+    levels : tuple of Level
         Meshes to climb.
     attempts : int
         How often one level is tried while a contact is seen by few nodes only.
@@ -46,7 +46,7 @@ class Tractions:
         Relative differences of p and q between neighbouring meshes.
     """
 
-    levels, attempts, accuracy = CONTACT_LADDER, 3, 1e-2
+    levels, attempts, accuracy = CONTACT_REFINEMENT_LEVELS, 3, 1e-2
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
@@ -57,7 +57,7 @@ class Tractions:
     def check(self, problem: Problem, body: Body) -> None:
         """Nothing."""
 
-    def mesh(self, number: int, body: Body, level: Rung) -> RungMesh:
+    def mesh(self, number: int, body: Body, level: Level) -> LevelMesh:
         """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
         found = {part: self._edges.get(name, []) for (b, part), name in self._names.items() if b == number}
         largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
@@ -73,7 +73,7 @@ class Tractions:
         """Zones of the last solution."""
         return warm_start(self._last[-1], problem.discrete) if self._last else None
 
-    def observe(self, solution: Solution, level: Rung) -> None:
+    def observe(self, solution: Solution, level: Level) -> None:
         """Keep what a solution shows; attempts on one level are not compared."""
         if self._last and not self.is_vague():
             self.differences.append(self.apart(solution))

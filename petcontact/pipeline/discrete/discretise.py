@@ -19,13 +19,13 @@ from ...contact.methods.registry import ContactNodes, law_of
 from ...errors import InputError
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.pairs.facing import face
-from ...mesh.pairs.hits import along
+from ...mesh.pairs.contact_search import face
 from ...mesh.pairs.matching import PairParts, matched
+from ...mesh.pairs.ray_casting import along
 from ...model.expressions import evaluate
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
-from .interfaces import Side, as_problem, check_parts, interfaces_of
+from .interfaces import InterfaceSpec, as_problem, check_parts, interfaces_of
 from .load_states import boundary_data, check_held
 
 OUTWARD = 1e-9
@@ -46,7 +46,7 @@ class Discrete:
     problem : Problem
     boundaries : list of Outline or surfaces
     meshes : list of BoundaryMesh
-    sides : list of Side
+    sides : list of InterfaceSpec
     interfaces : list of Interface
         Held normally, all of them, where none may open and no friction depends on pressure: then u_n is known.
     law : ContactLaw
@@ -60,7 +60,7 @@ class Discrete:
     problem: Problem
     boundaries: list[Boundary]
     meshes: list[BoundaryMesh]
-    sides: list[Side]
+    sides: list[InterfaceSpec]
     interfaces: list[Interface]
     law: ContactLaw
     data: list[BoundaryData]
@@ -133,7 +133,7 @@ def with_laws_of(discrete: Discrete, problem: Problem) -> Discrete:
     return replace(discrete, problem=problem, law=law_of(None, nodes), warnings=list(discrete.warnings))
 
 
-def _interface(side: Side, meshes: list[BoundaryMesh], held: bool) -> tuple[Interface, float, list[str]]:
+def _interface(side: InterfaceSpec, meshes: list[BoundaryMesh], held: bool) -> tuple[Interface, float, list[str]]:
     mesh = meshes[side.body]
     nodes = mesh.nodes_of(side.part)
     notes: list[str] = []
@@ -171,7 +171,7 @@ def _interface(side: Side, meshes: list[BoundaryMesh], held: bool) -> tuple[Inte
 
 
 def _with_law(
-    given: Any, sides: list[Side], interfaces: list[Interface], meshes: list[BoundaryMesh]
+    given: Any, sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
 ) -> tuple[list[Interface], ContactLaw]:
     """The law, and interfaces that look for as many components as it has: a law of the user's may have the normal one."""
     nodes = _contact_nodes(sides, interfaces, meshes)
@@ -182,7 +182,7 @@ def _with_law(
     return interfaces, law_of(given, nodes)
 
 
-def _contact_nodes(sides: list[Side], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactNodes:
+def _contact_nodes(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactNodes:
     ends = np.cumsum([0, *(len(face.nodes) for face in interfaces)])
     return ContactNodes(
         np.concatenate([meshes[face.body].x[face.nodes] for face in interfaces]),
@@ -193,7 +193,7 @@ def _contact_nodes(sides: list[Side], interfaces: list[Interface], meshes: list[
     )
 
 
-def _law(sides: list[Side], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactLaw:
+def _law(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactLaw:
     parts: list[tuple[Array, Array, Mask, Mask]] = []
     for side, interface in zip(sides, interfaces, strict=True):
         mesh, nodes, law = meshes[side.body], interface.nodes, side.law

@@ -17,7 +17,7 @@ from ...model.problem import ONE_BODY, Body, Contact, Problem, Traction
 
 
 @dataclass(frozen=True)
-class Side:
+class InterfaceSpec:
     """One interface as the config has it.
 
     Attributes
@@ -53,7 +53,7 @@ class Side:
                 and self.law.normal != "unilateral" and self.law.friction_coefficient is None)  # fmt: skip
 
 
-def interfaces_of(problem: Problem) -> list[Side]:
+def interfaces_of(problem: Problem) -> list[InterfaceSpec]:
     """Contact conditions and contact pairs, in the order of the config."""
     result = []
     several = len(problem.body) > 1 or problem.body[0].name != ONE_BODY
@@ -62,21 +62,22 @@ def interfaces_of(problem: Problem) -> list[Side]:
             if isinstance(condition, Contact):
                 name = f"{body.name}.{condition.part}" if several else condition.part
                 key = f"body[{b}].boundary[{k}]" if several else f"boundary[{k}]"
-                result.append(Side(name, f"{key} ({condition.part})", b, condition.part, None, None, condition, None))
+                place = f"{key} ({condition.part})"
+                result.append(InterfaceSpec(name, place, b, condition.part, None, None, condition, None))
     obstacles = [o.name for o in problem.obstacle]
     for k, pair in enumerate(problem.contact):
         key = f"contact[{k}]"
         a, part = problem.side(f"{key}.secondary", pair.secondary)
         direction = None if pair.direction is None else np.array(pair.direction) / np.linalg.norm(pair.direction)
         if pair.primary in obstacles:
-            result.append(Side(pair.name, key, a, part, None, obstacles.index(pair.primary), pair, direction))
+            result.append(InterfaceSpec(pair.name, key, a, part, None, obstacles.index(pair.primary), pair, direction))
         else:
             primary = problem.side(f"{key}.primary", pair.primary, obstacles)
-            result.append(Side(pair.name, key, a, part, primary, None, pair, direction))
+            result.append(InterfaceSpec(pair.name, key, a, part, primary, None, pair, direction))
     return result
 
 
-def check_parts(problem: Problem, boundaries: list[Boundary], sides: list[Side]) -> None:
+def check_parts(problem: Problem, boundaries: list[Boundary], sides: list[InterfaceSpec]) -> None:
     """Refuse parts that do not exist or have two conditions, bodies of different dimensions, and vectors that do not fit.
 
     Raises
@@ -137,7 +138,7 @@ def _check_components(key: str, value: Sized, d: int) -> None:
         raise InputError(f"{key}: the body has {d} dimensions, got {len(value)} components")
 
 
-def as_problem(body: Body, boundary: Boundary, sides: list[Side], number: int) -> Problem:
+def as_problem(body: Body, boundary: Boundary, sides: list[InterfaceSpec], number: int) -> Problem:
     """One body as a problem of its own, for what only needs to know which parts are held, loaded or in contact."""
     touching: dict[str, Contact] = {}
     for side in sides:

@@ -11,9 +11,9 @@ from ...arrays import Array, States
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import OPEN
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.pairs.hits import along
+from ...mesh.pairs.ray_casting import along
 from ...model.expressions import evaluate
-from ..discrete.interfaces import Side
+from ..discrete.interfaces import InterfaceSpec
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Places:
         return float(over[worst]), self.x[worst]
 
 
-def places_between(side: Side, interface: Interface, meshes: list[BoundaryMesh]) -> Places | None:
+def places_between(side: InterfaceSpec, interface: Interface, meshes: list[BoundaryMesh]) -> Places | None:
     """Places between the nodes of a contact; None where its parts cannot separate, or the gap is known at nodes only."""
     at_nodes_only = not isinstance(side.law.gap, (int, float, str)) and not callable(side.law.gap)
     if side.law.normal != "unilateral" or at_nodes_only:

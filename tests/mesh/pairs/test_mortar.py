@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from petcontact.mesh.curve_mesh import CurveMesh
 from petcontact.mesh.pairs.clipping import area, clip, fan_rule
-from petcontact.mesh.pairs.facing import face
+from petcontact.mesh.pairs.contact_search import face
 from petcontact.mesh.surface_mesh import SurfaceMesh
 
 SEEDS = st.integers(0, 2**32 - 1)

@@ -13,8 +13,8 @@ import scipy
 
 from ...arrays import Array, Index, Mask
 from ..boundary_mesh import BoundaryMesh
-from .hits import Segments, along
 from .mortar import balanced, projection, rounded
+from .ray_casting import Segments, along
 from .sag import sag
 
 NEAR = 0.1

@@ -1,0 +1,82 @@
+"""The ladders of gradings that adaptive solves climb, and what differences between their meshes let one believe."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from ..mesh.hp_grading import Grading
+
+MOST_GAIN = 40.0
+"""Ratio of the errors of two neighbouring levels beyond which it is chance."""
+MARGIN = 1.3
+"""How far below the wanted error a level's typical error is when it is tried first."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """One refinement level: a grading.
+
+    Attributes
+    ----------
+    grading : Grading
+    resolved : float
+        Relative error that the smallest elements leave at corners and transition points [-].
+    error : float
+        Typical relative error; only ratios of it are used as estimates [-].
+    edge : float
+        Smallest element at an edge of contact or stick over half the width of the contact [-].
+    """
+
+    grading: Grading
+    resolved: float
+    error: float
+    edge: float = math.inf
+
+
+REFINEMENT_LEVELS = (
+    Level(Grading(2, 0.30), 1.5e-3, 1.7e-3),
+    Level(Grading(2, 0.30), 8.0e-5, 6.7e-5),
+    Level(Grading(3, 0.28, 0.8), 1.0e-5, 4.6e-6),
+    Level(Grading(5, 0.28, 0.7), 1.0e-6, 6.0e-7),
+    Level(Grading(5, 0.33, 0.6), 8.0e-8, 4.0e-8),
+    Level(Grading(5, 0.40, 0.5), 1.2e-8, 1.3e-8),
+    Level(Grading(5, 0.50, 0.4), 2.5e-9, 3.0e-9),
+)
+"""For u_t of one body in bilateral contact, errors measured on the paper's examples."""
+CONTACT_REFINEMENT_LEVELS = (
+    Level(Grading(2, 0.30), 2.5e-3, 2e-2, 1e-1),
+    Level(Grading(3, 0.25), 5e-4, 3e-3, 2e-2),
+    Level(Grading(4, 0.28), 5e-5, 1e-4, 1e-3),
+    Level(Grading(5, 0.30), 3e-6, 2e-5, 1e-4),
+    Level(Grading(5, 0.38), 2e-7, 5e-6, 1e-5),
+    Level(Grading(5, 0.45), 2e-8, 1e-6, 5e-6),
+)
+"""For pressure and shear, errors measured on Cattaneo's and Mindlin's blocks: a level finds edges to a tenth of its elements
+or better, and those of the next one are ten times smaller."""
+
+
+def first_level(accuracy: float) -> int:
+    """The lowest level but the first that may be expected to have this error."""
+    last = len(REFINEMENT_LEVELS) - 1
+    return next((k for k in range(1, last + 1) if MARGIN * REFINEMENT_LEVELS[k].error <= accuracy), last)
+
+
+def check_accuracy(accuracy: float) -> None:
+    """Refuse what no refinement level reaches.
+
+    Raises
+    ------
+    ValueError
+        If the accuracy does not lie in (0, 1).
+    """
+    if not 0.0 < accuracy < 1.0:
+        raise ValueError(f"the accuracy lies between 0 and 1, got {accuracy}")
+
+
+def believed(differences: list[float]) -> float:
+    """Error of the last level but one from the differences of neighbouring ones; infinite while there are fewer than two.
+
+    Two levels may be alike by chance: no step is believed to gain more than MOST_GAIN.
+    """
+    return max(differences[-1], differences[-2] / MOST_GAIN) if len(differences) > 1 else math.inf
