@@ -47,7 +47,6 @@ class CompressedOperators:
     ) -> None:
         self.operators, self.comm, self.bem = operators, comm, bem
         self.contact = ContactVectors(operators, comm)
-        self._contact_here = slice(*self.contact.by_node[comm.getRank()])
         self._units = column_units(operators)
         # the threads are the compression's own: each works on a subtree, with one BLAS thread
         with one_blas_thread():
@@ -69,7 +68,7 @@ class CompressedOperators:
     def traction_to_rhs(self, sigma: Array) -> Array:
         """G_Ct σ on this rank's nodes for σ (m k,) or several (m k, s)."""
         padded = np.zeros((len(self._is_contact), *sigma.shape[1:]))
-        padded[self._is_contact] = sigma[self._contact_here] / self.operators.traction_scale
+        padded[self._is_contact] = sigma[self.contact.here] / self.operators.traction_scale
         return np.asarray(self._rhs_columns @ padded)
 
     def solve(self, rhs: Array) -> Array:

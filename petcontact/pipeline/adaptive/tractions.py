@@ -50,7 +50,7 @@ class Tractions:
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
-        self._problem, self._last = problem, list[Solution]()
+        self._last = list[Solution]()
         self._edges: dict[str, list[Edge]] = {}
         self._names = {(side.body, side.part): side.name for side in interfaces_of(problem)}
 
