@@ -46,4 +46,4 @@ def test_a_library_of_other_files_is_not_used(tmp_path, interface):
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True,
                           env={**os.environ, native.VARIABLE: str(library)})  # fmt: skip
     assert done.stdout == "numpy (not compiled, or from other C files)\n"
-    assert done.stderr == f"petcontact: {library} was built from other C files and is not used; scripts/setup builds it again\n"
+    assert done.stderr.startswith(f"petcontact: {library} was built from other C files") and done.stderr.count("\n") == 1
