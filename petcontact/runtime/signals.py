@@ -77,6 +77,25 @@ def deferred() -> Iterator[None]:
             raise Interrupted(number)
 
 
+@contextlib.contextmanager
+def answering(comm: Any) -> Iterator[None]:
+    """Within the block no signal waits, where one rank runs alone: what it breaks off is nothing that is to be kept."""
+    global _deferring
+    if comm.getSize() > 1 or not _deferring or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    held, _deferring = _deferring, 0
+    try:
+        if _pending:
+            raise Interrupted(_pending.pop())
+        yield
+    except Interrupted as interrupted:
+        _pending.append(interrupted.number)     # whoever holds signals back is asked next
+        raise
+    finally:
+        _deferring = held
+
+
 class Stop:
     """Asked after each iterate: the number of a signal that wants the work to end, or 0 (collective).
 
