@@ -47,15 +47,20 @@ class BoundaryPeak:
 
 
 def stress_peaks(solution: SolutionData) -> dict[str, BoundaryPeak]:
-    """By the names of `QUANTITIES`."""
+    """By the names of `QUANTITIES`; without those that are nowhere finite."""
     found: dict[str, BoundaryPeak] = {}
     for step in step_ends(solution.steps or solution.tried):
         for body, mesh in solution.meshes.items():
-            element, state = solution.boundary_state(body, step)
-            for name, key in QUANTITIES.items():
-                values = getattr(state, key)
-                k = int(np.argmax(values))
-                if name not in found or values[k] > found[name].value:
+            # numbers of an altered file, or of a solve that failed, may overflow
+            try:
+                with np.errstate(all="ignore"):
+                    element, state = solution.boundary_state(body, step)
+                    stresses = {name: getattr(state, key) for name, key in QUANTITIES.items()}
+            except np.linalg.LinAlgError:
+                continue
+            for name, values in stresses.items():
+                k = int(np.argmax(np.where(np.isfinite(values), values, -np.inf)))
+                if np.isfinite(values[k]) and (name not in found or values[k] > found[name].value):
                     part, place = mesh.part_names[mesh.part[element[k]]], state.x[k]
                     found[name] = BoundaryPeak(float(values[k]), place, body, part, step, _at_corner(mesh, place))
     return found
