@@ -211,7 +211,7 @@ class SolutionData(Evaluated):
         """
         found: dict[str, dict[str, Array]] = {}
         for name, mesh in self.meshes.items():
-            forces = mesh.weight[:, None] * self._increment(step).bodies[name].traction
+            forces = mesh.weight[:, None] * self.increment(step).bodies[name].traction
             found[name] = {part: forces[mesh.node_part == k].sum(axis=0) for k, part in enumerate(mesh.part_names)}
         return dict(found) if len(found) > 1 else dict(next(iter(found.values())))
 
