@@ -18,7 +18,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Contact, Problem
 from ..refinement.zones import Zone, zones_of
-from .records import BodyResult, ContactFields, PairResult, StepResult
+from .records import BodyResult, ContactFields, PairResult, StepResult, WearHistory
 
 
 @dataclass(frozen=True, repr=False)
@@ -44,6 +44,8 @@ class SolutionData:
         argv, PETSc options, versions and whatever else is told of the solve.
     failed : StepResult, optional
         The increment at which the solve ended, if it found no solution of it: its last iterate.
+    wear : WearHistory, optional
+        Of a problem with cycles.
     """
 
     problem: Problem
@@ -56,6 +58,7 @@ class SolutionData:
     timings: dict[str, float]
     info: dict[str, Any] = field(default_factory=dict)
     failed: StepResult | None = None
+    wear: WearHistory | None = None
 
     assembly = case = property(lambda self: self.problem, doc="`problem`.")
 
@@ -250,7 +253,7 @@ class SolutionData:
         mesh, found, material = self.meshes[names[number]], step.bodies[names[number]], self.problem.body[number].material
         points = np.asarray(points, dtype=np.float64)
         try:
-            loads = InsideLoads.of(self.problem, number, mesh, step.step, step.load_factor)
+            loads = InsideLoads.of(self.problem, number, mesh, step.shares)
             u, stress = field_at(mesh, *loads.without(found.u, found.traction), material, points, progress)
         except InputError as error:
             if len(names) == 1:
