@@ -34,10 +34,17 @@ class Earlier:
         |Δw| [length].
     starts : pair of starts
         v and σ of the two steps.
+    growth : (M,) array or 0
+        What |Δw| grew by from cycle to cycle [length].
     """
 
     way: Array
     starts: tuple[Start, Start]
+    growth: Array | float = 0.0
+
+    def mean(self, times: int) -> Array:
+        """|Δw| in the middle of so many cycles to come."""
+        return np.clip(self.way + 0.5 * times * self.growth, 0.0, 2.0 * self.way)
 
 
 def solved(increment: Increment, monitor: Monitor | None) -> Tried:
@@ -54,7 +61,7 @@ def solved(increment: Increment, monitor: Monitor | None) -> Tried:
 
 def worn(increment: Increment, earlier: Earlier, times: int, monitor: Monitor | None) -> tuple[Tried, Earlier]:
     """An increment with the wear of so many alike, and what it is to the same one a cycle later."""
-    whole = times * increment.problem.discrete.wear * earlier.way
+    whole = times * increment.problem.discrete.wear * earlier.mean(times)
     before, (first, second) = increment.before, earlier.starts
     middle = replace(increment, target=increment.begun + GAMMA * (increment.target - increment.begun), layer=GAMMA * whole,
                      before=replace(before, start=first))  # fmt: skip
@@ -65,7 +72,8 @@ def worn(increment: Increment, earlier: Earlier, times: int, monitor: Monitor | 
     end = replace(increment, layer=GAMMA * whole, before=replace(before, start=second, worn=depth))
     last = end.solved(monitor)
     starts = (outcome.v, outcome.sigma), (last.v, last.sigma)
-    return (end, last, end.after(last)), Earlier(_way(end, last), starts)
+    way = _way(end, last)
+    return (end, last, end.after(last)), Earlier(way, starts, (way - earlier.way) / times)
 
 
 def _way(increment: Increment, outcome: ContactState) -> Array:
