@@ -12,7 +12,7 @@ from ...model.loads import forces_by_step
 from ...model.problem import Problem
 from ..kernel import Kernel
 from ..kernels import kernel_for
-from .volume import VolumeSolution, volume_solution
+from .volume import VolumeSolution
 
 
 @dataclass(frozen=True)
@@ -27,9 +27,12 @@ class InsideLoads:
     shares: dict[int, float]
 
     @classmethod
-    def of(cls, problem: Problem, number: int, mesh: BoundaryMesh, shares: dict[int, float]) -> InsideLoads:
-        """Of the body of a number; state 0 is unloaded, state k the end of step k, each with its share."""
-        forces, volume = forces_by_step(problem, number), volume_solution(problem, number, mesh)
+    def of(
+        cls, problem: Problem, number: int, mesh: BoundaryMesh, volume: VolumeSolution | None, shares: dict[int, float]
+    ) -> InsideLoads:
+        """Of the body of a number, with the solution for its volume loads; state 0 is unloaded, state k the end of step k,
+        each with its share."""
+        forces = forces_by_step(problem, number)
         point = np.array([f.at for f in problem.body[number].point_force]).reshape(-1, mesh.dim)
         force = np.zeros_like(point)
         for state, share in shares.items():
@@ -47,6 +50,14 @@ class InsideLoads:
     def at(self, x: Array) -> tuple[Array, Array, Array]:
         """At points (m, d) inside: u (m, d) [length], σ as of `field_at`, and in plane strain what temperature adds to
         ν(σ_xx + σ_yy) in σ_zz, (m,) [stress]."""
+        u, stress, normal = self.volume_at(x)
+        if len(self.point):
+            u = u + self.kernel.point_displacement(x, self.point, self.force)
+            stress = stress + self.kernel.point_stress(x, self.point, self.force)
+        return u, stress, normal
+
+    def volume_at(self, x: Array) -> tuple[Array, Array, Array]:
+        """The same of volume loads alone, which is what `without` leaves out on the boundary."""
         m, d = x.shape
         u, stress, normal = np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2)), np.zeros(m)
         if self.volume is not None:
@@ -56,7 +67,4 @@ class InsideLoads:
             material = self.kernel.material
             if d == 2 and material.plane == "strain":
                 normal = -(1.0 - 2.0 * material.poisson_ratio) * heat
-        if len(self.point):
-            u = u + self.kernel.point_displacement(x, self.point, self.force)
-            stress = stress + self.kernel.point_stress(x, self.point, self.force)
         return u, stress, normal

@@ -24,6 +24,8 @@ from .wear import Tried, solved
 
 HALVINGS = 8
 """How often an increment that fails is halved."""
+LOOKED_AT_FIRST = 1500
+"""Contact nodes up to which loads that nothing can hold are looked for before a solve, which costs more; else after it."""
 PATH_ERROR = 1e-3
 """With increments = "auto": change of σ and of w over their sizes that halving an increment may make."""
 ENERGY_ERROR = 1e-2
@@ -87,7 +89,9 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     divisible = bool(problem.discrete.problem.step) or not problem.discrete.interfaces[0].held
     auto = step.increments == "auto"
     whole = 1.0 if auto else 1.0 / int(step.increments)
-    size, doubt, state = whole, False, increment.before
+    state, end = increment.before, increment.to(1.0)
+    # what contact can hold is convex: loads between two that it can hold need no look
+    size, doubt = whole, problem.system.size <= LOOKED_AT_FIRST and is_unbalanced(end)
     while reached < 1.0 - 1e-12:
         target = min(1.0, reached + size)
         target = 1.0 if 1.0 - target < 1e-9 else target
