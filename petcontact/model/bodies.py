@@ -10,7 +10,7 @@ import pydantic
 from .base import Expression, Finite, Model, Name, NotNegative, Positive, Vector, nearest, something
 from .load_steps import Step
 from .loads import PointForce, VolumeLoads, check_material
-from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide
+from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide, Superelement
 from .solver_options import MeshOptions
 
 
@@ -175,7 +175,7 @@ class Contact(Model):
 
 
 Condition = Annotated[Displacement | Traction | Symmetry | Contact, pydantic.Field(discriminator="condition")]
-Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh, pydantic.Field(discriminator="shape")]
+Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh | Superelement, pydantic.Field(discriminator="shape")]
 
 
 class Body(Model):

@@ -17,6 +17,7 @@ from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, vo
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Contact, Problem
+from ..model.shapes import Superelement
 from ..refinement.zones import Zone, zones_of
 from .records import BodyResult, ContactFields, PairResult, StepResult
 
@@ -249,6 +250,8 @@ class SolutionData:
             raise InputError(f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}")
         number = 0 if body is None else names.index(body)
         mesh, found, material = self.meshes[names[number]], step.bodies[names[number]], self.problem.body[number].material
+        if isinstance(self.problem.body[number].geometry, Superelement):
+            raise InputError(f"body {names[number]!r} is a superelement: fields inside it are not known")
         points = np.asarray(points, dtype=np.float64)
         try:
             loads = InsideLoads.of(self.problem, number, mesh, step.step, step.load_factor)

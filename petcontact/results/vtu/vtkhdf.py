@@ -18,7 +18,7 @@ from ...runtime.atomic_write import temporary_name
 from ..data import SolutionData
 from ..records import StepResult
 from .boundary import boundary_cells
-from .inside import Grid, field_inside, grid_inside, inside_cells
+from .inside import Grid, field_inside, filled_bodies, grid_inside, inside_cells
 
 VERSION = (2, 2)
 CELL_TYPES = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12}
@@ -52,8 +52,7 @@ def write_vtkhdf(
     OutputError
         If the file cannot be written.
     """
-    infinite = {body.name for body in solution.problem.body if getattr(body.geometry, "exterior", False)}
-    grids = {name: grid_inside(mesh, resolution) for name, mesh in solution.meshes.items() if name not in infinite}
+    grids = {name: grid_inside(solution.meshes[name], resolution) for name in filled_bodies(solution)}
     steps = solution.steps or solution.tried
     with temporary_name(path) as temporary, h5py.File(temporary, "w") as file:
         root = file.create_group("VTKHDF")
