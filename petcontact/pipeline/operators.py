@@ -11,16 +11,17 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..bem.particular.inside import InsideLoads
+from ..bem.particular.volume import volume_solution
 from ..compliance.bodies import BodiesSystem
 from ..compliance.body.base import ElasticBody
 from ..errors import InputError
-from ..fields.interior import field_at
 from ..geometry.superelement import CondensedSurface
 from ..linalg.dense_matrix import distributed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.case import load
 from ..model.problem import Problem
+from ..results.body_fields import BodyFields, StressState
+from ..results.records import BodyResult
 from ..runtime.petsc import options, petsc
 from .discrete.discretise import Discrete, discretise, without_contact
 from .discrete.interfaces import interfaces_of
@@ -91,15 +92,14 @@ class BodyOperators:
         return body.boundary(shares, pushed.reshape(body.data.contact_shape),
                              np.zeros(body.modes.shape[2]) if alpha is None else np.asarray(alpha))  # fmt: skip
 
-    def fields_at(self, points: Any, u: Array, traction: Array, step: int | None = None) -> tuple[Array, Array]:
-        """Displacement (k, d) and stress (k, 3), in space (k, 6), at points inside (Somigliana's identities), with the loads
-        inside of the body at the end of a step, the last one by default; as `Solution.fields_at`."""
-        problem, points = self._problem, np.asarray(points, dtype=float)
-        loads = InsideLoads.of(problem, self._number, self.mesh, step or max(1, len(problem.step)), 1.0)
-        material = problem.body[self._number].material
-        inside, stress = field_at(self.mesh, *loads.without(u, traction), material, points)
-        added = loads.at(points)
-        return inside + added[0], stress + added[1]
+    def state_at(self, points: Any, u: Array, traction: Array, step: int | None = None) -> StressState:
+        """Displacement and stress at points (q, d) inside or on the boundary, with the loads inside of the body at the end
+        of a step, the last one by default; see `Solution.state_at`."""
+        mesh, problem = self.mesh, self._problem
+        volume, elsewhere = volume_solution(problem, self._number, mesh), np.full(mesh.n_nodes, -1)
+        body = BodyFields(problem, self._number, mesh, BodyResult(u, traction), volume, elsewhere,
+                          step or max(1, len(problem.step)), 1.0)  # fmt: skip
+        return body.at(points)
 
     def petsc(self, name: str, comm: Any = None) -> Any:
         """G, H or S of the contact directions as a dense PETSc Mat by rows over the ranks.
@@ -229,7 +229,7 @@ def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
     >>> u, t = body.solve()
     >>> bool(np.allclose(0.5 * u.ravel() + body.H @ u.ravel(), body.G @ t.ravel(), atol=1e-9))
     True
-    >>> np.round(body.fields_at([[2.0, 0.5]], u, t)[1], 6) + 0.0
+    >>> np.round(body.state_at([[2.0, 0.5]], u, t).stress, 6) + 0.0
     array([[1., 0., 0.]])
     """
     problem = load(problem) if isinstance(problem, str | Path) else problem

@@ -90,7 +90,8 @@ def field_inside(
     solution: SolutionData, grid: Grid, body: str, step: StepResult | None = None, progress: Progress | None = None
 ) -> Field:
     """Displacement and stress of a body after an increment, the last one by default, on a grid."""
-    return Field(*grid, *solution.fields_and_normal_at(grid[0], body, step, progress))
+    state = solution.state_at(grid[0], body, step, progress=progress)
+    return Field(*grid, state.u, state.stress, state.sigma_zz)
 
 
 @functools.singledispatch

@@ -1,7 +1,7 @@
 """All increments in one file for ParaView: VTKHDF, which is HDF5 (VTK File Formats, "VTKHDF", version 2.2).
 
 One unstructured grid whose geometry is stored once: the boundaries of all bodies and the cells inside of them, with fields
-by increment. Values that a place does not have, such as tractions inside, are NaN.
+by increment. Values that a place does not have, tractions inside and stress of superelements, are NaN.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def write_vtkhdf(
 ) -> None:  # fmt: skip
     """Write the boundary and the inside of every body after every increment as one .vtkhdf file (ParaView 5.12 on).
 
-    Point data: displacement, stress (xx, yy, zz, xy, yz, xz) and von_mises inside, traction on the boundary, NaN elsewhere.
+    Point data: displacement, stress (xx, yy, zz, xy, yz, xz), von_mises, and traction, which is NaN inside.
     Cell data: `body` and `part` by number, `contact` (0 stick, 1 slip, 2 open; -1 elsewhere). The time of an increment is
     the number of its step less 1 plus its load factor.
 
