@@ -82,6 +82,7 @@ class BodiesSystem:
         self.base = np.zeros((states, self.k * self.size))
         self._maps = [contact_maps(number, self.bodies, interfaces) for number in range(len(self.bodies))]
         self._x, self._layer = np.concatenate(x), list[Surrogate]()
+        self._softened: tuple[Array, ContactCompliance] | None = None
         modes, balance, resultant = [], [], []
         for body, maps in zip(self.bodies, self._maps, strict=True):
             self.base += maps.seen(body.u_0.reshape(states, -1).T).T
@@ -118,13 +119,24 @@ class BodiesSystem:
                 result[where] = -np.einsum("mtc,mck->mtk", face.directions, rigid_motions(points - centre))
         return result.reshape(self.k * self.size, -1)
 
-    def at(self, u_0: Array, modes: Modes, shares: Array, shift: Array) -> ContactSystem:
-        """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,), and a known `shift`."""
+    def at(self, u_0: Array, modes: Modes, shares: Array, shift: Array, layer: Array | None = None) -> ContactSystem:
+        """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,), a known `shift`, and a
+        `layer` (M,) that gives way to pressure [length/stress]."""
+        if layer is not None and layer.any():
+            return ComposedSystem(u_0, self.weight, modes, self._with(layer))
         if len(self.bodies) == 1:
             own = self.bodies[0].monolithic(self._place, shares, shift, self.surrogate)
             if own is not None:
                 return own
         return ComposedSystem(u_0, self.weight, modes, self.operator)
+
+    def _with(self, layer: Array) -> ContactCompliance:
+        """S with a layer; the last one is kept."""
+        if self._softened is None or not np.array_equal(self._softened[0], layer):
+            if self._softened is not None:
+                self._softened[1].close()
+            self._softened = layer, self.operator.softened(layer)
+        return self._softened[1]
 
     @property
     def _place(self) -> Index:
@@ -183,5 +195,7 @@ class BodiesSystem:
     def close(self) -> None:
         """Free every PETSc object."""
         self.operator.close()
+        if self._softened is not None:
+            self._softened[1].close()
         for body in self.bodies:
             body.close()

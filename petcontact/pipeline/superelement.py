@@ -144,7 +144,8 @@ def condensed_body(solution: SolutionData, name: str | None = None, comm: Any = 
                              "has one compliance: condense the problem of one of the steps")  # fmt: skip
     add_volume_loads(problem, meshes, data)
     boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
-    discrete = Discrete(problem, boundaries, meshes, [], faces, Tresca(np.zeros(0), mesh.dim - 1), data, [])
+    law, nothing = Tresca(np.zeros(0), mesh.dim - 1), np.zeros(0)
+    discrete = Discrete(problem, boundaries, meshes, [], faces, law, data, [], nothing)
     with options(problem.petsc):
         body = eliminated_alone(discrete, number, comm if comm is not None else petsc().COMM_WORLD)
     chosen = np.flatnonzero(np.isin(mesh.part, [mesh.part_names.index(part) for part in parts]))

@@ -17,8 +17,8 @@ from ...geometry.surface import winding
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
+from ...model.bodies import Units
 from ...model.shapes import Superelement
-from ...model.units import Units
 from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh
