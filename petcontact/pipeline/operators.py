@@ -97,9 +97,8 @@ class BodyOperators:
         of a step, the last one by default; see `Solution.state_at`."""
         mesh, problem = self.mesh, self._problem
         volume, elsewhere = volume_solution(problem, self._number, mesh), np.full(mesh.n_nodes, -1)
-        body = BodyFields(problem, self._number, mesh, BodyResult(u, traction), volume, elsewhere,
-                          step or max(1, len(problem.step)), 1.0)  # fmt: skip
-        return body.at(points)
+        shares = {step or max(1, len(problem.step)): 1.0}
+        return BodyFields(problem, self._number, mesh, BodyResult(u, traction), volume, elsewhere, shares).at(points)
 
     def petsc(self, name: str, comm: Any = None) -> Any:
         """G, H or S of the contact directions as a dense PETSc Mat by rows over the ranks.
