@@ -83,9 +83,15 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
             bodies[b] = _dense(discrete, b, petsc().COMM_SELF)
         for k, b in enumerate(dense):
             bodies[b] = comm.tompi4py().bcast(bodies[b], root=k % size)
+    found = [body for body in bodies if body is not None]
     x = [meshes[i.body].x[i.nodes] for i in discrete.interfaces]
     centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.problem.obstacle]
-    return BodiesSystem([body for body in bodies if body is not None], discrete.interfaces, x, centres, comm, cases)
+    join: Any = None
+    if any(body.is_solved_jointly for body in found):
+        from ..compliance.hierarchical.system import JointBodies
+
+        join = JointBodies
+    return BodiesSystem(found, discrete.interfaces, x, centres, comm, cases, join)
 
 
 def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Array]:
@@ -123,10 +129,6 @@ def _compressed(
         return None
     operators, modes = operators_of(discrete, number)
     if not isinstance(mesh, CurveMesh):
-        if not held or len(discrete.meshes) > 1 or modes.shape[2]:
-            if bem.mat_type == "hmatrix":
-                raise InputError('bem.mat_type: "hmatrix" is for one body in bilateral contact; choose "auto" or "dense"')
-            return None
         from ..compliance.hierarchical.system import HierarchicalBody
 
         return HierarchicalBody(operators, modes, bem, comm, progress)

@@ -94,7 +94,7 @@ def test_a_compression_that_went_wrong_is_refused(comm, monkeypatch):
 
 
 def test_too_little_memory_is_told_before_the_build(comm, monkeypatch):
-    monkeypatch.setattr("petcontact.compliance.hierarchical.equations.physical_memory", lambda: 1e6)
+    monkeypatch.setattr("petcontact.compliance.hierarchical.rows.physical_memory", lambda: 1e6)
     with pytest.raises(InputError, match=r"compressed operator of \d+ nodes takes about"):
         Posed(problem(**TIGHT), comm)
 
