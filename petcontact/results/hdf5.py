@@ -76,9 +76,9 @@ def write_group(group: Any, solution: SolutionData) -> None:
             place[key] = getattr(solution.last.pairs[name], key)
     steps = group.create_group("steps")
     for k, step in enumerate(solution.steps, 1):
-        _write_step(group, steps.create_group(f"{k}"), step)
+        _write_step(group, steps.create_group(f"{k}"), solution, step)
     if solution.failed is not None:
-        _write_step(group, group.create_group("failed"), solution.failed)
+        _write_step(group, group.create_group("failed"), solution, solution.failed)
     _write_tables(group, solution.tried)
     group.attrs.update({
         "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.problem.toml(), "status": solution.status,
@@ -119,7 +119,7 @@ def _write_tables(group: Any, steps: list[StepResult]) -> None:
     rows["exchanged"] = np.array([count for row in exchanged for count in row], dtype=int)
 
 
-def _write_step(group: Any, place: Any, step: StepResult) -> None:
+def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult) -> None:
     facts = {"name": step.name, "step": step.step, "load_factor": step.load_factor, "status": step.status,
              "reason": step.reason, "iterations": step.iterations, "rho": step.rho, "residual": step.residual,
              **{f"residual_{key}": value for key, value in step.residuals.items()}}  # fmt: skip
@@ -138,6 +138,7 @@ def _write_step(group: Any, place: Any, step: StepResult) -> None:
         for key in ("x", "normal", "weight", "part"):
             here[key] = group[f"bodies/{name}/{key}"]
         here["u"], here["traction"] = body.u, body.traction
+        here["stress"] = solution.stress_on_boundary(name, step)
     for name, obstacle in step.obstacles.items():
         _ordered(place, f"obstacle/{name}").attrs.update({key: getattr(obstacle, key) for key in PLACES})
 

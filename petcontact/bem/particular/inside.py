@@ -11,7 +11,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import PointForce, Problem
 from ..kernel import Kernel
 from ..kernels import kernel_for
-from .volume import VolumeSolution, volume_solution
+from .volume import VolumeSolution
 
 
 @dataclass(frozen=True)
@@ -26,9 +26,11 @@ class InsideLoads:
     factor: float
 
     @classmethod
-    def of(cls, problem: Problem, number: int, mesh: BoundaryMesh, step: int, factor: float) -> InsideLoads:
-        """Of the body of a number."""
-        forces, volume = problem.point_forces(number, step, factor), volume_solution(problem, number, mesh)
+    def of(
+        cls, problem: Problem, number: int, mesh: BoundaryMesh, volume: VolumeSolution | None, step: int, factor: float
+    ) -> InsideLoads:
+        """Of the body of a number, with the solution for its volume loads."""
+        forces = problem.point_forces(number, step, factor)
         return cls(mesh, kernel_for(mesh, problem.body[number].material), forces, volume, step, factor)
 
     def without(self, u: Array, traction: Array) -> tuple[Array, Array]:
@@ -41,6 +43,14 @@ class InsideLoads:
     def at(self, x: Array) -> tuple[Array, Array, Array]:
         """At points (m, d) inside: u (m, d) [length], σ as of `field_at`, and in plane strain what temperature adds to
         ν(σ_xx + σ_yy) in σ_zz, (m,) [stress]."""
+        u, stress, normal = self.volume_at(x)
+        if self.forces:
+            at, force = np.array([f.at for f in self.forces]), np.array([f.force for f in self.forces])
+            u, stress = u + self.kernel.point_displacement(x, at, force), stress + self.kernel.point_stress(x, at, force)
+        return u, stress, normal
+
+    def volume_at(self, x: Array) -> tuple[Array, Array, Array]:
+        """The same of volume loads alone, which is what `without` leaves out on the boundary."""
         m, d = x.shape
         u, stress, normal = np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2)), np.zeros(m)
         if self.volume is not None:
@@ -50,7 +60,4 @@ class InsideLoads:
             material = self.kernel.material
             if d == 2 and material.plane == "strain":
                 normal = -(1.0 - 2.0 * material.poisson_ratio) * heat
-        if self.forces:
-            at, force = np.array([f.at for f in self.forces]), np.array([f.force for f in self.forces])
-            u, stress = u + self.kernel.point_displacement(x, at, force), stress + self.kernel.point_stress(x, at, force)
         return u, stress, normal

@@ -17,6 +17,7 @@ FIELDS = {
     "state": ("1", "0 stick, 1 slip, 2 open"),
     "u": ("length", "displacement"),
     "traction": ("stress", "traction on the body"),
+    "stress": ("stress", "stress at the nodes: xx, yy, xy, in space xx, yy, zz, xy, xz, yz"),
     "alpha": ("length", "amplitudes of the rigid motions that only contact holds"),
     "nodes": ("1", "numbers of the nodes among those of the body"),
     "step": ("1", "number of the step, from 1"),
