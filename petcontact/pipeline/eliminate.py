@@ -88,9 +88,9 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
     centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.problem.obstacle]
     join: Any = None
     if any(body.is_solved_jointly for body in found):
-        from ..compliance.hierarchical.system import JointBodies
+        from ..compliance.hierarchical.body import joined
 
-        join = JointBodies
+        join = joined
     return BodiesSystem(found, discrete.interfaces, x, centres, comm, cases, join)
 
 
@@ -129,7 +129,7 @@ def _compressed(
         return None
     operators, modes = operators_of(discrete, number)
     if not isinstance(mesh, CurveMesh):
-        from ..compliance.hierarchical.system import HierarchicalBody
+        from ..compliance.hierarchical.body import HierarchicalBody
 
         return HierarchicalBody(operators, modes, bem, comm, progress)
     from ..compliance.body.hodlr import HodlrBody

@@ -10,7 +10,7 @@ from prepared import Posed
 
 from petcontact import InputError, SolverError, load, solve
 from petcontact.compliance.body.dense import DenseBody
-from petcontact.compliance.hierarchical.system import HierarchicalBody
+from petcontact.compliance.hierarchical.body import HierarchicalBody
 from petcontact.compression.hmatrix.matrix import HMatrix
 from petcontact.runtime.petsc import options, petsc
 

@@ -111,7 +111,7 @@ class MixedEquations:
             with one_blas_thread():
                 preconditioner.update(posed.expansion)
                 self._used = posed, preconditioner
-                self._border = self._eliminated() if count else (np.zeros((self.coupling.size, 0)), np.zeros((0, 0)))
+                self._border = self._eliminated()
             x += self._krylov(left, target, count)
             size = target
         self.defect = size / scale if scale > 0.0 else 0.0
@@ -230,23 +230,29 @@ class MixedEquations:
         beside = inverse @ (self._border_of(posed, z, np.zeros(posed.balance.count)) - r[n:])
         y.setArray(self._local((z - columns @ beside)[self._mine], beside))
 
-    def _product(self, z: Array) -> Array:
-        """What unknowns of the bodies alone leave of their equations, whole. Collective."""
+    def _product(self, z: Array, beside: Array | None = None) -> Array:
+        """What unknowns of the bodies, and of rigid motions, make of the equations of the bodies, whole. Collective."""
         assert self._used is not None
         posed = self._used[0]
-        rows, _ = self._left(posed, np.concatenate([z, np.zeros(posed.balance.count)]))
+        beside = np.zeros(posed.balance.count) if beside is None else beside
+        rows, _ = self._left(posed, np.concatenate([z, beside]))
         return self.whole(self._local(rows, np.zeros(0)))
 
     def _eliminated(self) -> tuple[Array, Array]:
         """What the preconditioner makes of the columns of rigid motions (N, r), and the inverse of what the border sees."""
         assert self._used is not None
         posed, preconditioner = self._used
-        n, count, found, seen = self.coupling.size, posed.balance.count, list[Array](), list[Array]()
-        for unit in np.eye(count):
-            column = self.whole(self._local(self._left(posed, np.concatenate([np.zeros(n), unit]))[0], np.zeros(0)))
-            found.append(preconditioner.solve(column, self._product))
-            seen.append(self._border_of(posed, found[-1], -unit))
-        return np.column_stack(found), np.linalg.pinv(np.column_stack(seen))
+        count, bodies = posed.balance.count, int(self.ends[-1])
+        found, units = np.zeros((self.coupling.size, count)), np.eye(count)
+        found[:, :bodies] = self.motions
+        for number, unit in enumerate(units):
+            if number >= bodies:
+                found[:, number] = self._product(np.zeros(self.coupling.size), unit)
+            # of bodies that are uncoupled rigid motions solve for themselves
+            if preconditioner is not self._open:
+                found[:, number] = preconditioner.solve(found[:, number], self._product)
+        seen = np.array([self._border_of(posed, z, -unit) for z, unit in zip(found.T, units, strict=True)])
+        return found, np.linalg.pinv(seen.reshape(count, count).T)
 
     def _border_of(self, posed: Posed, z: Array, beside: Array) -> Array:
         unknowns, _ = self._split(np.concatenate([z, beside]))
