@@ -86,6 +86,7 @@ class BodiesSystem:
         self._maps = [contact_maps(number, self.bodies, interfaces) for number in range(len(self.bodies))]
         self._x, self._layer = np.concatenate(x), list[Surrogate]()
         self._joint = None if join is None else join(self.bodies, interfaces, self._maps, comm)
+        self._softened: tuple[Array, ContactCompliance] | None = None
         modes, balance, resultant = [], [], []
         for body, maps in zip(self.bodies, self._maps, strict=True):
             self.base += maps.seen(body.u_0.reshape(states, -1).T).T
@@ -124,11 +125,21 @@ class BodiesSystem:
                 result[where] = -np.einsum("mtc,mck->mtk", face.directions, rigid_motions(points - centre))
         return result.reshape(self.k * self.size, -1)
 
-    def at(self, u_0: Array, modes: Modes, shares: Array) -> ContactSystem:
-        """The contact system with this v for σ = 0, (M, k), with load states weighted by `shares` (K,)."""
+    def at(self, u_0: Array, modes: Modes, shares: Array, layer: Array | None = None) -> ContactSystem:
+        """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,), and a `layer` (M,) that
+        gives way to pressure [length/stress]."""
+        operator = self.operator if layer is None or not layer.any() else self._with(layer)
         if self._joint is not None:
-            return self._joint.system(u_0, self.weight, modes, shares, self.operator)
-        return ComposedSystem(u_0, self.weight, modes, self.operator)
+            return self._joint.system(u_0, self.weight, modes, shares, operator)
+        return ComposedSystem(u_0, self.weight, modes, operator)
+
+    def _with(self, layer: Array) -> ContactCompliance:
+        """S with a layer; the last one is kept."""
+        if self._softened is None or not np.array_equal(self._softened[0], layer):
+            if self._softened is not None:
+                self._softened[1].close()
+            self._softened = layer, self.operator.softened(layer)
+        return self._softened[1]
 
     @property
     def _place(self) -> Index:
@@ -187,5 +198,7 @@ class BodiesSystem:
     def close(self) -> None:
         """Free every PETSc object."""
         self.operator.close()
+        if self._softened is not None:
+            self._softened[1].close()
         for body in self.bodies:
             body.close()

@@ -86,10 +86,8 @@ class BodyFields:
         For volume loads.
     state : (n,) int array
         Of contact, at the nodes: the stress on the boundary is smooth over one state only.
-    step : int
-        Number of the step, from 1.
-    factor : float
-        Load factor.
+    shares : dict of int to float
+        Of the loads at the ends of steps.
     """
 
     problem: Problem
@@ -98,12 +96,11 @@ class BodyFields:
     found: BodyResult
     volume: VolumeSolution | None
     state: Index
-    step: int
-    factor: float
+    shares: dict[int, float]
 
     @functools.cached_property
     def _loads(self) -> InsideLoads:
-        return InsideLoads.of(self.problem, self.number, self.mesh, self.volume, self.step, self.factor)
+        return InsideLoads.of(self.problem, self.number, self.mesh, self.volume, self.shares)
 
     @functools.cached_property
     def _data(self) -> tuple[Array, Array]:

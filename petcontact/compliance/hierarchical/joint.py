@@ -101,10 +101,15 @@ class JointBodies:
 
     def related(
         self, n_v: Array, n_sigma: Array, v_0: Array, sigma_0: Array, *, offset: Array, shares: Array, balance: Balance,
-        rtol: float, forcing: float = 0.0, start: State | None = None,
+        rtol: float, forcing: float = 0.0, start: State | None = None, soft: Array | float = 0.0,
     ) -> State:  # fmt: skip
-        """v = v_0 + N_v y and σ = σ_0 + N_σ y, from a start or the last solution; it is the last one then."""
+        """v = v_0 + N_v y and σ = σ_0 + N_σ y, from a start or the last solution; it is the last one then.
+
+        Of v the part `soft` (M, k) times σ is no displacement, and not in the solution's v.
+        """
         coupling = self.equations.coupling
+        if np.any(soft):
+            v_0, n_v = v_0 - soft * sigma_0, n_v - np.asarray(soft)[:, :, None] * n_sigma
         relation = Relation.of(v_0, sigma_0, n_v, n_sigma, coupling.scale)
         posed = Posed(coupling.expansion(relation, balance.motion), offset, *self.equations.loads(shares), balance)
         if start is not None:
@@ -125,14 +130,14 @@ class JointBodies:
         resultant = np.tensordot(resisted.T, modes.resultant, 1)
         return Balance(modes.motion[:, :, bodies:], resultant, resisted.T @ modes.load, held, held @ now)
 
-    def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> State:
+    def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array, soft: Array | float = 0.0) -> State:
         """δσ + ρ δv = r without loads."""
         eye, still = np.broadcast_to(np.eye(r.shape[1]), (*r.shape, r.shape[1])), np.zeros_like(r)
         loaded = None if modes is None else Modes(modes.motion, modes.resultant, -work)
         constraint = None if modes is None else RigidModeConstraint(loaded, Linearisation.all_stick(r), still, 1.0)
         return self.related(
             eye, -eye * rho[:, :, None], still, r, offset=still, shares=self._unloaded,
-            balance=self.balance(loaded, constraint), rtol=RTOL, start=self.equations.at_rest,
+            balance=self.balance(loaded, constraint), rtol=RTOL, start=self.equations.at_rest, soft=soft,
         )  # fmt: skip
 
     def close(self) -> None:

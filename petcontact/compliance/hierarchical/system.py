@@ -27,13 +27,19 @@ class _SolvedCompliance(ContactCompliance):
 
     matrix_free = True
 
-    def __init__(self, joint: JointBodies, surrogate: MakeSurrogate) -> None:
+    def __init__(self, joint: JointBodies, surrogate: MakeSurrogate, soft: Array | float = 0.0) -> None:
         super().__init__(surrogate)
-        self._joint = joint
+        self._joint, self.soft = joint, soft
+
+    def softened(self, layer: Array) -> ContactCompliance:
+        """With the layer added to v."""
+        soft = np.zeros(self._joint.equations.coupling.shape)
+        soft[:, -1] = layer
+        return _SolvedCompliance(self._joint, self.surrogate, soft)
 
     def apply(self, sigma: Array) -> Array:
         """S σ: one solve."""
-        return self._joint.under(sigma).v
+        return self._joint.under(sigma).v + self.soft * sigma
 
     def matrix(self) -> Array:
         """S, a solve a column: for tests."""
@@ -42,9 +48,9 @@ class _SolvedCompliance(ContactCompliance):
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """δσ + ρ δv = r: one solve."""
-        state, equations = self._joint.robin(rho, r, modes, work), self._joint.equations
+        state, equations = self._joint.robin(rho, r, modes, work, self.soft), self._joint.equations
         self.ksp_iterations, self.ksp_reason = equations.iterations, equations.reason
-        return state.v, state.sigma
+        return state.v + self.soft * state.sigma, state.sigma
 
     @property
     def kind(self) -> str:
@@ -83,6 +89,7 @@ class MonolithicSystem(ComposedSystem):
     ) -> None:
         super().__init__(u_0, weight, modes, operator)
         self._joint, self._shares, self.defect = joint, shares, 0.0
+        self._soft = operator.soft if isinstance(operator, _SolvedCompliance) else 0.0
         self._offset = u_0 - (shares @ joint.base).reshape(u_0.shape)
         self._known: tuple[Array, Array] | None = None
         self._change: tuple[Array, Array] | None = None
@@ -116,7 +123,7 @@ class MonolithicSystem(ComposedSystem):
         least = ROUND_OFF * np.linalg.norm(self._known[0])
         if self._change is None or np.linalg.norm(difference - self._change[0]) > least:
             self.applications += 1
-            self._change = difference, self._joint.corrected(difference)
+            self._change = difference, self._joint.corrected(difference) + self._soft * difference
         return self._change[1]
 
     def linear_solve(
@@ -140,9 +147,10 @@ class MonolithicSystem(ComposedSystem):
         state = self._joint.related(
             n_v, n_sigma, v_0, linearised.constant, offset=self._offset, shares=self._shares,
             balance=self._joint.balance(self.modes, constraint), rtol=INNER * min(tolerance, self._joint.tolerance),
-            forcing=0.0 if again else FORCING,
+            forcing=0.0 if again else FORCING, soft=self._soft,
         )  # fmt: skip
         self.defect = self._joint.equations.defect
-        moved = state.v if self.modes is None else state.v - self.modes.motion @ state.alpha
+        v = state.v + self._soft * state.sigma
+        moved = v if self.modes is None else v - self.modes.motion @ state.alpha
         self._known, self._change = (state.sigma, moved - self.u_0), None
-        return state.sigma, state.v, state.alpha
+        return state.sigma, v, state.alpha

@@ -67,6 +67,8 @@ def _unknown(solution: Solution, comm: Any) -> str:
         return f"more than {CHEAP} nodes a body; compare with a finer mesh"
     if any(mesh.n_elements < FEWEST for mesh in meshes):
         return f"fewer than {FEWEST} elements"
+    if solution.wear is not None:
+        return "wear over cycles is not computed twice; compare with a finer mesh"
     if len(solution.steps) > MOST_INCREMENTS:
         return f"more than {MOST_INCREMENTS} increments; compare with a finer mesh, or use --adapt"
     return ""

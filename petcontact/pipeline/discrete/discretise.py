@@ -54,6 +54,8 @@ class Discrete:
         State 0 is the unloaded one, state k the end of step k.
     distance : list of float
         The smallest distance or gap of each interface, infinite where nothing is faced [length].
+    wear : (M,) array
+        Coefficient of Archard's law at the nodes of all interfaces [1/stress].
     warnings : list of str
     """
 
@@ -65,6 +67,7 @@ class Discrete:
     law: ContactLaw
     data: list[BoundaryData]
     distance: list[float]
+    wear: Array
     warnings: list[str] = field(default_factory=list)
 
 
@@ -104,7 +107,8 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
         if (solution := volume_solution(problem, b, mesh)) is not None:
             data[b] = replace(data[b], volume=solution.on(mesh))
             notes += solution.notes
-    return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, notes)
+    return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance,
+                    _wear(sides, interfaces, meshes), notes)  # fmt: skip
 
 
 def _held_by_friction(
@@ -129,8 +133,10 @@ def _held_by_friction(
 
 def with_laws_of(discrete: Discrete, problem: Problem) -> Discrete:
     """The same meshes and data with the friction, steps and obstacles of a problem of the same bodies and pairs."""
-    nodes = _contact_nodes(interfaces_of(problem), discrete.interfaces, discrete.meshes)
-    return replace(discrete, problem=problem, law=law_of(None, nodes), warnings=list(discrete.warnings))
+    sides = interfaces_of(problem)
+    nodes = _contact_nodes(sides, discrete.interfaces, discrete.meshes)
+    return replace(discrete, problem=problem, sides=sides, law=law_of(None, nodes), warnings=list(discrete.warnings),
+                   wear=_wear(sides, discrete.interfaces, discrete.meshes))  # fmt: skip
 
 
 def _interface(side: InterfaceSpec, meshes: list[BoundaryMesh], held: bool) -> tuple[Interface, float, list[str]]:
@@ -209,6 +215,15 @@ def _law(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[B
     if interfaces[0].held:
         return Tresca(bound, meshes[0].dim - 1)
     return SignoriniCoulomb(coefficient, bound, unilateral, meshes[0].dim, absent)
+
+
+def _wear(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> Array:
+    found = []
+    for side, interface in zip(sides, interfaces, strict=True):
+        mesh, m, key = meshes[side.body], len(interface.nodes), f"{side.key}.wear_coefficient"
+        value = _not_negative(side.law.wear_coefficient, mesh.variables(interface.nodes), m, key, mesh.x[interface.nodes])
+        found.append(np.zeros(m) if value is None else value)
+    return np.concatenate(found)
 
 
 def _not_negative(value: Any, names: dict[str, Array], m: int, key: str, x: Array) -> Array | None:

@@ -14,6 +14,7 @@ from ...compliance.bodies import Interface
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
+from ...model.loads import forces_by_step
 from ...model.problem import Displacement, Problem, Symmetry, Traction
 
 FLAT = 1e-9
@@ -44,7 +45,9 @@ def boundary_data(
                 raise InputError(f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a plane face")
             frame[nodes], places = contact_frames(mesh, nodes)
             known[nodes, places[:, -1]] = False
-    forces = [np.zeros((len(body.point_force), d))]
+    points = np.array([f.at for f in body.point_force]).reshape(-1, d)
+    forces = [np.zeros_like(points), *(np.array([f.force for f in state]).reshape(points.shape)
+                                       for state in forces_by_step(problem, number))]  # fmt: skip
     cache: dict[str, tuple[Any, Array]] = {}
     for s, of_step in enumerate(conditions, 1):
         for part, condition in of_step.items():
@@ -52,7 +55,6 @@ def boundary_data(
             if part not in cache or cache[part][0] is not condition:
                 cache[part] = (condition, _given(condition, mesh, nodes, f"body {body.name!r}: {part}"))
             value[s, nodes] = cache[part][1]
-        forces.append(np.array([f.force for f in problem.point_forces(number, s, 1.0)]).reshape(forces[0].shape))
     contact = contact_nodes(interfaces, number)
     directions = np.broadcast_to(np.arange(d), (len(contact), d))
     if len(contact) and interfaces[0].held:
@@ -62,7 +64,6 @@ def boundary_data(
         for face in interfaces:
             if face.body == number:
                 value[:, face.nodes, normal[np.searchsorted(contact, face.nodes)]] = face.gap
-    points = np.array([f.at for f in body.point_force]).reshape(-1, d)
     data = BoundaryData(frame, known, value, contact, directions, points, np.array(forces))
     return without_rigid_motion(data, mesh)
 

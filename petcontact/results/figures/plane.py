@@ -170,6 +170,23 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
         legend_beside(axes)
 
 
+def draw_profiles(figure: Any, solution: SolutionData) -> None:
+    """Pressure along each interface that wears after some of the cycles, and the worn depth of both sides, downwards."""
+    table = solution.wear
+    for axes, name, order in _panels(figure, solution):
+        s, units = solution.pairs[name].arc_length[order], solution.problem.units
+        if table is None or name not in table.depth:
+            continue
+        deep = axes.twinx()
+        for number, k in enumerate(np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))):
+            axes.plot(s, table.pressure[name][k][order], color=f"C{number}", label=f"cycle {table.cycle[k]}")
+            deep.plot(s, table.depth[name][k][order], color=f"C{number}", lw=1.0, ls="--")
+        deep.set(ylim=(2.5 * float(table.depth[name].max(initial=0.0)) or 1.0, 0.0))
+        deep.set_ylabel(label("worn depth (dashed)", units.length))
+        axes.set_ylabel(label("pressure", units.stress))
+        legend_below(axes, 3)
+
+
 def _shown(solution: SolutionData) -> list[StepResult]:
     """The ends of the steps, the first ones and the last where there are many."""
     ends = step_ends(solution.steps or solution.tried)

@@ -52,7 +52,7 @@ def write_collection(
                 files.append(path.with_name(f"{path.stem}-{k:03d}-{file_word(name)}.vtu"))
                 write_vtu(files[1], field_inside(solution, grids[name], name, step), solution.problem.units)
             written += files
-            rows += [f'    <DataSet timestep="{step.step - 1 + step.load_factor:.12g}" part="{2 * part + i}" '
+            rows += [f'    <DataSet timestep="{solution.time(step):.12g}" part="{2 * part + i}" '
                      f"file={quoteattr(file.name)}/>" for i, file in enumerate(files)]  # fmt: skip
         if progress is not None:
             progress(k / len(steps))

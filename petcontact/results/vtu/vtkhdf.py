@@ -63,7 +63,7 @@ def write_vtkhdf(
             geometry, points, cells = _increment(solution, step, grids)
             if k == 0:
                 _write_geometry(root, geometry)
-                _write_steps(root, [step.step - 1 + step.load_factor for step in steps], points, cells)
+                _write_steps(root, [solution.time(step) for step in steps], points, cells)
             _append(root["PointData"], points)
             _append(root["CellData"], cells)
             if progress is not None:
