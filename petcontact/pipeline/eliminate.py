@@ -85,9 +85,15 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
             bodies[b] = eliminated_alone(discrete, b, petsc().COMM_SELF)
         for k, b in enumerate(dense):
             bodies[b] = comm.tompi4py().bcast(bodies[b], root=k % size)
+    found = [body for body in bodies if body is not None]
     x = [meshes[i.body].x[i.nodes] for i in discrete.interfaces]
     centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.problem.obstacle]
-    return BodiesSystem([body for body in bodies if body is not None], discrete.interfaces, x, centres, comm, cases)
+    join: Any = None
+    if any(body.is_solved_jointly for body in found):
+        from ..compliance.hierarchical.body import joined
+
+        join = joined
+    return BodiesSystem(found, discrete.interfaces, x, centres, comm, cases, join)
 
 
 def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Array]:
@@ -130,11 +136,7 @@ def _compressed(
         return None
     operators, modes = operators_of(discrete, number)
     if not isinstance(mesh, CurveMesh):
-        if not held or len(discrete.meshes) > 1 or modes.shape[2]:
-            if bem.mat_type == "hmatrix":
-                raise InputError('bem.mat_type: "hmatrix" is for one body in bilateral contact; choose "auto" or "dense"')
-            return None
-        from ..compliance.hierarchical.system import HierarchicalBody
+        from ..compliance.hierarchical.body import HierarchicalBody
 
         return HierarchicalBody(operators, modes, bem, comm, progress)
     from ..compliance.body.hodlr import HodlrBody
