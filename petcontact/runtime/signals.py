@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
+from ..errors import SolverError
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU)
 """Ctrl-C, the batch system, the terminal that is closed, the limit of processor time (a soft one: there is time to save)."""
 
@@ -79,7 +81,13 @@ def deferred() -> Iterator[None]:
 
 @contextlib.contextmanager
 def answering(comm: Any) -> Iterator[None]:
-    """Within the block no signal waits, where one rank runs alone: what it breaks off is nothing that is to be kept."""
+    """Within the block no signal that is held back waits, where one rank runs alone: nothing there is to be kept.
+
+    Raises
+    ------
+    SolverError
+        Where a signal broke it off, which whoever holds signals back is asked for next.
+    """
     global _deferring
     if comm.getSize() > 1 or not _deferring or threading.current_thread() is not threading.main_thread():
         yield
@@ -90,8 +98,8 @@ def answering(comm: Any) -> Iterator[None]:
             raise Interrupted(_pending.pop())
         yield
     except Interrupted as interrupted:
-        _pending.append(interrupted.number)     # whoever holds signals back is asked next
-        raise
+        _pending.append(interrupted.number)
+        raise SolverError(f"interrupted by {interrupted.name}") from None
     finally:
         _deferring = held
 

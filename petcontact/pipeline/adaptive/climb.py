@@ -24,7 +24,7 @@ from ...refinement.levels import Level, check_accuracy
 from ...refinement.marks import Body, LevelMesh
 from ...results.solution import Solution
 from ...runtime.petsc import petsc
-from ...runtime.signals import Interrupted, answering
+from ...runtime.signals import answering
 from ..discrete.discretise import Discrete, MeshMaker, discretise
 from ..discrete.interfaces import interfaces_of
 from ..run import prepare, run
@@ -103,11 +103,10 @@ class AdaptiveSolve:
             for attempt in range(quantity.attempts):
                 try:
                     solution = self._solved(level)
-                except (SolverError, Interrupted) as error:
+                except SolverError as error:
                     if not self.solutions:
                         raise
-                    why = f"interrupted by {error.name}" if isinstance(error, Interrupted) else str(error)
-                    return f"{why} (on the mesh after the last)"
+                    return f"{error} (on the mesh after the last)"
                 if solution.status == "failed" and self.solutions:
                     return f"{solution.reason} (on the mesh after the last)"
                 self.solutions.append(solution)
