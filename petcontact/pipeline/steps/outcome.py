@@ -45,13 +45,8 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
                  "elastic": elastic if checked else np.nan, "equilibrium": unbalanced if checked else np.nan,
                  "elimination": problem.digits_lost}  # fmt: skip
     residuals["overlap"], between, place = overlaps(system, increment.system, discrete.law, problem.places, outcome)
-<<<<<<< HEAD
-    pairs = _pairs(increment, outcome, bodies)
-    status, reason = _judged(increment, outcome, absurd(discrete, bodies), elastic, limit)
-=======
     pairs = _pairs(increment, outcome, after, bodies)
-    status, reason = _judged(increment, outcome, elastic, limit)
->>>>>>> main
+    status, reason = _judged(increment, outcome, absurd(discrete, bodies), elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
     if status == "converged" and (doubt := objection(residuals, between, place)):
