@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
-from ..errors import SolverError
+from ..errors import PetcontactError
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU)
 """Ctrl-C, the batch system, the terminal that is closed, the limit of processor time (a soft one: there is time to save)."""
@@ -79,14 +79,18 @@ def deferred() -> Iterator[None]:
             raise Interrupted(number)
 
 
+class BrokenOff(PetcontactError):
+    """A block of `answering` that a signal broke off."""
+
+
 @contextlib.contextmanager
 def answering(comm: Any) -> Iterator[None]:
     """Within the block no signal that is held back waits, where one rank runs alone: nothing there is to be kept.
 
     Raises
     ------
-    SolverError
-        Where a signal broke it off, which whoever holds signals back is asked for next.
+    BrokenOff
+        Where a signal did so, which whoever holds signals back is asked for next.
     """
     global _deferring
     if comm.getSize() > 1 or not _deferring or threading.current_thread() is not threading.main_thread():
@@ -99,7 +103,7 @@ def answering(comm: Any) -> Iterator[None]:
         yield
     except Interrupted as interrupted:
         _pending.append(interrupted.number)
-        raise SolverError(f"interrupted by {interrupted.name}") from None
+        raise BrokenOff(f"interrupted by {interrupted.name}") from None
     finally:
         _deferring = held
 

@@ -24,7 +24,7 @@ from ...refinement.levels import Level, check_accuracy
 from ...refinement.marks import Body, LevelMesh
 from ...results.solution import Solution
 from ...runtime.petsc import petsc
-from ...runtime.signals import answering
+from ...runtime.signals import BrokenOff, answering
 from ..discrete.discretise import Discrete, MeshMaker, discretise
 from ..discrete.interfaces import interfaces_of
 from ..run import prepare, run
@@ -103,7 +103,7 @@ class AdaptiveSolve:
             for attempt in range(quantity.attempts):
                 try:
                     solution = self._solved(level)
-                except SolverError as error:
+                except (SolverError, BrokenOff) as error:
                     if not self.solutions:
                         raise
                     return f"{error} (on the mesh after the last)"
