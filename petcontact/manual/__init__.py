@@ -5,8 +5,9 @@ from __future__ import annotations
 from importlib.resources import files
 
 ORDER = (
-    "tutorial", "config", "contact", "loads", "wear", "space", "methods", "options", "sweeps", "fields", "export", "python",
-    "paper", "verification", "accuracy", "speed", "reliability", "gallery", "glossary", "extending", "changes",
+    "tutorial", "config", "contact", "loads", "wear", "space", "operators", "methods", "options", "sweeps", "fields",
+    "export", "python", "paper", "verification", "accuracy", "speed", "reliability", "gallery", "glossary", "extending",
+    "changes",
 )  # fmt: skip
 
 

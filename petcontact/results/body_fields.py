@@ -18,6 +18,7 @@ from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, po
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
+from ..model.shapes import Superelement
 from .records import BodyResult
 
 
@@ -111,11 +112,18 @@ class BodyFields:
     def _boundary(self) -> BoundaryField:
         return BoundaryField(self.mesh, *self._data, self.problem.body[self.number].material, self.state)
 
+    @property
+    def known(self) -> bool:
+        """Whether it is a body of one isotropic material, and no superelement, whose stress is not known."""
+        return not isinstance(self.problem.body[self.number].geometry, Superelement)
+
     def on_boundary(self, element: Index, place: Array) -> StressState:
-        """At places of elements, as `Hits` has them."""
+        """At places of elements, as `Hits` has them; the stress of a superelement is NaN."""
         at = self.mesh.variables_at(element, place)
         x = np.column_stack([at[axis] for axis in "xyz"[: self.mesh.dim]])
         u, stress = self._boundary.displacement(element, place), self._boundary.stress(element, place)
+        if not self.known:
+            stress = np.full_like(stress, np.nan)
         return self._whole(x, u, stress, self._loads.volume_at(x))
 
     def at(self, points: Any, part: str | None = None, progress: Progress | None = None) -> StressState:
@@ -124,8 +132,11 @@ class BodyFields:
         Raises
         ------
         InputError
-            If a point lies outside, or there is no such part.
+            If a point lies outside, there is no such part, or the body is a superelement.
         """
+        if not self.known:
+            name = self.problem.body[self.number].name
+            raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
         points = points_in(points, self.mesh.dim)
         if part is not None and part not in self.mesh.part_names:
             raise InputError(f"no part {part!r}{nearest(part, list(self.mesh.part_names))}")

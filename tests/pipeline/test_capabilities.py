@@ -253,13 +253,12 @@ CAPABILITIES = (compressed_operators, monitor_of_the_command_line, monitor_ends_
                 von_mises_in_a_sweep, rule_of_ones_own, law_of_ones_own, method_of_ones_own, held_by_friction_only,
                 frictionless_start, full_formulation, files, restart, wear)  # fmt: skip
 YET_TO_COME = {
-    (compressed_operators, "space, bodies and steps"): '"hmatrix" is for one body in bilateral contact',
     **{(von_mises_in_a_sweep, kind): "von_mises: of one body only" for kind in STEPPED},
     **{(wear, kind): "wear opens a gap, and bilateral parts have none" for kind in KINDS if "one body" in kind},
     **{(full_formulation, kind): '"full" is the paper\'s, for one body that is held' for kind in STEPPED},
 }
-"""What is refused, with what it is refused by: H-matrices in space eliminate no rigid motions and no second body yet; points
-of a sweep name no body; the paper's formulation is defined for its own problem; contact that cannot open does not wear."""
+"""What is refused, with what it is refused by: points of a sweep name no body; the paper's formulation is for its own
+problem; contact that cannot open does not wear."""
 
 
 @pytest.mark.parametrize("capability", CAPABILITIES, ids=lambda capability: capability.__name__)

@@ -11,7 +11,10 @@ import numpy as np
 from ...arrays import Array, Index
 from ...bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
 from ...compliance.bodies import Interface
+from ...compliance.body.superelement import free_modes
 from ...errors import InputError
+from ...geometry.superelement import CondensedSurface
+from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
 from ...model.loads import forces_by_step
@@ -92,6 +95,15 @@ def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
     found = [i.nodes for i in interfaces if i.body == number]
     found += [i.primary_nodes for i in interfaces if i.primary == number and i.primary_nodes is not None]
     return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+
+
+def body_motions(boundary: Boundary, data: BoundaryData, mesh: BoundaryMesh) -> Array:
+    """Rigid motions (n, d, r) that neither conditions nor, of a superelement, what it stands on hold: none of an infinite
+    plate."""
+    if isinstance(boundary, CondensedSurface):
+        modes = free_modes(boundary, mesh)
+        return modes if data.traction_known.all() else modes[..., :0]
+    return np.zeros((*mesh.x.shape, 0)) if boundary.exterior else free_motions(data, mesh)
 
 
 def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:

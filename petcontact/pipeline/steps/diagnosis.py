@@ -11,6 +11,7 @@ from ...contact.criterion import equilibrium_defect
 from ...contact.equilibrium import unbalanced_load
 from ...contact.law_protocol import OPEN
 from ...contact.state import ContactState
+from ...geometry.superelement import CondensedSurface
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
 from ..discrete.discretise import Discrete
@@ -173,6 +174,7 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     for number, step in enumerate(problem.steps, 1):
         obstacles = [changed_obstacle(o, step) for o in obstacles]
         loaded = any(data.loaded[number] for data in discrete.data)
+        loaded = loaded or any(isinstance(boundary, CondensedSurface) for boundary in discrete.boundaries)
         given = (motion if motion != "free" else load for o in obstacles
                  for motion, load in zip(o.motions(d), o.loads(d), strict=True))  # fmt: skip
         ends = [r for r in results if r.step == number and r.load_factor == 1.0]

@@ -37,7 +37,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
         limit = max(limit, body.tolerance)
         if checked:
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
-            if not discrete.boundaries[b].exterior:
+            if discrete.boundaries[b].closed:
                 unbalanced = max(unbalanced, imbalance(body, shares, u, traction, sigma, alpha))
     tangential, *normal = natural_residuals(discrete.law, increment.system, outcome.v, outcome.sigma)
     residuals = {"normal": max(normal, default=0.0), "tangential": tangential,
