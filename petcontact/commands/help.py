@@ -61,10 +61,10 @@ def _found(words: str) -> str:
         raise InputError(f"help: no chapter {words!r}, and no line of any with it{hint}")
     lines = []
     for name, each in found.items():
-        lines.append(f"{name} ({len(each)} line{'s' if len(each) > 1 else ''}; petcontact help {name})")
+        lines.append(f"{name} ({len(each)} line{'s' if len(each) > 1 else ''})")
         lines += [f"{number:>6}  {_around(text, words, WIDTH - 8)}" for number, text in each[:SHOWN]]
         lines += [f"        and {len(each) - SHOWN} more"] if len(each) > SHOWN else []
-    return "\n".join(lines)
+    return "\n".join([*lines, "", "A chapter is shown by `petcontact help CHAPTER`."])
 
 
 def _around(text: str, words: str, width: int) -> str:

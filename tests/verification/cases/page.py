@@ -51,12 +51,14 @@ def _line(cells: list[str]) -> str:
 
 
 def table(cases: list[Case], computed: dict[str, list[float]]) -> str:
-    """The chapter with the values of all cases."""
-    lines = []
+    """The chapter with the values of all cases; what was not computed stands as it is."""
+    before, lines = TABLE.read_text().splitlines() if TABLE.exists() else [], []
     for case in cases:
         link = f"[{case.number}](cases/{case.name}.md)"
         if case.unposed:
             lines.append(_line([link, case.title, "", "", "", "", f"**not posed**: {case.unposed}"]))
+        elif case.name not in computed:
+            lines += [line for line in before if line.startswith(f"| {link} |")]
         else:
             lines += [_line([link, *cells]) for cells in rows(case, computed[case.name])]
     titles = "\n".join(f"- [{case.number}: {case.title}](cases/{case.name}.md)" for case in cases)
