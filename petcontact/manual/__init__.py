@@ -10,18 +10,12 @@ from collections.abc import Iterator
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 
-<<<<<<< HEAD
-ORDER = ("tutorial", "recipes", "config", "contact", "loads", "space", "methods", "options", "sweeps", "fields", "python",
-         "paper", "verification", "cases", "accuracy", "speed", "reliability", "gallery", "glossary", "extending",
-         "changes")  # fmt: skip
-SUFFIX = ".md"
-=======
 ORDER = (
-    "tutorial", "config", "contact", "loads", "wear", "space", "operators", "methods", "options", "sweeps", "fields",
-    "export", "python", "paper", "verification", "accuracy", "speed", "reliability", "gallery", "glossary", "extending",
-    "changes",
+    "tutorial", "recipes", "config", "contact", "loads", "wear", "space", "operators", "methods", "options", "sweeps", "fields",
+    "export", "python", "paper", "verification", "cases", "accuracy", "speed", "reliability", "gallery", "glossary",
+    "extending", "changes",
 )  # fmt: skip
->>>>>>> main
+SUFFIX = ".md"
 
 
 def installed(name: str) -> str:
