@@ -169,7 +169,8 @@ def _ignored(problem: PreparedProblem) -> list[str]:
 
 def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     """Pairs that stay pressed at the end of a step that took all loads away; an overlap of bodies is a load, too."""
-    discrete, d, found = problem.discrete, problem.system.dim, []
+    discrete, d = problem.discrete, problem.system.dim
+    found: list[str] = []
     if any(interface.gap.min(initial=np.inf) < 0.0 for interface in discrete.interfaces):
         return found
     obstacles = list(discrete.problem.obstacle)
