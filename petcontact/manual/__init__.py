@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from importlib.resources import files
 
-ORDER = ("tutorial", "config", "contact", "loads", "space", "methods", "options", "sweeps", "fields", "export", "python",
-         "paper", "verification", "accuracy", "speed", "reliability", "gallery", "glossary", "extending",
+ORDER = ("tutorial", "config", "contact", "loads", "space", "methods", "options", "sweeps", "fields", "fatigue", "export",
+         "python", "paper", "verification", "accuracy", "speed", "reliability", "gallery", "glossary", "extending",
          "changes")  # fmt: skip
 
 
