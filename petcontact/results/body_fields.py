@@ -18,6 +18,7 @@ from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, po
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
+from ..model.shapes import Superelement
 from .records import BodyResult
 
 
@@ -86,10 +87,8 @@ class BodyFields:
         For volume loads.
     state : (n,) int array
         Of contact, at the nodes: the stress on the boundary is smooth over one state only.
-    step : int
-        Number of the step, from 1.
-    factor : float
-        Load factor.
+    shares : dict of int to float
+        Of the loads at the ends of steps.
     """
 
     problem: Problem
@@ -98,12 +97,11 @@ class BodyFields:
     found: BodyResult
     volume: VolumeSolution | None
     state: Index
-    step: int
-    factor: float
+    shares: dict[int, float]
 
     @functools.cached_property
     def _loads(self) -> InsideLoads:
-        return InsideLoads.of(self.problem, self.number, self.mesh, self.volume, self.step, self.factor)
+        return InsideLoads.of(self.problem, self.number, self.mesh, self.volume, self.shares)
 
     @functools.cached_property
     def _data(self) -> tuple[Array, Array]:
@@ -114,11 +112,18 @@ class BodyFields:
     def _boundary(self) -> BoundaryField:
         return BoundaryField(self.mesh, *self._data, self.problem.body[self.number].material, self.state)
 
+    @property
+    def known(self) -> bool:
+        """Whether it is a body of one isotropic material, and no superelement, whose stress is not known."""
+        return not isinstance(self.problem.body[self.number].geometry, Superelement)
+
     def on_boundary(self, element: Index, place: Array) -> StressState:
-        """At places of elements, as `Hits` has them."""
+        """At places of elements, as `Hits` has them; the stress of a superelement is NaN."""
         at = self.mesh.variables_at(element, place)
         x = np.column_stack([at[axis] for axis in "xyz"[: self.mesh.dim]])
         u, stress = self._boundary.displacement(element, place), self._boundary.stress(element, place)
+        if not self.known:
+            stress = np.full_like(stress, np.nan)
         return self._whole(x, u, stress, self._loads.volume_at(x))
 
     def at(
@@ -131,8 +136,11 @@ class BodyFields:
         Raises
         ------
         InputError
-            If a point lies outside, or there is no such part.
+            If a point lies outside, there is no such part, or the body is a superelement.
         """
+        if not self.known:
+            name = self.problem.body[self.number].name
+            raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
         points = points_in(points, self.mesh.dim)
         if part is not None and part not in self.mesh.part_names:
             raise InputError(f"no part {part!r}{nearest(part, list(self.mesh.part_names))}")

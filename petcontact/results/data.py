@@ -13,10 +13,11 @@ from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
 from ..errors import InputError
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..model.cycle import cycle_steps
 from ..model.problem import Contact, Problem
 from ..refinement.zones import Zone, zones_of
 from .evaluated import Evaluated
-from .records import BodyResult, ContactFields, PairResult, StepResult
+from .records import BodyResult, ContactFields, PairResult, StepResult, WearHistory
 
 
 @dataclass(frozen=True, repr=False)
@@ -42,6 +43,8 @@ class SolutionData(Evaluated):
         argv, PETSc options, versions and whatever else is told of the solve.
     failed : StepResult, optional
         The increment at which the solve ended, if it found no solution of it: its last iterate.
+    wear : WearHistory, optional
+        Of a problem with cycles.
     """
 
     problem: Problem
@@ -54,6 +57,7 @@ class SolutionData(Evaluated):
     timings: dict[str, float]
     info: dict[str, Any] = field(default_factory=dict)
     failed: StepResult | None = None
+    wear: WearHistory | None = None
 
     assembly = case = property(lambda self: self.problem, doc="`problem`.")
 
@@ -150,6 +154,12 @@ class SolutionData(Evaluated):
         """Traction (n, d) on the boundary of the only body [stress]."""
         return self.bodies[self.only_body("traction")].traction
 
+    def time(self, step: StepResult) -> float:
+        """An increment's place in the order of things: each step takes 1, the first time and in every later cycle."""
+        cycle, steps = self.problem.cycle, cycle_steps(self.problem)
+        before = 0 if cycle is None else cycle.count - 1 if step.step > steps[-1] else max(step.cycle, 1) - 1
+        return before * len(steps) + step.step - 1 + step.load_factor
+
     def columns(self, step: StepResult | None = None) -> dict[str, Any]:
         """Nodal fields of all interfaces after an increment, the last one by default, below one another.
 
@@ -169,6 +179,7 @@ class SolutionData(Evaluated):
                 "u_t": np.einsum("mc,mtc->mt", step.bodies[body].u[nodes], pair.tangent), "sigma_t": pair.sigma_t,
                 "sigma_n": 0.0 - pair.pressure, "friction_bound": pair.bound, "state": pair.state, "gap": pair.gap,
                 "slip": pair.slip, "slip_increment": pair.slip_increment, "pressure": pair.pressure,
+                "worn_depth": np.zeros(len(nodes)) if pair.wear is None else pair.wear.sum(axis=1),
                 **{key: np.full(len(nodes), text) for key, text in names.items()},
             }.items():  # fmt: skip
                 columns.setdefault(key, []).append(values)

@@ -45,7 +45,7 @@ class Evaluated:
             raise InputError(f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}")
         name = names[0] if body is None else body
         return BodyFields(self.problem, names.index(name), self.meshes[name], step.bodies[name], self._volumes[name],
-                          self.contact_states(name, step), step.step, step.load_factor)  # fmt: skip
+                          self.contact_states(name, step), step.shares)  # fmt: skip
 
     def contact_states(self, body: str, step: StepResult) -> Index:
         """State of the nodes of a body after an increment, (n,): -1 off the contact; numbers of several pairs differ.

@@ -14,8 +14,8 @@ from petcontact import InputError, MeshOptions, deformed_figure, field_on_grid, 
 from petcontact.commands.main import main
 from petcontact.fields.peak import corners, largest
 from petcontact.mesh.curve_mesh import build_mesh
+from petcontact.model.bodies import Units
 from petcontact.model.shapes import Rectangle
-from petcontact.model.units import Units
 from petcontact.results.figures import curves, plane
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.solution import read_solution
