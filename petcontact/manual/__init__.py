@@ -12,8 +12,8 @@ from importlib.resources.abc import Traversable
 
 ORDER = (
     "tutorial", "recipes", "config", "contact", "loads", "wear", "space", "operators", "methods", "options", "sweeps",
-    "fields", "export", "python", "paper", "verification", "cases", "accuracy", "speed", "reliability", "gallery",
-    "glossary", "extending", "changes",
+    "fields", "fatigue", "export", "python", "paper", "verification", "cases", "accuracy", "speed", "reliability",
+    "gallery", "glossary", "extending", "changes",
 )  # fmt: skip
 SUFFIX = ".md"
 
