@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import re
 import stat
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
@@ -251,7 +252,7 @@ def _allowed(kind: str, message: str) -> str:
         return "must be a table" if kind in tables else "must be an array"
     for theirs, ours in _WORDS:
         message = message.replace(theirs, ours)
-    return message
+    return re.sub(r"\d{16,}", lambda digits: f"{float(digits[0]):g}", message)
 
 
 _WORDS = (
