@@ -40,7 +40,7 @@ class SolutionData(Evaluated):
     timings : dict of str to float
         Wall seconds by stage.
     info : dict
-        argv, PETSc options, versions and whatever else is told of the solve.
+        argv, PETSc options, versions and whatever else is reported of the solve.
     failed : StepResult, optional
         The increment at which the solve ended, if it found no solution of it: its last iterate.
     wear : WearHistory, optional
@@ -141,7 +141,7 @@ class SolutionData(Evaluated):
 
     @property
     def mesh(self) -> BoundaryMesh:
-        """Of the only body."""
+        """Mesh of the only body."""
         return self.meshes[self.only_body("mesh")]
 
     @property

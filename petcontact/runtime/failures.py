@@ -28,7 +28,7 @@ UNLOADED = re.compile("failed to map segment|cannot allocate memory", re.IGNOREC
 def guarded(program: Callable[[], int]) -> int:
     """Run a program; the exit status.
 
-    An exception is told in one line (PETCONTACT_TRACEBACK=1 shows where it comes from). Under mpiexec a rank that fails
+    An exception is reported in one line (PETCONTACT_TRACEBACK=1 shows where it comes from). Under mpiexec a rank that fails
     alone ends the whole job after a few seconds: the others would wait for it for ever.
     """
     mend_streams()
