@@ -134,7 +134,7 @@ def _pairs(
 
 def _on_primary(increment: Increment, face: Interface, traction: Array) -> tuple[Array | None, Axial | None]:
     """Force and moment on the body of the primary, by its own nodes, for tractions (m, d) on the secondary."""
-    if face.primary is None or face.primary_nodes is None or face.loads is None:
+    if face.primary is None or face.primary_nodes is None or face.loads is None or face.jump is not None:
         return None, None
     mesh = increment.problem.discrete.meshes[face.primary]
     force = -mesh.weight[face.primary_nodes, None] * (face.loads @ traction)
