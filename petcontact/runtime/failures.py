@@ -78,4 +78,4 @@ def _described(error: BaseException) -> tuple[str, int]:
     frames = traceback.extract_tb(error.__traceback__)
     place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}{place}; this is a defect, PETCONTACT_TRACEBACK=1 shows where", 1
+    return f"{type(error).__name__}: {text}{place}; an error of petcontact's own, PETCONTACT_TRACEBACK=1 shows where", 1
