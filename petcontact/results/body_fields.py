@@ -57,7 +57,7 @@ class StressState:
 
     @property
     def von_mises(self) -> Array:
-        """(n,) [stress]."""
+        """Von Mises stress at the points, (n,) [stress]."""
         return von_mises(self.stress, self.sigma_zz if self.stress.shape[1] == 3 else None)
 
     @property
