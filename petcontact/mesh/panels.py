@@ -111,6 +111,17 @@ class Panels:
         """Nodes in local coordinates, (n, k, 2)."""
         return _mapped(self.polygon, reference_nodes(self.corners.shape[1], self.order)[0])
 
+    @property
+    def chord(self) -> Panels:
+        """Flat panels through the corners: themselves."""
+        return self
+
+    @property
+    def box(self) -> Array:
+        """Least and largest local coordinates, the height over the plane among them, (n, 2, 3)."""
+        ends = np.stack([self.polygon.min(axis=1), self.polygon.max(axis=1)], axis=1)
+        return np.pad(ends, ((0, 0), (0, 0), (0, 1)))
+
     def take(self, chosen: Index | slice) -> Panels:
         """Some of the panels."""
         return Panels(

@@ -10,7 +10,7 @@ import pytest
 
 import petcontact as pc
 from petcontact import InputError, adapt, solve
-from petcontact.mesh.thickness import slenderness
+from petcontact.pipeline.trust.thickness import slenderness
 
 CYLINDER = """
 [material]

@@ -56,7 +56,7 @@ def _records(panels: Panels) -> Array:
     n, corners = panels.corners.shape[:2]
     polygon = np.zeros((n, 8))
     polygon[:, : 2 * corners] = panels.polygon.reshape(n, -1)
-    degree, coefficients = degrees(panels.polygon, panels.order), panels.coefficients.reshape(n, -1)
+    degree, coefficients = degrees(panels), panels.coefficients.reshape(n, -1)
     parts = (panels.centre, panels.frame.reshape(n, 9), panels.size[:, None], polygon, degree, coefficients)
     return np.concatenate(parts, axis=1)
 

@@ -13,7 +13,7 @@ from ...mesh.panels import Panels
 from ...model.problem import Material
 from . import point_force
 from .compiled import compiled_field
-from .integrals import TOLERANCE, integrals
+from .integrals import integrals
 from .stress import near_stress, stress_integrals
 
 
@@ -27,13 +27,13 @@ class Kelvin3D:
         Its `plane` says nothing here.
     unit_length : float
         ℓ [length].
-    tolerance : float
-        Relative error of the quadrature of far panels.
+    tolerance : float, optional
+        Relative error of quadrature, by default `rules.TOLERANCE`.
     """
 
     material: Material
     unit_length: float
-    tolerance: float = TOLERANCE
+    tolerance: float | None = None
     dim: ClassVar[int] = 3
 
     @property

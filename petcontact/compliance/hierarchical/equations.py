@@ -61,8 +61,7 @@ class MixedEquations:
         mesh = operators.mesh
         assert isinstance(mesh, SurfaceMesh)
         self.tolerance, self.comm, self._mpi = tolerance, comm, comm.tompi4py() if comm.getSize() > 1 else None
-        low, high = np.nanmin(mesh.corners, axis=1), np.nanmax(mesh.corners, axis=1)
-        tree = cluster(low, high, np.diff(mesh.first_node), LEAF)
+        tree = cluster(*mesh.boxes, np.diff(mesh.first_node), LEAF)
         counts = np.diff(mesh.first_node)[tree.order]
         # the nodes in the order of the tree
         self.nodes = np.repeat(mesh.first_node[tree.order] - np.cumsum(counts) + counts, counts) + np.arange(mesh.n_nodes)

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.thickness import slenderness
+from .thickness import slenderness
 
 LARGEST = (4.0, 4.0, 5.0)
 """Largest size of elements of order 0, 1 and above over the thickness behind them. Clamped plates of order 1 deflect by 1.06
