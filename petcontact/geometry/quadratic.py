@@ -30,7 +30,7 @@ def _shape_functions(corners: int) -> Array:
     result = np.zeros((9, len(points)))
     result[3 * powers[:, 0] + powers[:, 1]] = np.linalg.inv(np.prod(points[:, None] ** powers, axis=2))
     # 0, 1, ½ and ¼ are what these are
-    return np.round(4.0 * result) / 4.0
+    return np.asarray(np.round(4.0 * result) / 4.0)
 
 
 @functools.cache
@@ -38,7 +38,34 @@ def samples(corners: int) -> Array:
     """Points (q, 2) spread evenly over a reference element, its corners and the middles of its sides among them."""
     t = np.linspace(0.0, 1.0, SAMPLES)
     grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
-    return 2.0 * grid - 1.0 if corners == 4 else grid[grid.sum(axis=1) <= 1.0 + TIGHT]
+    return np.asarray(2.0 * grid - 1.0 if corners == 4 else grid[grid.sum(axis=1) <= 1.0 + TIGHT])
+
+
+def position(shape: Array, local: Array) -> tuple[Array, Array]:
+    """Points and derivatives along both local coordinates of cells of given coefficients.
+
+    Parameters
+    ----------
+    shape : (n, 9, 3) array
+        Of ξ^i η^j, number 3i + j [length].
+    local : (n, 2) or (n, q, 2) array
+        One point a cell, or q.
+
+    Returns
+    -------
+    y : (n, 3) or (n, q, 3) array
+    along : (n, 2, 3) or (n, q, 2, 3) array
+        [length]
+    """
+    if local.ndim == 2:
+        y, along = position(shape, local[:, None])
+        return y[:, 0], along[:, 0]
+    power = np.stack([np.ones_like(local), local, local**2], axis=-1)
+    slope = np.stack([np.zeros_like(local), np.ones_like(local), 2.0 * local], axis=-1)
+    xi, eta, along, up = power[..., 0, :], power[..., 1, :], slope[..., 0, :], slope[..., 1, :]
+    parts = [(a[..., :, None] * b[..., None, :]).reshape(*local.shape[:-1], 9) @ shape
+             for a, b in ((xi, eta), (along, eta), (xi, up))]  # fmt: skip
+    return parts[0], np.stack(parts[1:], axis=-2)
 
 
 @dataclass(frozen=True)
@@ -85,12 +112,7 @@ class QuadraticCells:
 
     def at(self, local: Array) -> tuple[Array, Array]:
         """Points (n, q, 3) at local coordinates (n, q, 2), and the derivatives along both, (n, q, 2, 3) [length]."""
-        power = np.stack([np.ones_like(local), local, local**2], axis=-1)
-        slope = np.stack([np.zeros_like(local), np.ones_like(local), 2.0 * local], axis=-1)
-        xi, eta, along, up = power[..., 0, :], power[..., 1, :], slope[..., 0, :], slope[..., 1, :]
-        parts = [(a[..., :, None] * b[..., None, :]).reshape(*local.shape[:-1], 9) @ self.shape
-                 for a, b in ((xi, eta), (along, eta), (xi, up))]  # fmt: skip
-        return parts[0], np.stack(parts[1:], axis=-2)
+        return position(self.shape, local)
 
     def feet(self, x: Array) -> tuple[Array, Array]:
         """The nearest point of each panel to a point (n, 3): local coordinates (n, 2), and the distance (n,) [length].

@@ -117,6 +117,13 @@ class Panels:
         return self
 
     @property
+    def shape(self) -> Array:
+        """Positions as polynomials of local coordinates, like those of `QuadraticCells`: (n, 9, 3) [length]."""
+        result = np.zeros((len(self.index), 9, 3))
+        result[:, 0], result[:, [3, 1]] = self.centre, self.size[:, None, None] * self.frame[:, :2]
+        return result
+
+    @property
     def box(self) -> Array:
         """Least and largest local coordinates, the height over the plane among them, (n, 2, 3)."""
         ends = np.stack([self.polygon.min(axis=1), self.polygon.max(axis=1)], axis=1)

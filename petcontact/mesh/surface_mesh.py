@@ -11,7 +11,7 @@ import scipy
 from ..arrays import Array, Index
 from .basis import COINCIDE
 from .boundary_mesh import Batch, Collocated
-from .pairs.flat_panels import FlatPanels
+from .pairs.panel_faces import PanelFaces
 from .curved_panels import CurvedPanels, make_curved_panels
 from .panels import Panels, make_panels
 
@@ -58,7 +58,7 @@ class SurfaceMesh(Collocated):
         counts = np.where(triangle, (self.order + 1) * (self.order + 2) // 2, (self.order + 1) ** 2)
         first = np.concatenate([[0], np.cumsum(counts)])
         x, normal, weight = np.empty((first[-1], 3)), np.empty((first[-1], 3)), np.empty(first[-1])
-        groups = {}
+        groups: dict[int, Panels | CurvedPanels] = {}
         for number in np.unique(kind).tolist():
             mine = np.flatnonzero(kind == number)
             corners = 3 if number & TRIANGLE else 4
@@ -67,8 +67,8 @@ class SurfaceMesh(Collocated):
                 points = np.concatenate([self.corners[mine, :corners], middles[mine, : 2 * corners - 3]], axis=1)
                 groups[number], x[nodes], weight[nodes], normal[nodes] = make_curved_panels(points, number % TRIANGLE, mine)
             else:
-                panels, x[nodes], weight[nodes] = make_panels(self.corners[mine, :corners], number % TRIANGLE, mine)
-                groups[number], normal[nodes] = panels, panels.frame[:, None, 2]
+                flat, x[nodes], weight[nodes] = make_panels(self.corners[mine, :corners], number % TRIANGLE, mine)
+                groups[number], normal[nodes] = flat, flat.frame[:, None, 2]
         values = {"middles": middles, "x": x, "normal": normal, "weight": weight, "element": np.repeat(np.arange(len(counts)), counts),
                   "first_node": first, "kind": kind, "_groups": groups}  # fmt: skip
         for name, value in values.items():
@@ -87,8 +87,8 @@ class SurfaceMesh(Collocated):
 
     def reordered(self, elements: Index) -> SurfaceMesh:
         """The same panels in another order."""
-        arrays = (array[elements] for array in (self.corners, self.order, self.part))
-        return SurfaceMesh(*arrays, self.part_names, self.middles[elements])
+        corners, middles = self.corners[elements], self.middles[elements]
+        return SurfaceMesh(corners, self.order[elements], self.part[elements], self.part_names, middles)
 
     def tangents(self, nodes: Index) -> Array:
         """Orthonormal tangents at nodes, (m, 2, 3)."""
@@ -114,7 +114,7 @@ class SurfaceMesh(Collocated):
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
         """The same at local coordinates (q, 2) of panels (q,)."""
-        panels = FlatPanels.of(list(self._groups.values()), element)
+        panels = PanelFaces.of(list(self._groups.values()), element)
         x, normal = panels.at(np.arange(len(element)), place)
         return {**dict(zip("xyz", x.T, strict=True)), **dict(zip(("nx", "ny", "nz"), normal.T, strict=True))}
 
@@ -123,10 +123,10 @@ class SurfaceMesh(Collocated):
         return [Batch(panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel())
                 for panels in self._groups.values()]  # fmt: skip
 
-    def faces(self, part: str) -> tuple[Index, FlatPanels]:
+    def faces(self, part: str) -> tuple[Index, PanelFaces]:
         """Numbers of the panels of a part, and these as panels that may be faced."""
         numbers = np.flatnonzero(self.part == self.part_names.index(part))
-        return numbers, FlatPanels.of(list(self._groups.values()), numbers)
+        return numbers, PanelFaces.of(list(self._groups.values()), numbers)
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
         """Nodal values to values at local coordinates (q, 2) of panels (q,), as a sparse array (q, n)."""

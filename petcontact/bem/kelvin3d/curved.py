@@ -9,11 +9,9 @@ import numpy as np
 from ...arrays import Array, Index
 from ...mesh.curved_panels import CurvedPanels, reference_rule
 from .polar import Rule, digits, polar_rule
-from .rules import point_counts
+from .rules import MOST_POINTS, point_counts
 from .tensors import Wanted, kernels
 
-MOST_POINTS = (144, 144, 144, 256)
-"""Gauss points up to which a panel of each order is far."""
 CHUNK = 1 << 16
 """Pairs of a source point and a target at once."""
 COINCIDE = 1e-10
@@ -25,7 +23,7 @@ def quadrature(points: Array, panels: CurvedPanels, tolerance: float) -> Iterato
     nodes = panels.at(panels.nodes)[0]
     for number in range(len(panels.index) if len(points) else 0):
         counts = point_counts(points, panels, number, tolerance)
-        close = counts[:, 0] * counts[:, 1] > MOST_POINTS[panels.order]
+        close = counts[:, 0] * counts[:, 1] > MOST_POINTS[type(panels)][panels.order]
         for count in np.unique(counts[~close], axis=0).tolist():
             rows = np.flatnonzero(~close & np.all(counts == count, axis=1))
             yield number, rows, Rule(*reference_rule(panels.n_corners, (count[0], count[1])))

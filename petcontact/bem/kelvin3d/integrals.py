@@ -24,7 +24,7 @@ from ...mesh.panels import Panels
 from . import curved
 from .compiled import available, compiled_integrals
 from .moments import FLAT, Moments
-from .rules import MOST_POINTS, TOLERANCE, point_counts
+from .rules import MOST_POINTS, point_counts, tolerance_of
 from .tensors import Wanted, kernels
 
 NEAR_CHUNK = 4096
@@ -62,9 +62,9 @@ def integrals(
     shape = (3, 3, len(panels.index), panels.n_nodes, len(points))
     flat = (3, 3, shape[2] * shape[3], shape[4])
     kernel_g, kernel_h = (np.empty(flat) if wanted else None for wanted in (displacement, traction))
-    tolerance = TOLERANCE[type(panels)] if tolerance is None else tolerance
-    if available() and isinstance(panels, Panels):
-        compiled_integrals(points, panels, poisson_ratio, tolerance, MOST_POINTS, kernel_g, kernel_h)
+    tolerance = tolerance_of(panels, tolerance)
+    if available():
+        compiled_integrals(points, panels, poisson_ratio, tolerance, MOST_POINTS[type(panels)], kernel_g, kernel_h)
         return kernel_g, kernel_h
     whole_g, whole_h = (None if k is None else k.reshape(shape) for k in (kernel_g, kernel_h))
     BY_NUMPY[type(panels)](points, panels, tolerance, Wanted(whole_g, whole_h, poisson_ratio))
@@ -76,7 +76,7 @@ def _fill(points: Array, panels: Panels, tolerance: float, result: Wanted) -> No
     near: list[tuple[Index, Index]] = [(np.empty(0, dtype=np.int64),) * 2]
     for element in range(len(panels.index) if len(points) else 0):
         counts = point_counts(points, panels, element, tolerance)
-        close = counts[:, 0] * counts[:, 1] > MOST_POINTS[panels.order]
+        close = counts[:, 0] * counts[:, 1] > MOST_POINTS[type(panels)][panels.order]
         column = np.flatnonzero(close)
         near.append((np.full(len(column), element), column))
         counts[close] = 0

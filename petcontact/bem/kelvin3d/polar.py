@@ -22,7 +22,7 @@ from ...mesh.curved_panels import CurvedPanels
 
 MOST = 40
 """Gauss points in s or v at most."""
-MARGIN = 3.3
+MARGIN = 5.0
 """Digits (natural) beyond the tolerance that the rules aim at."""
 ON_PANEL = 1e-10
 """Distance over the panel's size below which a point lies on it."""
@@ -82,6 +82,8 @@ def polar_rule(panels: CurvedPanels, number: int, x: Array, foot: Array, distanc
     corners = (REFERENCE[panels.n_corners] - foot) @ to_zeta.T
     size = float(np.linalg.norm(corners, axis=1).max())
     own = distance <= ON_PANEL * size
+    # what the basis and the area factor ask for along a ray
+    least = 4 + (order if panels.n_corners == 4 else order // 2)
     away, points, weights, end = frame @ (y[0, 0] - x), [], [], np.zeros(2)
     for start, stop in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         side = (stop - start) / np.linalg.norm(stop - start)
@@ -90,20 +92,20 @@ def polar_rule(panels: CurvedPanels, number: int, x: Array, foot: Array, distanc
         if h < FLATTEST * size:
             continue
         s_1, s_2 = np.arcsinh(side @ start / h), np.arcsinh(side @ stop / h)
-        xi, w = gauss(_count(wanted, s_2 - s_1, 4 + order // 2) - 1)
+        xi, w = gauss(_count(wanted, s_2 - s_1, least) - 1)
         s, w = 0.5 * (s_1 + s_2) + 0.5 * (s_2 - s_1) * xi, 0.5 * (s_2 - s_1) * w
         ray = (outward + np.sinh(s)[:, None] * side) / np.cosh(s)[:, None]
         length, around = h * np.cosh(s), w / np.cosh(s)
         for direction, reach, share in zip(ray, length, around, strict=True):
             if own:
-                xi, w = gauss(int(0.25 * wanted) + 1 + order // 2)
+                xi, w = gauss(int(0.25 * wanted) + least - 3)
                 rho, w = 0.5 * reach * (1.0 + xi), 0.5 * reach * w
                 end += share * (math.log(reach) - float(np.sum(w / rho))) * direction
             else:
                 b = float(away @ direction)
                 c = math.sqrt(max(distance**2 - b * b, 0.01 * distance**2))
                 v_1, v_2 = math.asinh(b / c), math.asinh((reach + b) / c)
-                xi, w = gauss(_count(wanted + 2.0, v_2 - v_1, 4 + order // 2) - 1)
+                xi, w = gauss(_count(wanted + 2.0, v_2 - v_1, least) - 1)
                 v = 0.5 * (v_1 + v_2) + 0.5 * (v_2 - v_1) * xi
                 rho, w = c * np.sinh(v) - b, 0.5 * (v_2 - v_1) * w * c * np.cosh(v)
             points.append(foot + (rho[:, None] * direction) @ to_local.T)

@@ -13,8 +13,8 @@ from ...mesh.panels import Panels
 
 TOLERANCE = {Panels: 1e-11, CurvedPanels: 1e-9}
 """Relative error of quadrature by default: of far flat panels, and of all curved ones, whose near rules cost more with it."""
-MOST_POINTS = (64, 64, 144, 256)
-"""Gauss points up to which a panel of each order is far: as dear as the closed form, which loses digits farther off."""
+MOST_POINTS: dict[type, tuple[int, ...]] = {Panels: (64, 64, 144, 256), CurvedPanels: (256,) * 4}
+"""Gauss points up to which a panel of each order is far: as dear as what is done near it; closed forms lose digits afar."""
 COUNTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)
 """Numbers of points in one direction that are used."""
 SAFETY = 2.5
@@ -26,6 +26,11 @@ STRAIGHT = 1e-12
 
 CURVED = 1
 """Degree that the area factor of curved panels and their bend add: both are no polynomials, but close to low ones."""
+
+
+def tolerance_of(panels: Panels | CurvedPanels, wanted: float | None) -> float:
+    """What is wanted, or what serves by default."""
+    return TOLERANCE[type(panels)] if wanted is None else wanted
 
 
 def degrees(panels: Panels | CurvedPanels) -> Index:
