@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from pathlib import Path
 
 import meshio
@@ -17,10 +18,11 @@ TIPS = np.concatenate([np.roll(TIPS, k, axis=1) for k in range(3)])
 
 def icosphere(pieces: int) -> np.ndarray:
     """Six points (20 n², 6, 3) of the triangles of a unit sphere, each edge of an icosahedron cut into n."""
-    away = np.linalg.norm(TIPS[:, None] - TIPS, axis=2)
-    faces = [f for f in np.ndindex(12, 12, 12) if f[0] < f[1] < f[2] and max(away[f[0], f[1]], away[f[1], f[2]], away[f[0], f[2]]) < 2.1]
+    beside = np.linalg.norm(TIPS[:, None] - TIPS, axis=2) < 2.1
     cells = []
-    for face in faces:
+    for face in itertools.combinations(range(12), 3):
+        if not beside[np.ix_(face, face)].all():
+            continue
         a, b, c = TIPS[list(face)]
         if np.linalg.det([a, b, c]) < 0.0:
             b, c = c, b

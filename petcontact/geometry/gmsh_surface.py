@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from ..errors import InputError
 from .surface import FacetSurface, checked_surface
 
@@ -45,27 +46,33 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     if not sum(map(len, cells)):
         raise InputError(f"{file}: the mesh does not lie in a plane z = const, and no triangle or quadrilateral is in a "
                          "physical surface; in space those are the parts of the boundary")  # fmt: skip
-    facets, owner = _flattened(points, np.vstack(cells))
+    facets, owner = _divided(points, np.vstack(cells))
     tag = np.concatenate(parts)[owner]
     numbers, part = np.unique(tag, return_inverse=True)
     part_names = tuple(names.get(int(n), str(n)) for n in numbers)
-    return checked_surface(FacetSurface(points, facets[:, :4], part, part_names, facets[:, 4:]), file)
+    found = checked_surface(FacetSurface(points, facets[:, :4], part, part_names, facets[:, 4:]), file)
+    facets = np.column_stack([found.facets, found.middles])
+    curved = _bent(found.points, facets) | _crooked(found.points, facets)
+    return replace(found, middles=np.where(curved[:, None], found.middles, -1))
 
 
-def _flattened(points: Array, cells: Index) -> tuple[Index, Index]:
-    """Cells without the middles that say nothing, crooked quadrilaterals that have none cut along their shorter diagonal, and
-    where each came from."""
-    quads = np.flatnonzero(cells[:, 3] >= 0)
+def _crooked(points: Array, cells: Index) -> Mask:
+    """Which quadrilaterals have corners in no plane."""
+    result, quads = np.zeros(len(cells), dtype=bool), np.flatnonzero(cells[:, 3] >= 0)
     a, b, c, d = points[cells[quads, :4]].transpose(1, 0, 2)
     normal = np.cross(c - a, d - b)
     reach = np.linalg.norm(c - a, axis=1) + np.linalg.norm(d - b, axis=1)
-    crooked = np.zeros(len(cells), dtype=bool)
-    crooked[quads] = np.abs(np.sum(normal * (b - a), axis=1)) > FLAT * reach * np.linalg.norm(normal, axis=1)
-    short = np.linalg.norm(c - a, axis=1) <= np.linalg.norm(d - b, axis=1)
-    cells = np.where((_bent(points, cells) | crooked)[:, None] | (np.arange(9) < 4), cells, -1)
-    divided = crooked & (cells[:, 4] < 0)
+    result[quads] = np.abs(np.sum(normal * (b - a), axis=1)) > FLAT * reach * np.linalg.norm(normal, axis=1)
+    return result
+
+
+def _divided(points: Array, cells: Index) -> tuple[Index, Index]:
+    """Cells with crooked ones of first order cut along their shorter diagonal, and where each came from."""
+    divided = _crooked(points, cells) & (cells[:, 4] < 0)
     cut, keep = np.flatnonzero(divided), np.flatnonzero(~divided)
-    way = np.where(short[divided[quads]][:, None], [0, 1, 2, 0, 2, 3], [0, 1, 3, 1, 2, 3])
+    a, b, c, d = points[cells[cut, :4]].transpose(1, 0, 2)
+    short = np.linalg.norm(c - a, axis=1) <= np.linalg.norm(d - b, axis=1)
+    way = np.where(short[:, None], [0, 1, 2, 0, 2, 3], [0, 1, 3, 1, 2, 3])
     halves = np.take_along_axis(cells[cut], way, axis=1).reshape(-1, 3)
     halves = np.pad(halves, ((0, 0), (0, 6)), constant_values=-1)
     owner = np.concatenate([keep, np.repeat(cut, 2)])
@@ -73,7 +80,7 @@ def _flattened(points: Array, cells: Index) -> tuple[Index, Index]:
     return np.vstack([cells[keep], halves])[order], owner[order]
 
 
-def _bent(points: Array, cells: Index) -> Any:
+def _bent(points: Array, cells: Index) -> Mask:
     """Which cells have middles that lie off those of the corners."""
     corners = points[np.where(cells[:, :4] >= 0, cells[:, :4], cells[:, :1])]
     following = np.where(np.arange(4) == np.sum(cells[:, :4] >= 0, axis=1)[:, None] - 1, 0, np.arange(1, 5) % 4)
@@ -81,7 +88,7 @@ def _bent(points: Array, cells: Index) -> Any:
     usual = np.concatenate([usual, corners.mean(axis=1, keepdims=True)], axis=1)
     away = np.where(cells[:, 4:, None] >= 0, points[cells[:, 4:]] - usual, 0.0)
     size = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
-    return np.linalg.norm(away, axis=2).max(axis=1) > FLAT * size
+    return np.asarray(np.linalg.norm(away, axis=2).max(axis=1) > FLAT * size)
 
 
 def is_surface(mesh: Any) -> bool:

@@ -24,8 +24,8 @@ STEPS, SHORT, TIGHT = 20, 1e-9, 1e-12
 @functools.cache
 def _shape_functions(corners: int) -> Array:
     """Values at the geometry's points to coefficients of ξ^i η^j, number 3i + j: (9, points)."""
-    corner = REFERENCE[corners]
-    points = np.concatenate([corner, 0.5 * (corner + np.roll(corner, -1, axis=0)), *([np.zeros((1, 2))] if corners == 4 else [])])
+    corner, middle = REFERENCE[corners], np.zeros((corners - 3, 2))
+    points = np.concatenate([corner, 0.5 * (corner + np.roll(corner, -1, axis=0)), middle])
     powers = np.array([(i, j) for i in range(3) for j in range(3) if corners == 4 or i + j <= 2])
     result = np.zeros((9, len(points)))
     result[3 * powers[:, 0] + powers[:, 1]] = np.linalg.inv(np.prod(points[:, None] ** powers, axis=2))

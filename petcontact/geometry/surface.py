@@ -196,8 +196,8 @@ def _orientation(points: Array, cells: Index, source: str) -> Index:
     gaping = np.flatnonzero(apart > SAME * np.ptp(points, axis=0).max())
     if len(gaping):
         a, b = points[ends[starts[gaping[0]]]]
-        raise InputError(f"{source}: the surface is open between two facets at the edge from {_text(a)} to {_text(b)}: they have "
-                         f"not the same point in its middle ({len(gaping)} such edges)")  # fmt: skip
+        raise InputError(f"{source}: the surface is open at the edge from {_text(a)} to {_text(b)}: its two facets have "
+                         f"different points in the middle of it ({len(gaping)} such edges)")  # fmt: skip
     agree = edges[starts, 0] != edges[starts + 1, 0]
     n = len(facets)
     # two copies of each facet, as it is and reversed: neighbours that agree join equal copies, else opposite ones

@@ -1,4 +1,4 @@
-"""Curved panels of order 0 to 3 in space: quadratic triangles and quadrilaterals, polynomials of the reference element as bases."""
+"""Curved panels of order 0 to 3 in space: quadratic cells, with polynomials of the reference element as bases."""
 
 from __future__ import annotations
 

@@ -11,8 +11,8 @@ import scipy
 from ..arrays import Array, Index
 from .basis import COINCIDE
 from .boundary_mesh import Batch, Collocated
-from .pairs.panel_faces import PanelFaces
 from .curved_panels import CurvedPanels, make_curved_panels
+from .pairs.panel_faces import PanelFaces
 from .panels import Panels, make_panels
 
 TRIANGLE, CURVED = 4, 8
@@ -69,7 +69,8 @@ class SurfaceMesh(Collocated):
             else:
                 flat, x[nodes], weight[nodes] = make_panels(self.corners[mine, :corners], number % TRIANGLE, mine)
                 groups[number], normal[nodes] = flat, flat.frame[:, None, 2]
-        values = {"middles": middles, "x": x, "normal": normal, "weight": weight, "element": np.repeat(np.arange(len(counts)), counts),
+        element = np.repeat(np.arange(len(counts)), counts)
+        values = {"middles": middles, "x": x, "normal": normal, "weight": weight, "element": element,
                   "first_node": first, "kind": kind, "_groups": groups}  # fmt: skip
         for name, value in values.items():
             object.__setattr__(self, name, value)

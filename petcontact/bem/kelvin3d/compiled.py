@@ -74,8 +74,10 @@ def _curved_weights(order: int, corners: int, tolerance: float) -> Array:
 
 
 def _records(panels: AnyPanels) -> Array:
-    """Centre 3, frame 9, size 1, polygon 8, degrees 2 of each panel, and coefficients k²; of curved ones instead of the last the
-    box 6, the shape 27, and position and local coordinates of the nodes 5 k."""
+    """Centre 3, frame 9, size 1, polygon 8, degrees 2 and coefficients k² of each panel.
+
+    Instead of the last of curved ones the box 6, the shape 27, and position and local coordinates of the nodes 5 k.
+    """
     chord = panels.chord
     n, corners = chord.corners.shape[:2]
     polygon = np.zeros((n, 8))

@@ -64,7 +64,9 @@ class Kelvin3D:
         kernel_d, kernel_s = stress_integrals(targets, elements, self.material.poisson_ratio)
         return kernel_d, kernel_s * self.unit_length
 
-    def field(self, targets: Array, elements: Panels | CurvedPanels, u: Array, traction: Array) -> tuple[Array, Array, Array] | None:
+    def field(
+        self, targets: Array, elements: Panels | CurvedPanels, u: Array, traction: Array
+    ) -> tuple[Array, Array, Array] | None:
         """As `bem.kernels.field_of`, by compiled code; None where nothing was compiled."""
         data = np.concatenate([traction / self.unit_length, u], axis=1)
         found = compiled_field(targets, elements, self.material.poisson_ratio, self.tolerance, data)

@@ -12,7 +12,7 @@ from ...mesh.curved_panels import CurvedPanels
 from ...mesh.panels import Panels
 
 TOLERANCE = {Panels: 1e-11, CurvedPanels: 1e-9}
-"""Relative error of quadrature by default: of far flat panels, and of all curved ones, whose near rules cost more with it."""
+"""Relative error of quadrature by default: of far flat panels, and of all curved ones, near or far."""
 MOST_POINTS: dict[type, tuple[int, ...]] = {Panels: (64, 64, 144, 256), CurvedPanels: (256,) * 4}
 """Gauss points up to which a panel of each order is far: as dear as what is done near it; closed forms lose digits afar."""
 COUNTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)

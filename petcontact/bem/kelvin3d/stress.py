@@ -110,7 +110,7 @@ def near_stress(
 
 
 def _tensors(integral: Integral, normal: Array, poisson_ratio: float) -> tuple[Array, Array]:
-    """D and S (6, 3, ...) from integrals of products of r over powers of r, in the frame of these and of the normal (3, ...)."""
+    """D and S (6, 3, ...) from integrals of products of r over powers of r, and normals (3, ...), all in one frame."""
     nu, scale = poisson_ratio, 1.0 / (8.0 * np.pi * (1.0 - poisson_ratio))
     one_2nu = 1.0 - 2.0 * nu
     axes = [c for c in range(3) if np.any(normal[c] != 0.0)]

@@ -120,7 +120,8 @@ class PanelFaces(Faces):
         """See `Faces.segments`: the others, projected onto the plane of each panel, clip it."""
         normal = along(direction, self.frame[:, 2])
         i, j = other._near_lines(self.centre, normal, self.size)
-        ahead = (np.sum(normal[i] * self.frame[i, 2], axis=1) > SLACK) & (np.sum(normal[i] * other.frame[j, 2], axis=1) < -SLACK)
+        outward, against = (np.sum(normal[i] * plane, axis=1) for plane in (self.frame[i, 2], other.frame[j, 2]))
+        ahead = (outward > SLACK) & (against < -SLACK)
         i, j = i[ahead], j[ahead]
         corners = other.centre[j, None] + other.size[j, None, None] * (other.outline[j] @ other.frame[j, :2])
         if other.bent.any():
@@ -152,8 +153,10 @@ class PanelFaces(Faces):
         return np.where(np.all(self.polygon[:, 2] == self.polygon[:, 3], axis=1), order, 2 * order)
 
     def _met(self, number: Index, x: Array, direction: Array) -> tuple[Array, Array]:
-        """Local coordinates (k, 2) where lines through points (k, 3) meet panels or their continuation, and the distances (k,);
-        NaN and infinity where they do not, or meet a curved panel from behind."""
+        """Local coordinates (k, 2) where lines through points (k, 3) meet panels or their continuation, and distances (k,).
+
+        NaN and infinity where they do not, or meet a curved panel from behind.
+        """
         plane = self.frame[number, 2]
         distance = np.sum((self.centre[number] - x) * plane, axis=1) / np.sum(direction * plane, axis=1)
         place, bent = self._projected(number, x, direction), np.flatnonzero(self.bent[number])

@@ -57,7 +57,8 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[str]:
     if not over:
         return []
     worst = int(ratio.argmax())
-    index, centre = (np.concatenate(parts)[worst] for parts in zip(*((p.index, p.chord.centre) for p in curved), strict=True))
+    index = np.concatenate([panels.index for panels in curved])[worst]
+    centre = np.concatenate([panels.chord.centre for panels in curved])[worst]
     place = ", ".join(f"{c:.4g}" for c in centre)
     return [f"mesh: the area factor of {over} curved element{'s' * (over > 1)} of body {name!r} varies by more than "
             f"{DISTORTED:g} within the element, most by {ratio[worst]:.3g} in element {int(index)} at ({place}); "

@@ -92,7 +92,7 @@ _grid.register(CurveMesh, triangulate)
 @_grid.register
 def _(mesh: SurfaceMesh, resolution: tuple[int, ...]) -> Grid:
     """Grid points (n, 3) inside the body and the hexahedra (k, 8) between them."""
-    low, high = np.nanmin(mesh.corners, axis=(0, 1)), np.nanmax(mesh.corners, axis=(0, 1))
+    low, high = (end(values, axis=0) for end, values in zip((np.min, np.max), mesh.boxes, strict=True))
     inset = INSET * (high - low)
     lines = [np.linspace(a, b, n + 1) for a, b, n in zip(low + inset, high - inset, resolution, strict=True)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
