@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -92,8 +93,23 @@ def normal_stress_out_of_plane(stress: Array, material: Material) -> Array:
     return value
 
 
+def points_in(points: Any, dim: int) -> Array:
+    """Points as an array (m, dim).
+
+    Raises
+    ------
+    InputError
+        If they are none, or not finite.
+    """
+    found: Array = np.atleast_2d(np.asarray(points, dtype=float))
+    if found.ndim != 2 or found.shape[1] != dim or not np.all(np.isfinite(found)):
+        raise InputError(f"points: an array (m, {dim}) of finite coordinates is needed, got shape {found.shape}")
+    return found
+
+
 def field_at(
-    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None
+    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None,
+    *, outside: float | None = None,
 ) -> tuple[Array, Array]:
     """Displacement and stress at points inside the body, by Somigliana's identities.
 
@@ -113,6 +129,8 @@ def field_at(
         Inside the body, not on its boundary [length].
     progress : callable, optional
         Told the share of the elements that has been integrated, as often as it grows.
+    outside : float, optional
+        What points outside the body get; without it they are refused.
 
     Returns
     -------
@@ -126,10 +144,8 @@ def field_at(
     InputError
         If a point lies outside the body or is not finite.
     """
-    points = np.atleast_2d(np.asarray(points, dtype=float))
     d = mesh.dim
-    if points.ndim != 2 or points.shape[1] != d or not np.all(np.isfinite(points)):
-        raise InputError(f"points: an array (m, {d}) of finite coordinates is needed, got shape {points.shape}")
+    points = points_in(points, d)
     mesh, u, traction = smoothed(mesh, u, traction)
     kernel = kernel_for(mesh, material)
     scaled = traction / kernel.traction_scale
@@ -157,10 +173,11 @@ def field_at(
             for total, part in zip((displacement, stress, wound), found, strict=True):
                 total[rows] += part
     _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
-    outside = np.flatnonzero(~(wound > 0.5))
-    if len(outside):
-        place = ", ".join(f"{value:g}" for value in points[outside[0]])
-        raise InputError(f"points: ({place}) does not lie inside the body ({len(outside)} of {len(points)} do not)")
+    beyond = np.flatnonzero(~(wound > 0.5))
+    if len(beyond) and outside is None:
+        place = ", ".join(f"{value:g}" for value in points[beyond[0]])
+        raise InputError(f"points: ({place}) does not lie inside the body ({len(beyond)} of {len(points)} do not)")
+    displacement[beyond] = stress[beyond] = outside
     return displacement, kernel.traction_scale * stress
 
 

@@ -114,7 +114,7 @@ class QuadraticCells:
         """Points (n, q, 3) at local coordinates (n, q, 2), and the derivatives along both, (n, q, 2, 3) [length]."""
         return position(self.shape, local)
 
-    def feet(self, x: Array) -> tuple[Array, Array]:
+    def nearest(self, x: Array) -> tuple[Array, Array]:
         """The nearest point of each panel to a point (n, 3): local coordinates (n, 2), and the distance (n,) [length].
 
         Newton's method from the nearest of a few points, along the sides once it has met them.

@@ -35,6 +35,8 @@ class Boundary(Protocol):
         Of its bounding box [length].
     exterior : bool
         Whether the body is what lies outside.
+    closed : bool
+        Whether it is all of the boundary of a finite body, on which tractions are in equilibrium with the loads inside.
     """
 
     @property
@@ -45,6 +47,8 @@ class Boundary(Protocol):
     def diameter(self) -> float: ...
     @property
     def exterior(self) -> bool: ...
+    @property
+    def closed(self) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,7 @@ class BoxSurface:
     parts: tuple[str, ...] = tuple(BOX_PARTS)
     dim: ClassVar[int] = 3
     exterior: ClassVar[bool] = False
+    closed: ClassVar[bool] = True
 
     @property
     def diameter(self) -> float:
@@ -92,6 +97,7 @@ class FacetSurface:
             object.__setattr__(self, "middles", np.full((len(self.facets), 5), -1))
     dim: ClassVar[int] = 3
     exterior: ClassVar[bool] = False
+    closed: ClassVar[bool] = True
 
     @property
     def diameter(self) -> float:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array, Index
-from ..geometry.quadratic import REFERENCE, QuadraticCells, samples
-from .panels import Panels, make_panels, monomials, reference_nodes, rule_points
+from ..geometry.quadratic import REFERENCE, WALLS, QuadraticCells, samples
+from .panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
 
 WEIGHT_POINTS = 12
 """Gauss points in each direction for the integrals of the basis: the area factor is no polynomial."""
@@ -76,6 +76,17 @@ class CurvedPanels(QuadraticCells):
         local = np.einsum("nij,nqj->nqi", self.chord.frame, x - self.chord.centre[:, None]) / self.chord.size[:, None, None]
         return np.stack([local.min(axis=1), local.max(axis=1)], axis=1)
 
+    @property
+    def centre(self) -> Array:
+        """Mean of the corners, (n, 3) [length]."""
+        return self.chord.centre
+
+    @functools.cached_property
+    def size(self) -> Array:
+        """Largest distance of a point from the centre, (n,) [length]."""
+        away = self.at(self.each(samples(self.n_corners)))[0] - self.centre[:, None]
+        return np.asarray(np.linalg.norm(away, axis=2).max(axis=1))
+
     def take(self, chosen: Index | slice) -> CurvedPanels:
         """Some of the panels."""
         return CurvedPanels(self.points[chosen], self.order, self.index[chosen])
@@ -83,6 +94,25 @@ class CurvedPanels(QuadraticCells):
     def basis(self, local: Array) -> Array:
         """Values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""
         return np.asarray(monomials(local, self.exponents) @ self.coefficients.T)
+
+    def basis_slopes(self, local: Array) -> Array:
+        """Derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n, q, 2)."""
+        return np.asarray(np.swapaxes(monomial_slopes(local, self.exponents), -1, -2) @ self.coefficients.T).swapaxes(-1, -2)
+
+    def tangent_vectors(self, local: Array) -> Array:
+        """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2) [length]."""
+        return self.at(local)[1]
+
+    def mapped(self, reference: Array) -> Array:
+        """Local coordinates (n, q, 2) of places (q, 2) of the reference square or triangle."""
+        return self.each(reference)
+
+    def feet(self, x: Array) -> tuple[Array, Array, Array]:
+        """Of one point a panel, (n, 3): local coordinates (n, 2) of the nearest point, its distance [length], and how far
+        inside the panel that is, in local coordinates."""
+        walls, bounds = WALLS[self.n_corners]
+        local, distance = self.nearest(x)
+        return local, distance, np.min((bounds - local @ walls.T) / np.linalg.norm(walls, axis=1), axis=1)
 
 
 @functools.cache

@@ -9,6 +9,7 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..geometry.surface import CUTS
 from .basis import COINCIDE
 from .boundary_mesh import Batch, Collocated
 from .curved_panels import CurvedPanels, make_curved_panels
@@ -155,6 +156,13 @@ class SurfaceMesh(Collocated):
     def targets(self, nodes: Index | slice) -> Array:
         """The kernels' view of collocation nodes."""
         return self.x[nodes]
+
+    def triangles(self) -> Array:
+        """Flat triangles (t, 3, 3) that stand for the panels, those of curved ones between all their points [length]."""
+        points = np.concatenate([self.corners, self.middles], axis=1)
+        triangle, curved = self.kind & TRIANGLE > 0, self.kind & CURVED > 0
+        return np.concatenate([points[(triangle == (corners == 3)) & (curved == bent)][:, cut].reshape(-1, 3, 3)
+                               for (corners, bent), cuts in CUTS.items() for cut in cuts])  # fmt: skip
 
     def points(self, x: Array) -> Array:
         """The kernels' view of points (m, 3) that are nodes of no element."""

@@ -30,7 +30,7 @@ def quadrature(points: Array, panels: CurvedPanels, tolerance: float) -> Iterato
         near = np.flatnonzero(close)
         if not len(near):
             continue
-        feet, distances = panels.take(np.full(len(near), number)).feet(points[near])
+        feet, distances = panels.take(np.full(len(near), number)).nearest(points[near])
         for row, foot, distance in zip(near.tolist(), feet, distances.tolist(), strict=True):
             apart = np.linalg.norm(nodes[number] - points[row], axis=1)
             if apart.min() < COINCIDE * panels.chord.size[number]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -20,11 +21,10 @@ SLIVER = 1e-14
 
 BENT = 1e-2
 """Distance over the size of a curved panel up to which two panels lie beside one another: shadows have straight sides."""
+REACH = 5
+"""Points along each direction of a curved panel at which its size is found."""
 STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
 """Newton's steps to where a line meets a curved panel, the relative step that ends them, and how far they may leave it."""
-
-SAMPLES = 3
-"""Points along each direction at which a panel is looked at between its nodes."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,7 @@ class PanelFaces(Faces):
     polygon: Array
     shape: Array
     bent: Mask
+    SAMPLES: ClassVar[int] = 3
 
     @staticmethod
     def of(groups: Sequence[Panels | CurvedPanels], numbers: Index) -> PanelFaces:
@@ -81,12 +82,11 @@ class PanelFaces(Faces):
             normal[bent] = area / np.linalg.norm(area, axis=1, keepdims=True)
         return x, normal
 
-    def samples(self) -> tuple[Index, Array]:
-        """Corners, midpoints and centre of every panel: what two planes have between them is least at a corner."""
-        a, b = (values.ravel() for values in np.meshgrid(*[np.linspace(0.0, 1.0, SAMPLES)] * 2))
+    def spread(self, number: Index, share: Array) -> Array:
+        """See `Faces.spread`: bilinear between the corners."""
+        a, b = share.T
         corners = np.stack([(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b], axis=1)
-        places = np.einsum("qc,ncd->nqd", corners, self.polygon)
-        return np.repeat(np.arange(len(self)), len(a)), places.reshape(-1, 2)
+        return np.asarray(np.einsum("kc,kcd->kd", corners, self.polygon[number]))
 
     def __len__(self) -> int:
         return len(self.size)
@@ -201,9 +201,12 @@ class PanelFaces(Faces):
     @functools.cached_property
     def _reach(self) -> Array:
         """Radius of the panels about their centres, (n,)."""
-        number, place = self.samples()
-        away = np.linalg.norm(self.at(number, place)[0] - self.centre[number], axis=1)
-        return np.where(self.bent, away.reshape(len(self), -1).max(axis=1, initial=0.0), self.size)
+        t = np.linspace(0.0, 1.0, REACH)
+        share = np.stack(np.meshgrid(t, t), axis=-1).reshape(-1, 2)
+        number = np.repeat(np.arange(len(self)), len(share))
+        x = self.at(number, self.spread(number, np.tile(share, (len(self), 1))))[0]
+        away = np.linalg.norm(x - self.centre[number], axis=1).reshape(-1, len(share))
+        return np.where(self.bent, away.max(axis=1), self.size)
 
     def _projected(self, number: Index, x: Array, direction: Array) -> Array:
         """Local coordinates (..., 2) where lines through points (..., 3) meet the planes of some panels."""

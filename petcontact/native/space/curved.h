@@ -104,7 +104,7 @@ INLINE double dot3(const double *a, const double *b)
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* The nearest point of a panel, and the distance: QuadraticCells.feet. */
+/* The nearest point of a panel, and the distance: QuadraticCells.nearest. */
 INLINE double foot_of(const Panel *p, const double *x, double *foot)
 {
     static const double WALLS[2][4][3] = {{{-1.0, 0.0, 0.0}, {0.0, -1.0, 0.0}, {1.0, 1.0, 1.0}, {0.0, 0.0, 1.0}},

@@ -11,6 +11,7 @@ import numpy as np
 from ...errors import PetcontactError
 from ...geometry.outline import Outline
 from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
+from ...model.shapes import Superelement
 from ...refinement.contact_line import difference
 from ...refinement.marks import Body
 from ...results.solution import Solution
@@ -61,12 +62,16 @@ def _unknown(solution: Solution, comm: Any) -> str:
         return "nothing is in contact"
     if not all(isinstance(mesh, CurveMesh) for mesh in meshes):
         return "surfaces have no estimate; compare with a finer mesh"
+    if any(isinstance(body.geometry, Superelement) for body in solution.problem.body):
+        return "a superelement has one mesh"
     if comm.getSize() > 1:
         return "it is estimated on one rank only"
     if any(mesh.n_nodes > CHEAP for mesh in meshes):
         return f"more than {CHEAP} nodes a body; compare with a finer mesh"
     if any(mesh.n_elements < FEWEST for mesh in meshes):
         return f"fewer than {FEWEST} elements"
+    if solution.wear is not None:
+        return "wear over cycles is not computed twice; compare with a finer mesh"
     if len(solution.steps) > MOST_INCREMENTS:
         return f"more than {MOST_INCREMENTS} increments; compare with a finer mesh, or use --adapt"
     return ""

@@ -11,10 +11,12 @@ from ...contact.criterion import equilibrium_defect
 from ...contact.equilibrium import unbalanced_load
 from ...contact.law_protocol import OPEN
 from ...contact.state import ContactState
+from ...geometry.superelement import CondensedSurface
+from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
 from ..discrete.discretise import Discrete
 from ..trust.warnings import unusual
-from .increment import Increment, PreparedProblem, changed
+from .increment import Increment, PreparedProblem, amplitudes
 
 MOTIONS = {
     2: ("along x", "along y", "to turn"),
@@ -27,6 +29,8 @@ IMBALANCE = 1e-3
 """Of a pair (`PairResult.imbalance`), that is reported."""
 SAGGING = 0.1
 """Height of curved faces over their facets, over what contact closes, that is reported."""
+FAR_OFF = 1e3
+"""Rigid motions over what loads and tractions strain, from which on a body is not held."""
 FAR = 0.05
 """Initial gap or overlap, over the size of the body, that is reported."""
 
@@ -76,8 +80,19 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     if push is None and system.modes is not None and defect > problem.discrete.problem.method.tolerance:
         push = system.modes.unbalanced(outcome.sigma)
     if push is None:
+        push = _run_away(increment, outcome)
+    if push is None:
         return f"{outcome.reason}{where}"
     return f"no equilibrium{where}: {_pushed(increment, push)}"
+
+
+def _run_away(increment: Increment, outcome: ContactState) -> Array | None:
+    """Motions (r,) that a method which found no solution ended with, where they dwarf all that is strained."""
+    motion, system = amplitudes(increment.system, outcome), increment.system
+    if system.modes is None or not np.all(np.isfinite(motion)):
+        return None
+    strained = max(np.abs(system.u_0).max(initial=0.0), np.abs(system.apply(outcome.sigma)).max(initial=0.0))
+    return motion if np.abs(system.modes.motion @ motion).max(initial=0.0) > FAR_OFF * strained else None
 
 
 def _pushed(increment: Increment, push: Array) -> str:
@@ -146,7 +161,7 @@ def _ignored(problem: PreparedProblem) -> list[str]:
     for k, obstacle in enumerate(discrete.problem.obstacle):
         if all(side.obstacle != k for side in discrete.sides):
             found.append(f"obstacle {obstacle.name!r} is in no contact")
-        states = itertools.accumulate(problem.steps, changed, initial=obstacle)
+        states = itertools.accumulate(problem.steps, changed_obstacle, initial=obstacle)
         if any(load and motion != "free" for o in states for motion, load in zip(o.motions(d), o.loads(d), strict=True)):
             found.append(f"obstacle {obstacle.name!r}: a force or moment on a component whose motion is given does nothing")
     return found
@@ -157,8 +172,9 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     discrete, d, found = problem.discrete, problem.system.dim, []
     obstacles = list(discrete.problem.obstacle)
     for number, step in enumerate(problem.steps, 1):
-        obstacles = [changed(o, step) for o in obstacles]
+        obstacles = [changed_obstacle(o, step) for o in obstacles]
         loaded = any(data.loaded[number] for data in discrete.data)
+        loaded = loaded or any(isinstance(boundary, CondensedSurface) for boundary in discrete.boundaries)
         given = (motion if motion != "free" else load for o in obstacles
                  for motion, load in zip(o.motions(d), o.loads(d), strict=True))  # fmt: skip
         ends = [r for r in results if r.step == number and r.load_factor == 1.0]

@@ -14,21 +14,18 @@ from ...runtime.figure_style import (
     COLOURS,
     SHADES,
     STATES,
-    closed,
     draw_states,
     label,
     legend_below,
     legend_beside,
-    round_number,
 )
 from ..data import SolutionData
 from ..records import PairResult, StepResult, step_ends
 from .curves import CURVES, along, headed
+from .view import View, view_of
 
 BODIES = ("black", COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
 """Colours of the bodies' outlines: not those of the states."""
-MAGNIFIED = 0.08
-"""Largest displacement drawn, as a fraction of the size of the bodies."""
 ARROWS = 60
 """Most forces drawn on one interface."""
 
@@ -38,26 +35,31 @@ def draw_deformed(figure: Any, solution: SolutionData) -> None:
     deformed_on(figure.add_subplot(), solution)
 
 
-def deformed_on(axes: Any, solution: SolutionData) -> None:
-    """The same on given axes."""
+def deformed_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
+    """The same on given axes, in a view that others share; else in the one that suits it."""
+    shown = view or view_of(solution)
     size = float(np.ptp(np.vstack([mesh.x for mesh in solution.meshes.values()]), axis=0).max())
-    factor = round_number(MAGNIFIED * size, max(float(np.abs(body.u).max()) for body in solution.bodies.values()))
-    draw_outlines(axes, solution, factor)
-    forces(axes, solution, factor, size)
+    draw_outlines(axes, solution, shown)
+    forces(axes, solution, shown.factor, size)
     place(axes, solution)
+    if view is not None:
+        margin = 0.15 * size  # room for forces
+        axes.set(xlim=(view.low[0] - margin, view.high[0] + margin), ylim=(view.low[1] - margin, view.high[1] + margin))
     legend_below(axes, 4)
 
 
-def draw_outlines(axes: Any, solution: SolutionData, factor: float) -> None:
+def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
     """Initial and deformed outlines of the bodies, and the states of their contact nodes."""
+    factor = view.factor
     for number, (name, mesh) in enumerate(solution.meshes.items()):
         colour = BODIES[number % len(BODIES)]
         for initial, deformed in outlines(as_curve(mesh), solution.bodies[name].u, factor):
             axes.plot(*initial.T, color="0.55", lw=0.9, ls="--")
             axes.plot(*deformed.T, color=colour, lw=1.1)
         word = name if len(solution.meshes) > 1 else "deformed"
-        axes.plot([], [], color=colour, lw=1.1, label=f"{word}, u × {factor:g}")
+        axes.plot([], [], color=colour, lw=1.1, label=word)
     axes.plot([], [], color="0.55", lw=0.9, ls="--", label="initial")
+    axes.plot([], [], ls="", label=view.text)
     for name, pair in solution.pairs.items():
         draw_states(axes, moved(solution, name, factor), np.where(pair.state == OPEN, -1, pair.state))
 
@@ -86,7 +88,7 @@ def place(axes: Any, solution: SolutionData) -> None:
 
 
 def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Array]]:
-    """Closed curves (k, 2), initial and deformed, one pair a loop; arcs are round."""
+    """Curves (k, 2), initial and deformed, one pair a loop; arcs are round."""
     everywhere = np.linspace(-1.0, 1.0, 7)
     number, initial, moved, deformed = [], [], [], []
     curved = mesh.curvature != 0.0
@@ -100,16 +102,22 @@ def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Arra
         initial.append(mesh.on_elements(chosen, at)[0].reshape(-1, 2))
         moved.append(np.repeat(chosen, len(xi)))
         deformed.append((mesh.on_elements(chosen, xi)[0] + factor * values).reshape(-1, 2))
-    starts = [int(loop[0]) for loop in mesh.loops()]
-    return list(zip(_curves(number, initial, starts), _curves(moved, deformed, starts), strict=True))
+    loops, ends = mesh.loops(), [mesh.end[loop[-1]][None] for loop in mesh.loops()]
+    still, moving = _curves(loops, number, initial), _curves(loops, moved, deformed)
+    return [(np.vstack([a, a[:1] if closed else end]), np.vstack([b, b[:1]]) if closed else b)
+            for a, b, end, closed in zip(still, moving, ends, _closed(mesh, loops), strict=True)]  # fmt: skip
 
 
-def _curves(numbers: list[Index], points: list[Array], starts: list[int]) -> list[Array]:
-    """Closed curves, one a loop, through points given by the number of their element."""
+def _curves(loops: list[Index], numbers: list[Index], points: list[Array]) -> list[Array]:
+    """Curves, one a loop, through points given by the number of their element."""
     number = np.concatenate(numbers)
     order = np.argsort(number, kind="stable")
-    pieces = np.split(np.concatenate(points)[order], np.searchsorted(number[order], starts[1:]))
-    return [closed([piece]) for piece in pieces]
+    return np.split(np.concatenate(points)[order], np.searchsorted(number[order], [int(loop[0]) for loop in loops[1:]]))
+
+
+def _closed(mesh: CurveMesh, loops: list[Index]) -> list[bool]:
+    """Whether each loop ends where it starts: superelements have a part of the boundary only."""
+    return [bool(np.array_equal(mesh.end[loop[-1]], mesh.start[loop[0]])) for loop in loops]
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
@@ -165,6 +173,23 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
             axes.set_ylim(-0.05 * top, 1.05 * top)
         axes.set_ylabel(label("gap", solution.problem.units.length))
         legend_beside(axes)
+
+
+def draw_profiles(figure: Any, solution: SolutionData) -> None:
+    """Pressure along each interface that wears after some of the cycles, and the worn depth of both sides, downwards."""
+    table = solution.wear
+    for axes, name, order in _panels(figure, solution):
+        s, units = solution.pairs[name].arc_length[order], solution.problem.units
+        if table is None or name not in table.depth:
+            continue
+        deep = axes.twinx()
+        for number, k in enumerate(np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))):
+            axes.plot(s, table.pressure[name][k][order], color=f"C{number}", label=f"cycle {table.cycle[k]}")
+            deep.plot(s, table.depth[name][k][order], color=f"C{number}", lw=1.0, ls="--")
+        deep.set(ylim=(2.5 * float(table.depth[name].max(initial=0.0)) or 1.0, 0.0))
+        deep.set_ylabel(label("worn depth (dashed)", units.length))
+        axes.set_ylabel(label("pressure", units.stress))
+        legend_below(axes, 3)
 
 
 def _shown(solution: SolutionData) -> list[StepResult]:

@@ -16,7 +16,8 @@ from ...runtime.figure_style import save_all
 from ..data import SolutionData
 from ..records import step_ends
 from . import plane, space
-from .curves import draw_history, draw_hysteresis
+from .curves import draw_history, draw_hysteresis, draw_wear
+from .view import View
 
 Drawings = dict[str, Callable[[Any, SolutionData], None]]
 """What draws a solution into a figure, by the name of the figure."""
@@ -42,7 +43,8 @@ def plot_all(
     list of Path
         STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-traction.png and STEM-normal.png with a
         panel for each interface, STEM-gap.png where one opens, in space STEM-states.png; STEM-history.png, and of several
-        increments STEM-hysteresis.png.
+        increments STEM-hysteresis.png; where anything wears
+        STEM-wear.png, with cycles in the plane STEM-profiles.png.
 
     Raises
     ------
@@ -60,9 +62,13 @@ def drawings(solution: SolutionData) -> Drawings:
     ends = step_ends(solution.steps or solution.tried)
     if not any(np.any(pair.state == OPEN) for step in ends for pair in step.pairs.values()):
         del found["gap"]
+    if solution.wear is None:
+        found.pop("profiles", None)
     found["history"] = draw_history
     if len(solution.steps) > 1:
         found["hysteresis"] = draw_hysteresis
+    if any(pair.wear is not None for pair in solution.last.pairs.values()):
+        found["wear"] = draw_wear
     return found
 
 
@@ -75,7 +81,7 @@ def _of_dimension(mesh: Any) -> Drawings:
 @_of_dimension.register
 def _(mesh: CurveMesh) -> Drawings:
     return {"deformed": plane.draw_deformed, "displacement": plane.draw_displacement, "traction": plane.draw_traction,
-            "normal": plane.draw_normal, "gap": plane.draw_gap}  # fmt: skip
+            "normal": plane.draw_normal, "gap": plane.draw_gap, "profiles": plane.draw_profiles}  # fmt: skip
 
 
 @_of_dimension.register
@@ -84,13 +90,15 @@ def _(mesh: SurfaceMesh) -> Drawings:
             "normal": space.draw_normal, "states": space.draw_states_by_step, "gap": space.draw_gap}  # fmt: skip
 
 
-def plot_on(solution: SolutionData, axes: Any = None) -> Any:
-    """Draw the bodies as they were and as they are on given axes, or on those of a new figure; returns the axes."""
+def plot_on(solution: SolutionData, place: Any = None, view: View | None = None) -> Any:
+    """Draw the bodies as they were and as they are on given axes, or on those of a figure, a new one by default; returns the
+    axes. In a view that other drawings share, where one is given."""
     dim = next(iter(solution.meshes.values())).dim
-    if axes is None:
+    if place is None:
         from matplotlib import pyplot
 
-        projection = {"projection": "3d"} if dim == 3 else {}
-        axes = pyplot.subplots(layout="constrained", subplot_kw=projection)[1]
-    {2: plane.deformed_on, 3: space.surface_on}[dim](axes, solution)
-    return axes
+        place = pyplot.figure(layout="constrained")
+    if hasattr(place, "add_subplot"):
+        place = place.add_subplot(projection="3d") if dim == 3 else place.add_subplot()
+    {2: plane.deformed_on, 3: space.surface_on}[dim](place, solution, view)
+    return place

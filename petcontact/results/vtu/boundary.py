@@ -17,6 +17,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh, corner_values
 from ...runtime.figure_style import STATES
+from ..body_fields import BodyFields, StressState
 from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh
@@ -24,12 +25,14 @@ from .writing import in_space, unit_notes, write_mesh
 
 @dataclass(frozen=True)
 class _Values:
-    """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, and bound (n,) of the shear."""
+    """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, bound (n,) of the shear,
+    and what evaluates the stress."""
 
     u: Array
     traction: Array
     state: Index
     bound: Array
+    fields: BodyFields
 
 
 def write_boundary_vtu(
@@ -38,11 +41,11 @@ def write_boundary_vtu(
     """Write the boundary values of a body after an increment, the last one by default, as a .vtu file of lines or panels.
 
     Points belong to one element each, since tractions jump from element to element; in the plane elements of higher order
-    and arcs are cut into short lines. Point data: displacement, traction; in the plane also normal, sigma_n, sigma_t (along
-    the tangent, the normal turned by +90°), friction_bound (0 off the contact) and arc_length. Cell data: the number of the
-    part, and contact (-1 elsewhere, 0 stick, 1 slip, 2 open; of a panel the largest of its nodes). Shear between the nodes
-    of a contact element is cut at the bound, which a polynomial may pass there. Names of parts, states and units are those
-    of the arrays of the field data (ParaView's "Information").
+    and arcs are cut into short lines. Point data: displacement, traction, stress, von_mises; in the plane also normal,
+    sigma_n, sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and arc_length. Cell
+    data: the number of the part, and contact (-1 elsewhere, 0 stick, 1 slip, 2 open; of a panel the largest of its nodes).
+    Shear between the nodes of a contact element is cut at the bound, which a polynomial may pass there. Names of parts,
+    states and units are those of the arrays of the field data (ParaView's "Information").
 
     Parameters
     ----------
@@ -59,17 +62,23 @@ def write_boundary_vtu(
     OutputError
         If the file cannot be written.
     """
-    name, step = body or solution.only_body("write_boundary_vtu"), step or solution.last
+    name = body or solution.only_body("write_boundary_vtu")
+    notes = {f"part {k} is {part}": k for k, part in enumerate(solution.meshes[name].part_names)}
+    notes |= {"contact -1 is elsewhere": -1, **{f"contact {k} is {word}": k for k, (word, _, _) in STATES.items()}}
+    write_mesh(path, boundary_cells(solution, name, step or solution.last), notes | unit_notes(solution.problem.units))
+
+
+def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshio.Mesh:
+    """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an increment."""
     mesh, found = solution.meshes[name], step.bodies[name]
-    values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes))
+    values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes),
+                     solution.body_fields(name, step))  # fmt: skip
     for pair, (owner, _) in solution.sides.items():
         if owner == name and pair in step.pairs:
             nodes, bound = solution.nodes[pair], step.pairs[pair].bound
             values.state[nodes] = step.pairs[pair].state
             values.bound[nodes] = np.where(np.isfinite(bound), bound, np.finfo(np.float64).max)
-    notes = {f"part {k} is {part}": k for k, part in enumerate(mesh.part_names)}
-    notes |= {"contact -1 is elsewhere": -1, **{f"contact {k} is {word}": k for k, (word, _, _) in STATES.items()}}
-    write_mesh(path, _cells(mesh, values), notes | unit_notes(solution.problem.units))
+    return _cells(mesh, values)
 
 
 @functools.singledispatch
@@ -87,9 +96,15 @@ def _(mesh: SurfaceMesh, values: _Values) -> Any:
     state = np.full(mesh.n_elements, -1)
     np.maximum.at(state, mesh.element, values.state)
     kinds = [(name, mine) for name, mine in (("quad", ~triangle), ("triangle", triangle)) if mine.any()]
+    places = np.empty((mesh.n_elements, 4, 2))
+    for batch in mesh.batches():
+        polygon = batch.elements.polygon
+        places[batch.elements.index] = polygon[:, np.minimum(np.arange(4), polygon.shape[1] - 1)]
+    stress = values.fields.on_boundary(np.repeat(np.arange(mesh.n_elements), 4), places.reshape(-1, 2))
     cells = [(name, numbers[mine, : 3 if name == "triangle" else 4]) for name, mine in kinds]
     return meshio.Mesh(
-        corners.reshape(-1, 3), cells, point_data={"displacement": u.reshape(-1, 3), "traction": traction.reshape(-1, 3)},
+        corners.reshape(-1, 3), cells,
+        point_data={"displacement": u.reshape(-1, 3), "traction": traction.reshape(-1, 3), **_stress_data(stress)},
         cell_data={"part": [mesh.part[mine] for _, mine in kinds], "contact": [state[mine] for _, mine in kinds]},
     )  # fmt: skip
 
@@ -100,6 +115,8 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
     pieces = [_element(mesh, k, nodal, state) for k in range(mesh.n_elements)]
     counts = np.array([len(piece["x"]) for piece in pieces])
     first = np.concatenate([[0], np.cumsum(counts)])
+    stress = values.fields.on_boundary(np.repeat(np.arange(mesh.n_elements), counts),
+                                       np.concatenate([piece["place"] for piece in pieces]))  # fmt: skip
     lines = np.concatenate([
         np.column_stack([np.arange(a, b - 1), np.arange(a + 1, b)]) for a, b in itertools.pairwise(first)
     ])
@@ -116,9 +133,16 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
         point_data={
             "displacement": in_space(u), "traction": in_space(traction), "normal": in_space(normal),
             "sigma_n": sigma_n, "sigma_t": sigma_t, "friction_bound": np.where(touching, bound, 0.0), "arc_length": s,
+            **_stress_data(stress),
         },
         cell_data={"part": [np.repeat(mesh.part, counts - 1)], "contact": [cell_state]},
     )  # fmt: skip
+
+
+def _stress_data(stress: StressState) -> dict[str, Array]:
+    """Point data of stresses; VTK's order of a symmetric tensor is xx, yy, zz, xy, yz, xz."""
+    i, j = [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]
+    return {"stress": stress.tensor[:, i, j], "von_mises": stress.von_mises}
 
 
 def _element(mesh: CurveMesh, k: int, nodal: Array, state: Index) -> dict[str, Array]:
@@ -133,4 +157,5 @@ def _element(mesh: CurveMesh, k: int, nodal: Array, state: Index) -> dict[str, A
     return {
         "x": place, "normal": normal, "values": basis.T @ nodal[nodes],
         "s": mesh.side_start[k] + 0.5 * (1.0 + xi) * mesh.length[k], "state": state[nodes][nearest].astype(float),
+        "place": 0.5 * (1.0 + xi),
     }  # fmt: skip

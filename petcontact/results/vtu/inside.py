@@ -17,7 +17,8 @@ from ...geometry.surface import winding
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
-from ...model.units import Units
+from ...model.bodies import Units
+from ...model.shapes import Superelement
 from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh
@@ -43,6 +44,11 @@ def write_vtu(path: str | Path, field: Field, units: Units | None = None) -> Non
     OutputError
         If the file cannot be written.
     """
+    write_mesh(path, inside_cells(field), unit_notes(units))
+
+
+def inside_cells(field: Field) -> meshio.Mesh:
+    """Triangles or cells of a grid with the point data of `write_vtu`."""
     data = {"displacement": field.u, "von_mises": field.von_mises}
     # VTK's order of a symmetric tensor is xx, yy, zz, xy, yz, xz
     if field.points.shape[1] == 3:
@@ -51,7 +57,7 @@ def write_vtu(path: str | Path, field: Field, units: Units | None = None) -> Non
         kind, points, (x, y, xy) = "triangle", in_space(field.points), field.stress.T
         data |= {"displacement": in_space(field.u), "stress": np.column_stack([x, y, field.sigma_zz, xy, 0 * x, 0 * x]),
                  "principal_1": field.principal[:, 0], "principal_2": field.principal[:, 1]}  # fmt: skip
-    write_mesh(path, meshio.Mesh(points, [(kind, field.cells)], point_data=data), unit_notes(units))
+    return meshio.Mesh(points, [(kind, field.cells)], point_data=data)
 
 
 RESOLUTION = {2: (100, 100), 3: (16, 16, 16)}
@@ -74,11 +80,18 @@ def grid_inside(mesh: BoundaryMesh, resolution: tuple[int, ...] | None) -> Grid:
     return _grid(mesh, resolution)
 
 
+def filled_bodies(solution: SolutionData) -> list[str]:
+    """The bodies whose inside is finite and known: no infinite plates, no superelements."""
+    return [body.name for body in solution.problem.body
+            if not (getattr(body.geometry, "exterior", False) or isinstance(body.geometry, Superelement))]  # fmt: skip
+
+
 def field_inside(
     solution: SolutionData, grid: Grid, body: str, step: StepResult | None = None, progress: Progress | None = None
 ) -> Field:
     """Displacement and stress of a body after an increment, the last one by default, on a grid."""
-    return Field(*grid, *solution.fields_and_normal_at(grid[0], body, step, progress))
+    state = solution.state_at(grid[0], body, step, progress=progress)
+    return Field(*grid, state.u, state.stress, state.sigma_zz)
 
 
 @functools.singledispatch
@@ -97,8 +110,7 @@ def _(mesh: SurfaceMesh, resolution: tuple[int, ...]) -> Grid:
     lines = [np.linspace(a, b, n + 1) for a, b, n in zip(low + inset, high - inset, resolution, strict=True)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
-    corners = np.where(np.isnan(mesh.corners), mesh.corners[:, 2:3], mesh.corners)
-    triangles = np.concatenate([corners[:, :3], corners[:, [0, 2, 3]]])
+    triangles = mesh.triangles()
     inside = np.array([winding(triangles - x) for x in flat]) > 0.5
     number = np.arange(len(flat)).reshape(grid.shape[:3])
     i, j, k = (slice(None, -1),) * 3
