@@ -219,32 +219,32 @@ class Problem(Setting):
 
     @property
     def material(self) -> Material:
-        """Of the one body; this and the next raise AttributeError where there are several."""
+        """Material of the only body; AttributeError where there are several."""
         return self._one("material").material
 
     @property
     def geometry(self) -> Geometry:
-        """Of the one body."""
+        """Geometry of the only body; AttributeError where there are several."""
         return self._one("geometry").geometry
 
     @property
     def mesh(self) -> MeshOptions:
-        """Of the one body."""
+        """Mesh options of the only body; AttributeError where there are several."""
         return self._one("mesh").mesh
 
     @property
     def boundary(self) -> tuple[Condition, ...]:
-        """Of the one body."""
+        """Conditions of the only body; AttributeError where there are several."""
         return self._one("boundary").boundary
 
     @property
     def point_force(self) -> tuple[PointForce, ...]:
-        """Of the one body."""
+        """Point forces of the only body; AttributeError where there are several."""
         return self._one("point_force").point_force
 
     @property
     def loads(self) -> VolumeLoads | None:
-        """Of the one body."""
+        """Loads of the volume of the only body; AttributeError where there are several."""
         return self._one("loads").loads
 
     def _one(self, key: str) -> Body:

@@ -102,6 +102,7 @@ SMALLEST = {
     "benchmark": "--quick", "benchmark_methods.py": "--sizes 20",
     "benchmark_space": "growth --sizes 2.0 --ours", "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
     "verify_contact": "--pairs 1 --floors 0", "mutate": "--list", "verification": "B10 B19",
+    "drawings": "-o {folder}",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
 LONG = {"verify": "--h 1.6", "attack": "--quick"}
@@ -123,8 +124,8 @@ def test_every_script_has_a_test():
 
 
 @pytest.mark.parametrize("script", SMALLEST)
-def test_the_smallest_size_runs_to_its_end(script):
-    assert measured(script, SMALLEST[script])
+def test_the_smallest_size_runs_to_its_end(script, tmp_path):
+    assert measured(script, SMALLEST[script].format(folder=tmp_path))
 
 
 @pytest.mark.slow
