@@ -168,8 +168,11 @@ def _ignored(problem: PreparedProblem) -> list[str]:
 
 
 def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
-    """Pairs that stay pressed at the end of a step that took all loads away, though no gap is negative."""
-    discrete, d, found = problem.discrete, problem.system.dim, []
+    """Pairs that stay pressed at the end of a step that took all loads away; an overlap of bodies is a load, too."""
+    discrete, d = problem.discrete, problem.system.dim
+    found: list[str] = []
+    if any(interface.gap.min(initial=np.inf) < 0.0 for interface in discrete.interfaces):
+        return found
     obstacles = list(discrete.problem.obstacle)
     for number, step in enumerate(problem.steps, 1):
         obstacles = [changed_obstacle(o, step) for o in obstacles]
@@ -180,10 +183,10 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
         ends = [r for r in results if r.step == number and r.load_factor == 1.0]
         if loaded or any(given) or not ends:
             continue
-        for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+        for side in discrete.sides:
             pressed = max(float(r.pairs[side.name].pressure.max(initial=0.0)) for r in results)
             left = float(ends[0].pairs[side.name].pressure.max(initial=0.0))
-            if interface.gap.min(initial=np.inf) >= 0.0 and left > JAM * pressed:
+            if left > JAM * pressed:
                 found.append(f"pair {side.name!r} stays pressed after step {step.name!r} took all loads away: it jams, and "
                              "what stays depends on the path; unload in several increments")  # fmt: skip
     return found
