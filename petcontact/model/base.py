@@ -118,7 +118,8 @@ class _OneLine(ModelMetaclass):
         """Fields by place or by name, as values may be given; `help` and editors show it."""
         kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
         fields = [(bool(field.kw_only), name, field) for name, field in cls.model_fields.items()]
-        texts = {name: text for base in reversed(cls.__mro__) for name, text in vars(base).get("__annotations__", {}).items()}
+        texts = {name: text for base in reversed(cls.__mro__) for name, text in vars(base).get("__annotations__", {}).items()
+                 }  # fmt: skip
         return inspect.Signature([
             inspect.Parameter(name, kinds[by_name], default=inspect.Parameter.empty if field.is_required() else
                               field.get_default(call_default_factory=True), annotation=texts[name])
