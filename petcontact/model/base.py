@@ -306,6 +306,7 @@ def _models_at(cls: Any, loc: list[int | str]) -> list[Any]:
 
 
 def models_in(annotation: Any) -> list[Any]:
+    """The models that an annotation names, over lists and unions."""
     if isinstance(annotation, type) and issubclass(annotation, Model):
         return [annotation]
     return [model for inner in getattr(annotation, "__args__", ()) for model in models_in(inner)]
