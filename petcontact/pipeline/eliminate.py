@@ -35,7 +35,7 @@ Announce = Callable[[int, int, float], Callable[[float], None]]
 
 
 def silent(share: float) -> None:
-    """Reports nothing."""
+    """A progress callback that reports nothing."""
 
 
 def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce | None = None) -> BodiesSystem:

@@ -272,7 +272,7 @@ class MixedEquations:
         return result
 
     def sum(self, values: Array) -> Array:
-        """Over the ranks."""
+        """The sum over the ranks."""
         return values if self._mpi is None else np.asarray(self._mpi.allreduce(values))
 
     def _norm(self, own: Array) -> float:
@@ -288,7 +288,7 @@ class MixedEquations:
         viewer.printfASCII(f"    {self.coupling.size} unknowns of {len(self.rows)} bodies, {self.memory() / 1e6:.0f} MB\n")
 
     def memory(self) -> int:
-        """Bytes on all ranks."""
+        """Memory on all ranks [bytes]."""
         own = sum(body.nbytes for body in self.rows) + self._open.nbytes + self._laws.nbytes
         return int(self.sum(np.array([own], dtype=np.float64))[0])
 

@@ -14,7 +14,7 @@ from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
 from ...model.base import nearest
 from ...model.loads import loads_by_step
-from ...model.problem import ONE_BODY, Body, Contact, Problem, Traction
+from ...model.problem import ONE_BODY, Body, Contact, Periodic, Problem, Traction
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class InterfaceSpec:
     law : Contact or Pair
         Whose normal, gap and friction it has.
     direction : (d,) array, optional
+    periodic : bool
+        Whether the primary is the secondary moved along.
     """
 
     name: str
@@ -43,6 +45,7 @@ class InterfaceSpec:
     obstacle: int | None
     law: Any
     direction: Array | None
+    periodic: bool = False
 
     @property
     def holds_normal(self) -> bool:
@@ -60,11 +63,16 @@ def interfaces_of(problem: Problem) -> list[InterfaceSpec]:
     several = len(problem.body) > 1 or problem.body[0].name != ONE_BODY
     for b, body in enumerate(problem.body):
         for k, condition in enumerate(body.boundary):
-            if isinstance(condition, Contact):
+            if isinstance(condition, Contact | Periodic):
                 name = f"{body.name}.{condition.part}" if several else condition.part
                 key = f"body[{b}].boundary[{k}]" if several else f"boundary[{k}]"
                 place = f"{key} ({condition.part})"
-                result.append(InterfaceSpec(name, place, b, condition.part, None, None, condition, None))
+                if isinstance(condition, Periodic):
+                    bonded = Contact(condition.part, normal="bonded")
+                    partner = b, condition.partner
+                    result.append(InterfaceSpec(name, place, b, condition.part, partner, None, bonded, None, True))
+                else:
+                    result.append(InterfaceSpec(name, place, b, condition.part, None, None, condition, None))
     obstacles = [o.name for o in problem.obstacle]
     for k, pair in enumerate(problem.contact):
         key = f"contact[{k}]"
@@ -130,10 +138,16 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary, sides: 
     ends = [(side, what, end) for side in sides for what, end in
             (("secondary", (side.body, side.part)), ("primary", side.primary)) if end and end[0] == number]  # fmt: skip
     for side, what, (_, part) in ends:
-        if not isinstance(side.law, Contact):
-            _known_part(f"{side.key}.{what}: body {body.name!r}", part, boundary.parts)
-            if part in taken:
-                raise InputError(f"{side.key}.{what}: {part!r} of body {body.name!r} has a boundary condition already")
+        if side.primary is None and isinstance(side.law, Contact):
+            continue
+        if side.periodic and boundary.dim > 2:
+            raise InputError(f"{side.key}: periodic sides are those of plane bodies")
+        if side.periodic and what == "secondary":
+            continue  # it is the part of the condition itself
+        _known_part(f"{side.key}.{'partner' if side.periodic else what}: body {body.name!r}", part, boundary.parts)
+        if part in taken:
+            raise InputError(f"{side.key}.{'partner' if side.periodic else what}: {part!r} of body {body.name!r} has a "
+                             "boundary condition already")  # fmt: skip
     met = [*taken, *(part for _, _, (_, part) in ends)]
     missing = [part for part in boundary.parts if part not in met]
     if missing and body.name == ONE_BODY and len(problem.body) == 1:
@@ -163,7 +177,7 @@ def as_problem(body: Body, boundary: Boundary, sides: list[InterfaceSpec], numbe
             gap = 0.0 if law.gap == "geometry" else law.gap
             touching[side.part] = Contact(part=side.part, **given, gap=gap)
     # messages count the conditions as the body's own
-    conditions: list[Any] = [touching.pop(c.part) if isinstance(c, Contact) else c for c in body.boundary]
+    conditions: list[Any] = [touching.pop(c.part) if isinstance(c, Contact | Periodic) else c for c in body.boundary]
     conditions += [touching[part] for part in boundary.parts if part in touching]
     named = {c.part for c in conditions}
     conditions += [Traction(part=part, value=(0.0,) * boundary.dim) for part in boundary.parts if part not in named]

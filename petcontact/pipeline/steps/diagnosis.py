@@ -23,6 +23,8 @@ MOTIONS = {
     3: ("along x", "along y", "along z", "to turn about x", "to turn about y", "to turn about z"),
 }  # fmt: skip
 """Of an obstacle, by the number of dimensions."""
+JUMPS = "; a friction_bound falls to 0 where contact opens: there may be no solution, give a friction_coefficient"
+"""What is added where nothing else says why there is none."""
 JAM = 1e-3
 """Pressure, over the largest that there was, that stays where nothing jams."""
 IMBALANCE = 1e-3
@@ -72,7 +74,8 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     problem, system, end = increment.problem, increment.system, increment.to(1.0)
     law, steps = problem.discrete.law, problem.discrete.problem.step
     push = unbalanced_load(system.modes, law)
-    of_step = f" of step {increment.step.name!r}" if steps else ""
+    unsure = JUMPS if push is None and getattr(law, "jumps", False) else ""
+    of_step = f" of step {increment.step.name or increment.number!r}" if steps else ""
     where = f" at load factor {increment.target:.4g}{of_step}" if steps or increment.target < 1.0 else ""
     if push is None and (push := unbalanced_load(end.system.modes, law)) is not None:
         where = f" at the end{of_step}, of which {increment.target:.4g} was tried"
@@ -82,8 +85,8 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     if push is None:
         push = _run_away(increment, outcome)
     if push is None:
-        return f"{outcome.reason}{where}"
-    return f"no equilibrium{where}: {_pushed(increment, push)}"
+        return f"{outcome.reason}{where}{unsure}"
+    return f"no equilibrium{where}: {_pushed(increment, push)}{unsure}"
 
 
 def _run_away(increment: Increment, outcome: ContactState) -> Array | None:
