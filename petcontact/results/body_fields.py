@@ -73,6 +73,36 @@ class StressState:
         return np.linalg.eigvalsh(self.tensor)[:, ::-1]
 
 
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""xx, yy, zz, xy, xz, yz."""
+
+
+def quantities(dim: int) -> list[str]:
+    """What `quantity` knows of a body in so many dimensions."""
+    stresses = [f"sigma_{'xyz'[i]}{'xyz'[j]}" for i, j in PAIRS if dim == 3 or i == j or (i, j) == (0, 1)]
+    return ["von_mises", "principal_1", "principal_2", "principal_3", *stresses, "u", *(f"u{axis}" for axis in "xyz"[:dim])]
+
+
+def quantity(state: StressState, name: str) -> Array:
+    """A stress, principal stress or displacement (n,) by its name.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    known = quantities(state.x.shape[1])
+    if name not in known:
+        raise InputError(f"no quantity {name!r}{nearest(name, known) or '; there are ' + ', '.join(known)}")
+    if name == "von_mises":
+        return state.von_mises
+    if name.startswith("principal"):
+        return np.asarray(state.principal[:, int(name[-1]) - 1])
+    if name.startswith("sigma"):
+        return np.asarray(state.tensor[:, "xyz".index(name[-2]), "xyz".index(name[-1])])
+    return np.asarray(np.linalg.norm(state.u, axis=1) if name == "u" else state.u[:, "xyz".index(name[-1])])
+
+
 @dataclass(frozen=True)
 class BodyFields:
     """What `SolutionData` evaluates of a body after an increment.
