@@ -39,7 +39,9 @@ class _SolvedCompliance(ContactCompliance):
 
     def apply(self, sigma: Array) -> Array:
         """S σ: one solve."""
-        return self._joint.under(sigma).v + self.soft * sigma
+        state, equations = self._joint.under(sigma), self._joint.equations
+        self.ksp_iterations, self.ksp_reason = equations.iterations, equations.reason
+        return state.v + self.soft * sigma
 
     def matrix(self) -> Array:
         """S, a solve a column: for tests."""
