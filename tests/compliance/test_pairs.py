@@ -137,6 +137,12 @@ def test_a_part_that_is_a_secondary_twice_is_refused():
     assert "\n" not in str(caught.value)
 
 
+def test_bodies_that_do_not_fit_the_machine_together_are_refused(monkeypatch):
+    monkeypatch.setattr(choice, "physical_memory", lambda: 1e6)
+    with pytest.raises(InputError, match=r"^mesh: the compressed operators of all bodies take about .* GB, this machine has"):
+        solved(blocks(), bem__mat_type="hmatrix")
+
+
 def test_loads_that_nothing_holds_are_named():
     data = on_ground()
     data["body"][0]["boundary"][1]["value"] = [0.008, 0.0, -0.01]
