@@ -10,6 +10,7 @@ from .model.bodies import Contact as Contact
 from .model.bodies import Displacement as Displacement
 from .model.bodies import Material as Material
 from .model.bodies import Pair as Pair
+from .model.bodies import Periodic as Periodic
 from .model.bodies import Symmetry as Symmetry
 from .model.bodies import Traction as Traction
 from .model.bodies import Units as Units
@@ -31,10 +32,13 @@ from .model.shapes import OutlineSide as OutlineSide
 from .model.shapes import Polygon as Polygon
 from .model.shapes import Rectangle as Rectangle
 from .model.shapes import SideBySide as SideBySide
+from .model.shapes import Superelement as Superelement
 from .model.solver_options import Bem as Bem
 from .model.solver_options import MeshOptions as MeshOptions
 from .model.solver_options import Method as Method
 from .pipeline.adaptive.climb import adapt as adapt
+from .pipeline.operators import Operators as Operators
+from .pipeline.operators import operators as operators
 from .pipeline.solve import solve as solve
 from .results.figures.plots import plot_all as plot_all
 from .results.figures.stress import deformed_figure as deformed_figure

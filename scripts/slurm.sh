@@ -25,7 +25,7 @@ which may have many tasks; the last command collects what they found (or `petcon
 
 One big job is the better choice where the cluster starts it soon: its ranks share the work as it goes, the jobs of an array
 by number. With --pypi everything but OpenBLAS lies in the project's folder, which suits
-nodes without Debian's PETSc and MPI. Two minutes before its time is over the job is told to stop and to save what it
+nodes without Debian's PETSc and MPI. Two minutes before its time is over the job is asked to stop and to save what it
 has; submitted again with the same arguments it goes on from there.
 END
 }

@@ -113,7 +113,7 @@ def solved(
 
 
 def announcer(status: Any) -> Callable[[int, int, float, float], Callable[[float], None]]:
-    """Tells the size of what will take a while, and on the status line how far it is."""
+    """Announces what will take a while, and shows on the status line how far it is."""
     began = time.perf_counter()
 
     def progress(share: float) -> None:

@@ -98,7 +98,7 @@ class Panels:
 
     @property
     def n_nodes(self) -> int:
-        """Nodes a panel."""
+        """Number of nodes of a panel."""
         return int(self.coefficients.shape[1])
 
     @property
@@ -112,7 +112,7 @@ class Panels:
         return _mapped(self.polygon, reference_nodes(self.corners.shape[1], self.order)[0])
 
     def take(self, chosen: Index | slice) -> Panels:
-        """Some of the panels."""
+        """The panels with these numbers."""
         return Panels(
             self.corners[chosen], self.order, self.index[chosen], self.centre[chosen], self.frame[chosen],
             self.size[chosen], self.polygon[chosen], self.coefficients[chosen],

@@ -1,4 +1,4 @@
-"""Base of all input models: validated once, frozen, and every mistake told in one line."""
+"""Base of all input models: validated once, frozen, and every mistake reported in one line."""
 
 from __future__ import annotations
 

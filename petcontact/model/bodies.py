@@ -8,7 +8,7 @@ import pydantic
 
 from .base import Expression, Finite, Model, Name, NotNegative, Positive, Share, Vector, something
 from .loads import PointForce, VolumeLoads
-from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide
+from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide, Superelement
 from .solver_options import MeshOptions
 
 UnitName = Annotated[str, pydantic.Field(min_length=1, max_length=20)]
@@ -30,7 +30,7 @@ class Units(Model):
 
     @property
     def stiffness(self) -> str | None:
-        """Stress over length."""
+        """Name of the unit of ρ, stress over length; None without names."""
         return f"{self.stress}/{self.length}" if self.stress and self.length else None
 
     @property
@@ -88,10 +88,6 @@ class Material(Model):
         return self.poisson_ratio / (1.0 + self.poisson_ratio) if self.plane == "stress" else self.poisson_ratio
 
 
-Component = Expression
-"""Or "free"."""
-
-
 class Displacement(Model):
     """u = value on the part; a component that is "free" carries no traction (a roller).
 
@@ -107,7 +103,7 @@ class Displacement(Model):
 
     part: str
     condition: Literal["displacement"] = pydantic.Field(default="displacement", kw_only=True)
-    value: Annotated[tuple[Component, ...], Vector]
+    value: Annotated[tuple[Expression, ...], Vector]
 
 
 class Traction(Model):
@@ -150,6 +146,27 @@ class Symmetry(Model):
 
     part: str
     condition: Literal["symmetry"] = pydantic.Field(default="symmetry", kw_only=True)
+
+
+class Periodic(Model):
+    """Two sides of a plane body of which one is the other moved along: u(partner) = u(part) + jump, with opposite tractions.
+
+    Attributes
+    ----------
+    part : str
+        Name of the part.
+    condition : "periodic"
+        What is known on the part.
+    partner : str
+        Name of the other part, which has no condition of its own.
+    jump : vector
+        What u grows by from the part to its partner; 0 by default [length].
+    """
+
+    part: str
+    condition: Literal["periodic"] = pydantic.Field(default="periodic", kw_only=True)
+    partner: str
+    jump: tuple[Finite, Finite] = (0.0, 0.0)
 
 
 Normal = Literal["bilateral", "unilateral", "bonded"]
@@ -212,8 +229,8 @@ class Contact(Model):
         return self.normal == "bilateral" and self.gap == 0.0 and self.friction_coefficient is None
 
 
-Condition = Annotated[Displacement | Traction | Symmetry | Contact, pydantic.Field(discriminator="condition")]
-Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh, pydantic.Field(discriminator="shape")]
+Condition = Annotated[Displacement | Traction | Symmetry | Periodic | Contact, pydantic.Field(discriminator="condition")]
+Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh | Superelement, pydantic.Field(discriminator="shape")]
 
 
 class Body(Model):

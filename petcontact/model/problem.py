@@ -18,6 +18,7 @@ from .bodies import (
     Material,
     Normal,
     Pair,
+    Periodic,
     Symmetry,
     Traction,
     Units,
@@ -202,7 +203,7 @@ class Problem(Setting):
             raise ValueError(f"{key}: {what}, got {text!r}{hint}")
         return bodies.index(name), part
 
-    def conditions(self, number: int) -> list[dict[str, Displacement | Traction | Symmetry]]:
+    def conditions(self, number: int) -> list[dict[str, Displacement | Traction | Symmetry | Periodic]]:
         """Conditions of a body by part at the end of each step (of one, where there are none); what a step leaves alone
         stays the same object."""
         body, names = self.body[number], [body.name for body in self.body]
@@ -218,32 +219,32 @@ class Problem(Setting):
 
     @property
     def material(self) -> Material:
-        """Of the one body; this and the next raise AttributeError where there are several."""
+        """Material of the only body; AttributeError where there are several."""
         return self._one("material").material
 
     @property
     def geometry(self) -> Geometry:
-        """Of the one body."""
+        """Geometry of the only body; AttributeError where there are several."""
         return self._one("geometry").geometry
 
     @property
     def mesh(self) -> MeshOptions:
-        """Of the one body."""
+        """Mesh options of the only body; AttributeError where there are several."""
         return self._one("mesh").mesh
 
     @property
     def boundary(self) -> tuple[Condition, ...]:
-        """Of the one body."""
+        """Conditions of the only body; AttributeError where there are several."""
         return self._one("boundary").boundary
 
     @property
     def point_force(self) -> tuple[PointForce, ...]:
-        """Of the one body."""
+        """Point forces of the only body; AttributeError where there are several."""
         return self._one("point_force").point_force
 
     @property
     def loads(self) -> VolumeLoads | None:
-        """Of the one body."""
+        """Loads of the volume of the only body; AttributeError where there are several."""
         return self._one("loads").loads
 
     def _one(self, key: str) -> Body:
@@ -301,5 +302,5 @@ def _distinct(key: str, names: list[str]) -> None:
 
 __all__ = [
     "ONE_BODY", "OWN", "Body", "Condition", "Contact", "Cycle", "Displacement", "Geometry", "Material", "Normal", "Obstacle",
-    "OneBody", "Pair", "PointForce", "Problem", "Symmetry", "Traction", "VolumeLoads", "changed_condition",
+    "OneBody", "Pair", "Periodic", "PointForce", "Problem", "Symmetry", "Traction", "VolumeLoads", "changed_condition",
 ]  # fmt: skip

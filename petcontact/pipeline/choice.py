@@ -55,7 +55,7 @@ def compressed_seconds(mesh: BoundaryMesh) -> float:
 
 
 def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
-    """Processor time of assembly and factorisation, to tell before it is spent."""
+    """Processor time of assembly and factorisation, announced before it is spent."""
     if not is_compressed(bem, mesh):
         return dense_seconds(mesh.n_nodes, mesh.dim)
     return compressed_seconds(mesh) if isinstance(mesh, CurveMesh) else SURFACE * mesh.n_nodes

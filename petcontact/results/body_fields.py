@@ -18,6 +18,7 @@ from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, po
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
+from ..model.shapes import Superelement
 from .records import BodyResult
 
 
@@ -56,7 +57,7 @@ class StressState:
 
     @property
     def von_mises(self) -> Array:
-        """(n,) [stress]."""
+        """Von Mises stress at the points, (n,) [stress]."""
         return von_mises(self.stress, self.sigma_zz if self.stress.shape[1] == 3 else None)
 
     @property
@@ -70,6 +71,36 @@ class StressState:
     def principal(self) -> Array:
         """All three principal stresses, the largest first, (n, 3) [stress]."""
         return np.linalg.eigvalsh(self.tensor)[:, ::-1]
+
+
+PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
+"""xx, yy, zz, xy, xz, yz."""
+
+
+def quantities(dim: int) -> list[str]:
+    """What `quantity` knows of a body in so many dimensions."""
+    stresses = [f"sigma_{'xyz'[i]}{'xyz'[j]}" for i, j in PAIRS if dim == 3 or i == j or (i, j) == (0, 1)]
+    return ["von_mises", "principal_1", "principal_2", "principal_3", *stresses, "u", *(f"u{axis}" for axis in "xyz"[:dim])]
+
+
+def quantity(state: StressState, name: str) -> Array:
+    """A stress, principal stress or displacement (n,) by its name.
+
+    Raises
+    ------
+    InputError
+        If there is none of that name.
+    """
+    known = quantities(state.x.shape[1])
+    if name not in known:
+        raise InputError(f"no quantity {name!r}{nearest(name, known) or '; there are ' + ', '.join(known)}")
+    if name == "von_mises":
+        return state.von_mises
+    if name.startswith("principal"):
+        return np.asarray(state.principal[:, int(name[-1]) - 1])
+    if name.startswith("sigma"):
+        return np.asarray(state.tensor[:, "xyz".index(name[-2]), "xyz".index(name[-1])])
+    return np.asarray(np.linalg.norm(state.u, axis=1) if name == "u" else state.u[:, "xyz".index(name[-1])])
 
 
 @dataclass(frozen=True)
@@ -111,28 +142,42 @@ class BodyFields:
     def _boundary(self) -> BoundaryField:
         return BoundaryField(self.mesh, *self._data, self.problem.body[self.number].material, self.state)
 
+    @property
+    def known(self) -> bool:
+        """Whether it is a body of one isotropic material, and no superelement, whose stress is not known."""
+        return not isinstance(self.problem.body[self.number].geometry, Superelement)
+
     def on_boundary(self, element: Index, place: Array) -> StressState:
-        """At places of elements, as `Hits` has them."""
+        """At places of elements, as `Hits` has them; the stress of a superelement is NaN."""
         at = self.mesh.variables_at(element, place)
         x = np.column_stack([at[axis] for axis in "xyz"[: self.mesh.dim]])
         u, stress = self._boundary.displacement(element, place), self._boundary.stress(element, place)
+        if not self.known:
+            stress = np.full_like(stress, np.nan)
         return self._whole(x, u, stress, self._loads.volume_at(x))
 
-    def at(self, points: Any, part: str | None = None, progress: Progress | None = None) -> StressState:
+    def at(
+        self, points: Any, part: str | None = None, progress: Progress | None = None, outside: float | None = None
+    ) -> StressState:
         """At points (m, d) inside the body and on its boundary, of which `part` says the side of a corner.
+
+        Points outside get a given value, or are refused.
 
         Raises
         ------
         InputError
-            If a point lies outside, or there is no such part.
+            If a point lies outside, there is no such part, or the body is a superelement.
         """
+        if not self.known:
+            name = self.problem.body[self.number].name
+            raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
         points = points_in(points, self.mesh.dim)
         if part is not None and part not in self.mesh.part_names:
             raise InputError(f"no part {part!r}{nearest(part, list(self.mesh.part_names))}")
         element, place = located(self.mesh, points, part)
         on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
         material = self.problem.body[self.number].material
-        u, stress = field_at(self.mesh, *self._data, material, points[inside], progress)
+        u, stress = field_at(self.mesh, *self._data, material, points[inside], progress, outside=outside)
         within = self._whole(points[inside], u, stress, self._loads.at(points[inside]))
         if not len(on):
             return within

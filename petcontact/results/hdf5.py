@@ -143,7 +143,8 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
         for key in ("x", "normal", "weight", "part"):
             here[key] = group[f"bodies/{name}/{key}"]
         here["u"], here["traction"] = body.u, body.traction
-        here["stress"] = solution.stress_on_boundary(name, step)
+        if solution.body_fields(name, step).known:
+            here["stress"] = solution.stress_on_boundary(name, step)
     for name, obstacle in step.obstacles.items():
         _ordered(place, f"obstacle/{name}").attrs.update({key: getattr(obstacle, key) for key in PLACES})
 

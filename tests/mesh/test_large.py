@@ -1,4 +1,4 @@
-"""Small files that ask for much: meshing grows with the sides, limits are told before the work."""
+"""Small files that ask for much: meshing grows with the sides, limits are reported before the work."""
 
 from __future__ import annotations
 

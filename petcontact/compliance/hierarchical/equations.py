@@ -284,7 +284,7 @@ class MixedEquations:
         return result
 
     def sum(self, values: Array) -> Array:
-        """Over the ranks."""
+        """The sum over the ranks."""
         return values if self._mpi is None else np.asarray(self._mpi.allreduce(values))
 
     def _sizes(self, x: Array) -> Array:
@@ -304,7 +304,7 @@ class MixedEquations:
         viewer.printfASCII(f"    {self.coupling.size} unknowns of {len(self.rows)} bodies, {self.memory() / 1e6:.0f} MB\n")
 
     def memory(self) -> int:
-        """Bytes on all ranks."""
+        """Memory on all ranks [bytes]."""
         own = sum(body.nbytes for body in self.rows) + self._open.nbytes + self._laws.nbytes
         return int(self.sum(np.array([own], dtype=np.float64))[0])
 

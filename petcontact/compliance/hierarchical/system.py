@@ -38,7 +38,7 @@ class _SolvedCompliance(ContactCompliance):
         return _SolvedCompliance(self._joint, self.surrogate, soft)
 
     def apply(self, sigma: Array) -> Array:
-        """S σ: one solve."""
+        """The product S σ, by one solve."""
         state, equations = self._joint.under(sigma), self._joint.equations
         self.ksp_iterations, self.ksp_reason = equations.iterations, equations.reason
         return state.v + self.soft * sigma
@@ -64,7 +64,7 @@ class MonolithicBodies(JointBodies):
     """All bodies, and the contact systems that they make."""
 
     def compliance(self, surrogate: MakeSurrogate) -> ContactCompliance:
-        """S by solves."""
+        """The compliance S as a matrix, a solve for each column."""
         return _SolvedCompliance(self, surrogate)
 
     def system(
@@ -104,7 +104,7 @@ class MonolithicSystem(ComposedSystem):
 
     @property
     def ksp_reason(self) -> int:
-        """Its outcome, PETSc's number."""
+        """Why the last KSP stopped, as PETSc's number."""
         return self._joint.equations.reason
 
     def apply(self, sigma: Array) -> Array:

@@ -57,7 +57,7 @@ class _Counted:
             self.matrix = system.compliance()
 
     def apply(self, x: Array) -> Array:
-        """S x."""
+        """The product S x."""
         if self.matrix is None:
             return self.system.apply(x)
         self.system.applications += 1
@@ -208,7 +208,7 @@ class SurrogateActiveSetSolver:
         self._surrogate = surrogate
 
     def apply(self, x: Array) -> Array:
-        """T x."""
+        """The product T x."""
         return self._surrogate.apply(x)
 
     def solve(

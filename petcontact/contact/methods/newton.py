@@ -128,7 +128,7 @@ class _Foresight:
         last = box_problem(SurrogateActiveSetSolver(surrogate), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
         if last.wrong == 0 and not last.push.any():
             return last.linearised.tau, last.sigma
-        # bodies that T's problem lets go of tell nothing
+        # bodies that lose contact in T's problem give no prediction
         return (last.tau, last.sigma) if modes is None else (tau, sigma)
 
 
@@ -275,6 +275,6 @@ class _Run:
             reason += f", equilibrium {equilibrium_defect(system, sigma):.1e}"
         if defect > tolerance:
             reason += f", elastic residual {defect:.1e}"
-        state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=within is not None)
+        state = recorder.report(v, sigma, recorder.balanced(v, sigma), reason, converged=within is not None)
         state.alpha = step.alpha
         return state

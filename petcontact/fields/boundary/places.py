@@ -139,6 +139,22 @@ def best_on_panel(corners: int, order: int) -> Array:
     return np.asarray(np.stack(np.meshgrid(xi, xi, indexing="ij"), axis=-1).reshape(-1, 2))
 
 
+@functools.singledispatch
+def middles(mesh: Any) -> tuple[Index, Array]:
+    """Every element, and its middle."""
+    numbers: Index = np.arange(mesh.n_elements)
+    return numbers, np.full(len(numbers), 0.5)
+
+
+@middles.register
+def _(mesh: SurfaceMesh) -> tuple[Index, Array]:
+    numbers, place = np.arange(mesh.n_elements), np.empty((mesh.n_elements, 2))
+    for batch in mesh.batches():
+        reference = np.full((1, 2), 1.0 / 3.0 if batch.elements.corners.shape[1] == 3 else 0.0)
+        place[batch.elements.index] = batch.elements.mapped(reference)[:, 0]
+    return numbers, place
+
+
 def nodal_places(mesh: BoundaryMesh) -> tuple[Index, Array]:
     """Elements (n,) and places of the nodes of a mesh."""
     return mesh.element, _nodal(mesh)

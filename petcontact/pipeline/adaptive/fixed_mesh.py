@@ -11,6 +11,7 @@ import numpy as np
 from ...errors import PetcontactError
 from ...geometry.outline import Outline
 from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
+from ...model.shapes import Superelement
 from ...refinement.contact_line import difference
 from ...refinement.marks import Body
 from ...results.solution import Solution
@@ -61,6 +62,8 @@ def _unknown(solution: Solution, comm: Any) -> str:
         return "nothing is in contact"
     if not all(isinstance(mesh, CurveMesh) for mesh in meshes):
         return "surfaces have no estimate; compare with a finer mesh"
+    if any(isinstance(body.geometry, Superelement) for body in solution.problem.body):
+        return "a superelement has one mesh"
     if comm.getSize() > 1:
         return "it is estimated on one rank only"
     if any(mesh.n_nodes > CHEAP for mesh in meshes):

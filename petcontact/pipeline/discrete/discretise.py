@@ -8,9 +8,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import scipy
 
 from ...arrays import Array, Mask
-from ...bem.boundary_data import BoundaryData, free_motions
+from ...bem.boundary_data import BoundaryData
 from ...bem.particular.volume import volume_solution
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import ContactLaw
@@ -21,12 +22,13 @@ from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import face
 from ...mesh.pairs.matching import PairParts, matched
+from ...mesh.pairs.periodic import partner_nodes
 from ...mesh.pairs.ray_casting import along
 from ...model.expressions import evaluate
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
 from .interfaces import InterfaceSpec, as_problem, check_parts, interfaces_of
-from .load_states import boundary_data, check_held
+from .load_states import body_motions, boundary_data, check_held
 
 OUTWARD = 1e-9
 """Cosine between a direction and some outward normal from which on it points outward."""
@@ -82,16 +84,14 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
     sides = interfaces_of(problem)
     if not sides:
         raise InputError('contact: no part is in contact; [[contact]] or condition = "contact" on a part says which')
-    boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
-    check_parts(problem, boundaries, sides)
-    problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
-    own = [mesh_of(problem, boundaries[b]) if make_mesh is None else make_mesh(b, problem, boundaries[b])
-           for b, problem in enumerate(problems)]  # fmt: skip
-    pairs = [PairParts((s.body, s.part), s.primary, s.direction) for s in sides if s.primary is not None]
-    meshes = matched(boundaries, own, pairs) if pairs else own
+    boundaries, meshes = meshed(problem, sides, make_mesh)
     notes: list[str] = []
     interfaces, distance = [], []
     for side in sides:
+        if side.periodic:
+            interfaces.append(_periodic(problem, side, meshes[side.body]))
+            distance.append(0.0)
+            continue
         interface, smallest, mismatch = _interface(side, meshes, all(side.holds_normal for side in sides))
         interfaces.append(interface)
         distance.append(smallest)
@@ -103,12 +103,50 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
         interfaces = [replace(face, held=False) for face in interfaces]
         law = _law(sides, interfaces, meshes)
         data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
+    notes += add_volume_loads(problem, meshes, data)
+    return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance,
+                    _wear(sides, interfaces, meshes), notes)  # fmt: skip
+
+
+def without_contact(problem: Problem) -> Discrete:
+    """The bodies of a problem, of which no part is in contact, on meshes; there is no law.
+
+    Raises
+    ------
+    InputError
+        As `discretise`; or if a body can move freely.
+    """
+    boundaries, meshes = meshed(problem, [], None)
+    data = [boundary_data(problem, b, mesh, []) for b, mesh in enumerate(meshes)]
+    for boundary, mesh, known in zip(boundaries, meshes, data, strict=True):
+        if body_motions(boundary, known, mesh).shape[2]:
+            check_held(known, mesh, np.zeros(0))
+    notes = add_volume_loads(problem, meshes, data)
+    return Discrete(problem, boundaries, meshes, [], [], Tresca(np.zeros(0), meshes[0].dim - 1), data, [],
+                    np.zeros(0), notes)  # fmt: skip
+
+
+def meshed(
+    problem: Problem, sides: list[InterfaceSpec], make_mesh: MeshMaker | None
+) -> tuple[list[Boundary], list[BoundaryMesh]]:
+    """Boundaries and meshes of the bodies, which match where parts face one another."""
+    boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
+    check_parts(problem, boundaries, sides)
+    problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
+    own = [mesh_of(problem, boundaries[b]) if make_mesh is None else make_mesh(b, problem, boundaries[b])
+           for b, problem in enumerate(problems)]  # fmt: skip
+    pairs = [PairParts((s.body, s.part), s.primary, s.direction, s.periodic) for s in sides if s.primary is not None]
+    return boundaries, matched(boundaries, own, pairs) if pairs else own
+
+
+def add_volume_loads(problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData]) -> list[str]:
+    """Put particular solutions for volume loads into the data; what is to be reported of them."""
+    notes: list[str] = []
     for b, mesh in enumerate(meshes):
         if (solution := volume_solution(problem, b, mesh)) is not None:
             data[b] = replace(data[b], volume=solution.on(mesh))
             notes += solution.notes
-    return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance,
-                    _wear(sides, interfaces, meshes), notes)  # fmt: skip
+    return notes
 
 
 def _held_by_friction(
@@ -125,7 +163,7 @@ def _held_by_friction(
     ends, found = np.cumsum([0, *(len(face.nodes) for face in interfaces)]), False
     for b, (mesh, boundary) in enumerate(zip(meshes, boundaries, strict=True)):
         mine = [bound[i:j] for face, i, j in zip(interfaces, ends[:-1], ends[1:], strict=True) if face.body == b]
-        if not boundary.exterior and free_motions(data[b], mesh).shape[2]:
+        if body_motions(boundary, data[b], mesh).shape[2]:
             check_held(data[b], mesh, np.concatenate([*mine, np.zeros(0)]))
             found = True
     return found
@@ -174,6 +212,16 @@ def _interface(side: InterfaceSpec, meshes: list[BoundaryMesh], held: bool) -> t
     sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else 0.0
     return Interface(side.name, side.body, nodes, normal, tangent, gap, side.primary[0], facing.primary, facing.values,
                      facing.loads, None, facing.distance, sag), smallest, notes  # fmt: skip
+
+
+def _periodic(problem: Problem, side: InterfaceSpec, mesh: BoundaryMesh) -> Interface:
+    """Its sides stay together but for the jump, and carry opposite tractions: node by node, whatever lies between."""
+    assert side.primary is not None
+    nodes, partner = mesh.nodes_of(side.part), partner_nodes(mesh, side.part, side.primary[1])
+    normal, gap, same = mesh.normal[nodes], np.zeros(len(nodes)), scipy.sparse.csr_array(scipy.sparse.identity(len(nodes)))
+    jump = np.array([(0.0, 0.0), *(getattr(state[side.part], "jump", ()) for state in problem.conditions(side.body))])
+    return Interface(side.name, side.body, nodes, normal, mesh.tangents_to(normal), gap, side.body, partner, same, same,
+                     jump=jump)  # fmt: skip
 
 
 def _with_law(

@@ -11,11 +11,14 @@ import numpy as np
 from ...arrays import Array, Index
 from ...bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
 from ...compliance.bodies import Interface
+from ...compliance.body.superelement import free_modes
 from ...errors import InputError
+from ...geometry.superelement import CondensedSurface
+from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
 from ...model.loads import forces_by_step
-from ...model.problem import Displacement, Problem, Symmetry, Traction
+from ...model.problem import Displacement, Periodic, Problem, Symmetry, Traction
 
 FLAT = 1e-9
 """Difference of the normals of a plane face."""
@@ -94,6 +97,15 @@ def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
     return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
 
 
+def body_motions(boundary: Boundary, data: BoundaryData, mesh: BoundaryMesh) -> Array:
+    """Rigid motions (n, d, r) that neither conditions nor, of a superelement, what it stands on hold: none of an infinite
+    plate."""
+    if isinstance(boundary, CondensedSurface):
+        modes = free_modes(boundary, mesh)
+        return modes if data.traction_known.all() else modes[..., :0]
+    return np.zeros((*mesh.x.shape, 0)) if boundary.exterior else free_motions(data, mesh)
+
+
 def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:
     """Refuse a body whose contact cannot hold what its conditions leave free: known normals, and no friction; and one that
     is free since its mesh is too coarse.
@@ -121,8 +133,10 @@ def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> N
         raise InputError(f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components")
 
 
-def _given(condition: Displacement | Traction | Symmetry, mesh: BoundaryMesh, nodes: Index, key: str) -> Array:
-    if isinstance(condition, Symmetry):
+def _given(
+    condition: Displacement | Traction | Symmetry | Periodic, mesh: BoundaryMesh, nodes: Index, key: str
+) -> Array:
+    if isinstance(condition, Symmetry | Periodic):
         return np.zeros((len(nodes), mesh.dim))
     names, count = mesh.variables(nodes), len(nodes)
     if isinstance(condition, Traction) and condition.pressure is not None:

@@ -14,7 +14,6 @@ from ...runtime.figure_style import (
     COLOURS,
     SHADES,
     STATES,
-    closed,
     draw_states,
     label,
     legend_below,
@@ -89,7 +88,7 @@ def place(axes: Any, solution: SolutionData) -> None:
 
 
 def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Array]]:
-    """Closed curves (k, 2), initial and deformed, one pair a loop; arcs are round."""
+    """Curves (k, 2), initial and deformed, one pair a loop; arcs are round."""
     everywhere = np.linspace(-1.0, 1.0, 7)
     number, initial, moved, deformed = [], [], [], []
     curved = mesh.curvature != 0.0
@@ -103,16 +102,22 @@ def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Arra
         initial.append(mesh.on_elements(chosen, at)[0].reshape(-1, 2))
         moved.append(np.repeat(chosen, len(xi)))
         deformed.append((mesh.on_elements(chosen, xi)[0] + factor * values).reshape(-1, 2))
-    starts = [int(loop[0]) for loop in mesh.loops()]
-    return list(zip(_curves(number, initial, starts), _curves(moved, deformed, starts), strict=True))
+    loops, ends = mesh.loops(), [mesh.end[loop[-1]][None] for loop in mesh.loops()]
+    still, moving = _curves(loops, number, initial), _curves(loops, moved, deformed)
+    return [(np.vstack([a, a[:1] if closed else end]), np.vstack([b, b[:1]]) if closed else b)
+            for a, b, end, closed in zip(still, moving, ends, _closed(mesh, loops), strict=True)]  # fmt: skip
 
 
-def _curves(numbers: list[Index], points: list[Array], starts: list[int]) -> list[Array]:
-    """Closed curves, one a loop, through points given by the number of their element."""
+def _curves(loops: list[Index], numbers: list[Index], points: list[Array]) -> list[Array]:
+    """Curves, one a loop, through points given by the number of their element."""
     number = np.concatenate(numbers)
     order = np.argsort(number, kind="stable")
-    pieces = np.split(np.concatenate(points)[order], np.searchsorted(number[order], starts[1:]))
-    return [closed([piece]) for piece in pieces]
+    return np.split(np.concatenate(points)[order], np.searchsorted(number[order], [int(loop[0]) for loop in loops[1:]]))
+
+
+def _closed(mesh: CurveMesh, loops: list[Index]) -> list[bool]:
+    """Whether each loop ends where it starts: superelements have a part of the boundary only."""
+    return [bool(np.array_equal(mesh.end[loop[-1]], mesh.start[loop[0]])) for loop in loops]
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
@@ -172,11 +177,10 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
 
 def draw_profiles(figure: Any, solution: SolutionData) -> None:
     """Pressure along each interface that wears after some of the cycles, and the worn depth of both sides, downwards."""
-    table = solution.wear
-    for axes, name, order in _panels(figure, solution):
-        s, units = solution.pairs[name].arc_length[order], solution.problem.units
-        if table is None or name not in table.depth:
-            continue
+    table, units = solution.wear, solution.problem.units
+    assert table is not None
+    for axes, name, order in _panels(figure, solution, list(table.depth)):
+        s = solution.pairs[name].arc_length[order]
         deep = axes.twinx()
         for number, k in enumerate(np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))):
             axes.plot(s, table.pressure[name][k][order], color=f"C{number}", label=f"cycle {table.cycle[k]}")
@@ -193,9 +197,9 @@ def _shown(solution: SolutionData) -> list[StepResult]:
     return ends if len(ends) <= CURVES else [*ends[: CURVES - 1], ends[-1]]
 
 
-def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, Index]]:
+def _panels(figure: Any, solution: SolutionData, names: list[str] | None = None) -> list[tuple[Any, str, Index]]:
     """One panel an interface, its states at the end behind it, its name, and its nodes in order along it."""
-    names = list(solution.pairs)
+    names = names or list(solution.pairs)
     if len(names) > 1:
         figure.set_figheight(1.2 + 2.6 * len(names))
     panels = []

@@ -18,6 +18,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.bodies import Units
+from ...model.shapes import Superelement
 from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh
@@ -63,20 +64,30 @@ RESOLUTION = {2: (100, 100), 3: (16, 16, 16)}
 """Grid cells along each axis where none are asked for, by the number of dimensions."""
 Grid = tuple[Array, Index]
 """Points (n, d) and the numbers of those of each cell."""
+Window = tuple[Array, Array]
+"""Lower and upper corner (d,) of a box [length]."""
 
 
-def grid_inside(mesh: BoundaryMesh, resolution: tuple[int, ...] | None) -> Grid:
-    """Points inside a body, and the cells between them.
+def grid_inside(mesh: BoundaryMesh, resolution: tuple[int, ...] | None, window: Window | None = None) -> Grid:
+    """Points inside a body, in a box where one is given, and the cells between them.
 
     Raises
     ------
     InputError
-        If the resolution has not as many numbers as the body has dimensions, or is too small.
+        If resolution or window have not as many numbers as the body has dimensions, or there is no cell.
     """
     resolution = resolution or RESOLUTION[mesh.dim]
     if len(resolution) != mesh.dim:
         raise InputError(f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions")
-    return _grid(mesh, resolution)
+    if window is not None and len(window[0]) != mesh.dim:
+        raise InputError(f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed")
+    return _grid(mesh, resolution, window)
+
+
+def filled_bodies(solution: SolutionData) -> list[str]:
+    """The bodies whose inside is finite and known: no infinite plates, no superelements."""
+    return [body.name for body in solution.problem.body
+            if not (getattr(body.geometry, "exterior", False) or isinstance(body.geometry, Superelement))]  # fmt: skip
 
 
 def field_inside(
@@ -88,7 +99,7 @@ def field_inside(
 
 
 @functools.singledispatch
-def _grid(mesh: Any, resolution: Any) -> Grid:
+def _grid(mesh: Any, resolution: Any, window: Any) -> Grid:
     raise TypeError(f"no grid in {type(mesh).__name__}")
 
 
@@ -96,10 +107,14 @@ _grid.register(CurveMesh, triangulate)
 
 
 @_grid.register
-def _(mesh: SurfaceMesh, resolution: tuple[int, ...]) -> Grid:
+def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> Grid:
     """Grid points (n, 3) inside the body and the hexahedra (k, 8) between them."""
     low, high = np.nanmin(mesh.corners, axis=(0, 1)), np.nanmax(mesh.corners, axis=(0, 1))
     inset = INSET * (high - low)
+    if window is not None:
+        low, high = np.maximum(low, window[0] - inset), np.minimum(high, window[1] + inset)
+        if np.any(high - low <= 2.0 * inset):
+            raise InputError("--window: nothing of the body lies in it")
     lines = [np.linspace(a, b, n + 1) for a, b, n in zip(low + inset, high - inset, resolution, strict=True)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
