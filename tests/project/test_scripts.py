@@ -139,6 +139,12 @@ def test_help_of_what_needs_more(script):
     assert "usage: " in measured(script, "--help")
 
 
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning_or_a_broken_link(tmp_path):
+    pytest.importorskip("mkdocs")
+    assert "0 links or pictures that lead nowhere" in measured("docs", f"-o {tmp_path / 'site'}")
+
+
 # --- scripts/setup
 
 

@@ -109,7 +109,7 @@ class CompressedRows:
     ) -> None:
         mesh, data = operators.mesh, operators.data
         assert isinstance(mesh, SurfaceMesh)
-        low, high = np.nanmin(mesh.corners, axis=1), np.nanmax(mesh.corners, axis=1)
+        low, high = mesh.boxes
         self.tree = tree = cluster(low, high, np.diff(mesh.first_node), LEAF)
         counts = np.diff(mesh.first_node)[tree.order]
         self.nodes = np.repeat(mesh.first_node[tree.order] - np.cumsum(counts) + counts, counts) + np.arange(mesh.n_nodes)

@@ -109,7 +109,7 @@ _grid.register(CurveMesh, triangulate)
 @_grid.register
 def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> Grid:
     """Grid points (n, 3) inside the body and the hexahedra (k, 8) between them."""
-    low, high = np.nanmin(mesh.corners, axis=(0, 1)), np.nanmax(mesh.corners, axis=(0, 1))
+    low, high = (end(values, axis=0) for end, values in zip((np.min, np.max), mesh.boxes, strict=True))
     inset = INSET * (high - low)
     if window is not None:
         low, high = np.maximum(low, window[0] - inset), np.minimum(high, window[1] + inset)
@@ -118,8 +118,7 @@ def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> 
     lines = [np.linspace(a, b, n + 1) for a, b, n in zip(low + inset, high - inset, resolution, strict=True)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
-    corners = np.where(np.isnan(mesh.corners), mesh.corners[:, 2:3], mesh.corners)
-    triangles = np.concatenate([corners[:, :3], corners[:, [0, 2, 3]]])
+    triangles = mesh.triangles()
     inside = np.array([winding(triangles - x) for x in flat]) > 0.5
     number = np.arange(len(flat)).reshape(grid.shape[:3])
     i, j, k = (slice(None, -1),) * 3
