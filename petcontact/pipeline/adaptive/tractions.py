@@ -55,7 +55,7 @@ class Tractions:
         self._names = {(side.body, side.part): side.name for side in interfaces_of(problem)}
 
     def check(self, problem: Problem, body: Body) -> None:
-        """Nothing."""
+        """Accept every body: contact needs no check of its corners."""
 
     def mesh(self, number: int, body: Body, level: Level) -> LevelMesh:
         """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
@@ -94,7 +94,7 @@ class Tractions:
         return believed(self.differences)
 
     def info(self) -> dict[str, Any]:
-        """Where the edges are."""
+        """Arc lengths of the edges of contact and stick, by pair."""
         return {"edges": {name: [edge.s for edge in items] for name, items in self._edges.items()}}
 
 
