@@ -101,6 +101,10 @@ class BoundaryMesh(Protocol):
         """Nodal values to values at places, as `Hits` has them, of elements (q,): a sparse array (q, n)."""
         ...
 
+    def lower_degree(self, kind: int) -> Array:
+        """A basis (k, r) of the polynomials of one degree less, at the k nodes of an element of a kind of order 1 or more."""
+        ...
+
     def batches(self) -> list[Batch]:
         """All elements, grouped by kind."""
         ...

@@ -12,7 +12,7 @@ from ..arrays import Array, Index
 from .basis import COINCIDE
 from .boundary_mesh import Batch, Collocated
 from .pairs.flat_panels import FlatPanels
-from .panels import Panels, make_panels
+from .panels import Panels, make_panels, monomials, reference_nodes
 
 
 @dataclass(frozen=True)
@@ -98,6 +98,12 @@ class SurfaceMesh(Collocated):
         panels = FlatPanels.of(list(self._groups.values()), element)
         x, normal = panels.at(np.arange(len(element)), place)
         return {**dict(zip("xyz", x.T, strict=True)), **dict(zip(("nx", "ny", "nz"), normal.T, strict=True))}
+
+    @staticmethod
+    def lower_degree(kind: int) -> Array:
+        """See `BoundaryMesh.lower_degree`."""
+        corners, order = (3 if kind >= 4 else 4), kind % 4
+        return monomials(reference_nodes(corners, order)[0], reference_nodes(corners, order - 1)[1])
 
     def batches(self) -> list[Batch]:
         """All panels, grouped by shape and order."""

@@ -34,6 +34,8 @@ MEASURES = ("equilibrium", "elimination", "overlap")
 STILL = ("x", "normal", "tangent", "weight", "arc_length")
 """Of an interface what no increment changes: stored once, by several names."""
 MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "state")
+ERRORS = ("pressure_error", "sigma_t_error")
+"""Estimates, which files of earlier versions lack."""
 RESULTANTS = ("force", "moment", "dissipated", "dissipated_error", "force_primary", "moment_primary")
 PLACES = ("displacement", "rotation", "force", "moment")
 ONE_BODY = ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state",
@@ -131,6 +133,9 @@ def _write_step(group: Any, place: Any, step: StepResult) -> None:
             here[key] = group[f"pairs/{name}/{key}"]
         for key in MOVING:
             here[key] = getattr(pair, key)
+        for key in ERRORS:
+            if (values := getattr(pair, key)) is not None:
+                here[key] = values
         known = {key: getattr(pair, key) for key in (*RESULTANTS, "area", "imbalance")}
         here.attrs.update({key: value for key, value in known.items() if value is not None})
     for name, body in step.bodies.items():
@@ -263,7 +268,7 @@ def _read_history(rows: dict[str, Any], increment: int) -> History:
 def _read_step(place: Any, history: History) -> StepResult:
     facts = place.attrs
     pairs = {
-        name: PairResult(**{key: here[key][()] for key in (*STILL, *MOVING)},
+        name: PairResult(**{key: here[key][()] for key in (*STILL, *MOVING, *(key for key in ERRORS if key in here))},
                          **{key: here.attrs[key] for key in RESULTANTS if key in here.attrs})
         for name, here in place.get("contact", {}).items()
     }  # fmt: skip

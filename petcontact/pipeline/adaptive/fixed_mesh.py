@@ -16,6 +16,7 @@ from ...refinement.marks import Body
 from ...results.solution import Solution
 from ..discrete.discretise import discretise
 from ..run import prepare, run
+from .tails import tail_error
 from .slip import contact_lines, displacement_scale
 from .tractions import relative_difference
 
@@ -43,6 +44,9 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if "estimated_error" in solution.info or not solution.converged:
         return solution
     reason = _unknown(solution, comm)
+    if not reason and not all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values()):
+        error, of_forces = tail_error(solution)
+        return replace(solution, info={**solution.info, "estimated_error": error, "resultant_error": of_forces})
     if not reason:
         try:
             coarse = _coarser(solution, comm, law)
@@ -60,7 +64,7 @@ def _unknown(solution: Solution, comm: Any) -> str:
     if not solution.bilateral and not any(pair.pressure.any() for step in solution.steps for pair in step.pairs.values()):
         return "nothing is in contact"
     if not all(isinstance(mesh, CurveMesh) for mesh in meshes):
-        return "surfaces have no estimate; compare with a finer mesh"
+        return ""
     if comm.getSize() > 1:
         return "it is estimated on one rank only"
     if any(mesh.n_nodes > CHEAP for mesh in meshes):
