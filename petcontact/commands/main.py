@@ -12,8 +12,8 @@ from collections.abc import Sequence
 from typing import Any, NoReturn
 
 from .. import __version__
+from ..runtime.failures import guarded
 from ..runtime.threads import cap_blas_threads
-from .failures import guarded
 
 COMMANDS = {
     "init": "write a commented starter config",
@@ -22,6 +22,7 @@ COMMANDS = {
     "report": "tables of a sweep as Markdown, CSV or one HTML page, beside the published ones",
     "compare": "methods and rules side by side: tables and figures over a list of rho_0 and h",
     "plot": "draw the figures of a result file",
+    "export": "tables of a result as CSV, or all of its increments as one .vtkhdf file for ParaView",
     "field": "displacement and stress inside the body: .vtu for ParaView, and a figure",
     "schema": "JSON Schema of config files, for editors",
     "help": "chapters of the manual",

@@ -1,10 +1,11 @@
-"""Draw the figures of a result file: outline, displacement and traction on the contact parts, history."""
+"""Draw the figures of a result file: outline, displacement and traction on the contact parts, history; or an animation."""
 
 from __future__ import annotations
 
 import argparse
 from pathlib import Path
 
+from ..errors import InputError
 from ..runtime.figure_style import FORMATS
 
 
@@ -13,6 +14,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("result", metavar="RESULT.h5", nargs="+", help="result files, or the folder of a sweep")
     parser.add_argument("-o", "--figures", metavar="DIR", help="folder of the figures (default: the result's)")
     parser.add_argument("--format", choices=FORMATS, action="append", help="png (default), pdf or svg; may be repeated")
+    parser.add_argument("--animate", metavar="FILE.gif",
+                        help="draw the deformed bodies through all increments instead (.gif, .mp4)")  # fmt: skip
     parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
 
 
@@ -21,9 +24,27 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..results.figures.plots import plot_all
     from ..sweep.store.case_table import read_case
 
+    if arguments.animate:
+        _check_animation(arguments)
     for name in arguments.result:
         solution = read_case(name, arguments.case)
+        if arguments.animate:
+            from ..results.figures.animation import animate
+
+            print(animate(solution, arguments.animate))
+            continue
         stem = Path(name).stem if arguments.case == "/" else arguments.case
         for path in plot_all(solution, arguments.figures or Path(name).parent, stem, arguments.format or FORMATS[:1]):
             print(path)
     return 0
+
+
+def _check_animation(arguments: argparse.Namespace) -> None:
+    """Refuse a file that could not be written, and several results, before any is read."""
+    from ..results.figures.animation import animation_format
+    from ..runtime.atomic_write import check_target
+
+    animation_format(arguments.animate)
+    check_target(Path(arguments.animate), replace=True, inputs=arguments.result)
+    if len(arguments.result) > 1:
+        raise InputError(f"--animate {arguments.animate}: draws one result, {len(arguments.result)} are given")

@@ -81,7 +81,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             for path in plot_all(solution, folder, output.stem):
                 say(f"  figure: {path}")
     if first:
-        report_ignored(case, adaptive)
+        report_ignored(case, "accuracy" in solution.info)
     report_unused(first)
     if number:
         what = "the last iterate" if solution.status == "failed" else "the solution"

@@ -87,15 +87,21 @@ def relative_residual(
     """
     rho = balanced(law, system, v, sigma, fallback)
     residual, weight = law_residual(law, v, sigma, rho), system.weight
-    return over_traction(residual, rho * v, contact_norm(sigma, weight), weight, scale)
+    return over_traction(residual, rho * _digits(system, v), contact_norm(sigma, weight), weight, scale)
 
 
 def over_traction(residual: Array, scaled_v: Array, traction: float, weight: Array, scale: float = 0.0) -> float:
-    """‖R_ρ‖/‖σ‖; where σ = 0 the law holds, 0, or not, 1, but for round-off of ρv: a gap is no measure of a light touch."""
+    """‖R_ρ‖/‖σ‖; where σ = 0 the law holds, 0, or not, 1, but for round-off of ρ times
+    what v is the sum of: a gap is no measure of a light touch."""
     left, size = contact_norm(residual, weight), max(traction, scale)
     if size > 0.0:
         return left / size
     return float(left > ROUND_OFF * contact_norm(scaled_v, weight))
+
+
+def _digits(system: ContactSystem, v: Array) -> Array:
+    """What v (m, k) is the sum of, whose round-off it has: of a body that only expands on a floor v is nothing else."""
+    return np.asarray(np.abs(v) + np.abs(system.u_0))
 
 
 def natural_residuals(
@@ -116,10 +122,10 @@ def natural_residuals(
             traction = contact_norm(sigma[pair, group], weight) or contact_norm(sigma[pair], weight)
             if moved > 0.0 and traction > 0.0:
                 rho[pair, group] = traction / moved
-    residual = law_residual(law, v, sigma, rho)
+    residual, digits = law_residual(law, v, sigma, rho), rho * _digits(system, v)
     for pair in pairs:
         weight, size = system.weight[pair], contact_norm(sigma[pair], system.weight[pair])
-        found = [over_traction(residual[pair, g], (rho * v)[pair, g], size, weight) for g in law.groups]
+        found = [over_traction(residual[pair, g], digits[pair, g], size, weight) for g in law.groups]
         worst = np.maximum(worst, found)
     return tuple(float(value) for value in worst)
 

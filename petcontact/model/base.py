@@ -25,7 +25,7 @@ else:
 
 def _not_too_large(value: float) -> float:
     if abs(value) > LARGEST_NUMBER:
-        raise ValueError(f"must lie between {-LARGEST_NUMBER:g} and {LARGEST_NUMBER:g}")
+        raise ValueError(f"must be at {'most ' if value > 0.0 else 'least -'}{LARGEST_NUMBER:g}")
     return value
 
 

@@ -272,10 +272,9 @@ class Problem(Setting):
     def ignored(self, *, adaptive: bool = False) -> list[str]:
         """Keys that are given, and that a solve, or an adaptive one, does not read."""
         keys = [f"method.{key}" for key in self.method.ignored]
-        for k, body in enumerate(self.body if adaptive else ()):
+        for k, body in enumerate(self.body):
             place = "" if self._is_flat else f"body[{k}]."
-            keys += [f"{place}mesh.{key}" for key in MeshOptions.model_fields
-                     if key in body.mesh.model_fields_set and key != "graded_points"]  # fmt: skip
+            keys += [f"{place}mesh.{key}" for key in body.mesh.ignored(adaptive=adaptive)]
         return keys
 
     @property

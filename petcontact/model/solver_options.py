@@ -161,6 +161,15 @@ class MeshOptions(Model):
         """Whether nothing is said of sizes, order and grading: order and grading follow `accuracy`."""
         return self.element_size is None and not self.element_sizes and self.order is None and self.grading is None
 
+    def ignored(self, *, adaptive: bool) -> list[str]:
+        """Keys with another value than by default that a solve on this mesh, or an adaptive one, does not read."""
+        unread = {"levels", "graded_points"} if not self.graded else set()
+        unread |= {"accuracy"} if not self.automatic else set()
+        if adaptive:
+            unread = set(MeshOptions.model_fields) - {"graded_points", "accuracy"}
+        return [key for key, field in MeshOptions.model_fields.items()
+                if key in unread and getattr(self, key) != field.get_default(call_default_factory=True)]  # fmt: skip
+
     @property
     def graded(self) -> bool:
         """Whether elements shrink towards singular points."""

@@ -202,8 +202,9 @@ class SolutionData:
         contact = self.contact
         return float(contact.weight[contact.sigma_n > 0.0].sum() / contact.weight.sum())
 
-    def reactions(self) -> dict[str, Any]:
-        """Resultant of the tractions on each part, (d,) each [stress · length, in space · area].
+    def reactions(self, step: StepResult | int | None = None) -> dict[str, Any]:
+        """Resultant of the tractions on each part after an increment, the last one by default, (d,) each [stress · length,
+        in space · area].
 
         Returns
         -------
@@ -212,7 +213,7 @@ class SolutionData:
         """
         found: dict[str, dict[str, Array]] = {}
         for name, mesh in self.meshes.items():
-            forces = mesh.weight[:, None] * self.bodies[name].traction
+            forces = mesh.weight[:, None] * self._increment(step).bodies[name].traction
             found[name] = {part: forces[mesh.node_part == k].sum(axis=0) for k, part in enumerate(mesh.part_names)}
         return dict(found) if len(found) > 1 else dict(next(iter(found.values())))
 

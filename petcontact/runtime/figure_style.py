@@ -17,6 +17,8 @@ STATES = {0: ("stick", COLOURS[0], "s"), 1: ("slip", COLOURS[1], "o"), 2: ("open
 """Name, colour and marker of each state of a contact node."""
 SHADES = {"stick": "#d3e4f1", "slip": "#f8dcc9", "open": "#eeeeee"}
 """Background of the zones of a contact part."""
+ROOM = 0.42
+"""Height of the numbers and the label under axes [inch]."""
 DOTS = 300
 """Dots an inch of what is drawn as an image inside a PDF or SVG file."""
 
@@ -92,8 +94,11 @@ def label(quantity: str, unit: str | None) -> str:
 
 
 def legend_below(axes: Any, columns: int) -> None:
-    """A legend under the axes, where it hides nothing."""
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.16), ncols=columns)
+    """A legend under the axes and their label, where it hides nothing."""
+    from matplotlib.transforms import ScaledTranslation
+
+    below = axes.transAxes + ScaledTranslation(0.0, -ROOM, axes.figure.dpi_scale_trans)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, 0.0), bbox_transform=below, ncols=columns)
 
 
 def legend_beside(axes: Any) -> None:

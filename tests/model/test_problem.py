@@ -189,6 +189,9 @@ def test_mistakes_by_place_are_one_line(build, wanted):
         (block(method=Method("projection", omega=1.0, start="r.h5"), mesh=MeshOptions(0.1)), True,
          ["mesh.element_size"]),
         (block(mesh=MeshOptions(graded_points=[(1, 0)])), True, []),
+        (block(mesh=MeshOptions(levels=3, accuracy=0.1)), True, ["mesh.levels"]),
+        (block(mesh=MeshOptions(0.1, levels=3, graded_points=[(1, 0)], accuracy=0.1)), False,
+         ["mesh.levels", "mesh.graded_points", "mesh.accuracy"]),
     ],
 )  # fmt: skip
 def test_keys_that_a_solve_does_not_read(problem, adaptive, wanted):

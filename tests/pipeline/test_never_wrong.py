@@ -36,12 +36,24 @@ def test_a_tiny_rho_is_no_convergence(rho, rule, exact, comm):
 @pytest.mark.parametrize("unit", [1e-170, 1e140])
 @pytest.mark.parametrize("name", ["projection", "semismooth-newton", "operator-robin"])
 def test_data_of_any_size_give_the_same_solution(unit, name, exact, comm):
-    case = example(1, mesh=COARSE)
-    scaled = with_bound(case, 150.0 * unit).model_copy(update={"method": Method(name=name, rho=1e3, tolerance=1e-8)})
+    case, stiffness = example(1, mesh=COARSE), max(unit, 1.0)   # displacements of 1e138 are refused, see the next test
+    method = Method(name=name, rho=1e3 * stiffness, tolerance=1e-8)
+    scaled = with_bound(case, 150.0 * unit).model_copy(update={"method": method})
     boundary = [c.model_copy(update={"value": (400.0 * unit, 0.0)}) if c.part == "left" else c for c in scaled.boundary]
-    solution = solve(scaled.model_copy(update={"boundary": tuple(boundary)}), comm=comm)
+    material = case.material.model_copy(update={"young_modulus": stiffness * case.material.young_modulus})
+    solution = solve(scaled.model_copy(update={"boundary": tuple(boundary), "material": material}), comm=comm)
     assert solution.converged, solution.reason
-    assert np.allclose(solution.contact.u_t / unit, exact.u_t, rtol=0, atol=1e-6 * np.abs(exact.u_t).max())
+    u_t = solution.contact.u_t / unit * stiffness
+    assert np.allclose(u_t, exact.u_t, rtol=0, atol=1e-6 * np.abs(exact.u_t).max())
+
+
+@pytest.mark.parametrize("modulus", [1e-12, 1e-300])
+def test_displacements_beyond_all_sizes_are_not_accepted(modulus, recwarn, comm):
+    """One line, whatever overflows on the way."""
+    case = example(1, mesh=COARSE, name="semismooth-newton", rule=None)
+    material = case.material.model_copy(update={"young_modulus": modulus})
+    solution = solve(case.model_copy(update={"material": material}), comm=comm)
+    assert not solution.converged and "times its size, at most 1e+09 is accepted" in solution.reason and not recwarn.list
 
 
 def test_norms_neither_underflow_nor_overflow():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+import re
 import subprocess
 import sys
 
@@ -10,6 +12,7 @@ import pytest
 
 import petcontact as pc
 from petcontact import InputError, adapt, solve
+from petcontact.contact.methods.registry import LAW_MEMBERS, method_of
 from petcontact.mesh.thickness import slenderness
 
 CYLINDER = """
@@ -69,6 +72,25 @@ condition = "traction"
 value = [0.0, 0.0]
 """
 
+SPHERE = """
+material = {{ young_modulus = 1.0, poisson_ratio = 0.3 }}
+geometry = {{ shape = "box", lower = [-1, -1, 0], upper = [1, 1, 1] }}
+mesh = {{ element_size = 0.5, order = 1 }}
+[[boundary]]
+part = "bottom"
+condition = "contact"
+normal = "unilateral"
+gap = "0.5*(x - 0.1234567)**2 + 0.5*(y - 0.05)**2"
+[[boundary]]
+part = "top"
+condition = "displacement"
+value = [0.0, 0.0, -1e-5]
+""" + "".join(f"""[[boundary]]
+part = "{part}"
+condition = "traction"
+value = [0.0, 0.0, 0.0]
+""" for part in ("left", "right", "front", "back"))
+
 
 @pytest.fixture
 def loaded(tmp_path):
@@ -119,10 +141,40 @@ def test_light_contact_does_not_depend_on_units(loaded, unit, modulus):
     assert q == pytest.approx(modulus * p, rel=1e-6, abs=1e-6 * modulus * p.max())
 
 
-def test_overlap_between_nodes_is_found(loaded):
-    """Uniform elements of size .1 have no node where surfaces 1e-5 apart would touch."""
-    solution = solve(light(loaded, 1e-5, mesh="[mesh]\nelement_size = 0.1\norder = 2"))
-    assert not solution.converged and "overlap between nodes: pair 'bottom' by 8" in solution.reason
+@pytest.mark.parametrize("push", [1e-5, 1e-8])
+def test_overlap_between_nodes_is_found(loaded, push):
+    """Uniform elements of size .1 have no node where surfaces would touch, which overlap by the whole push there."""
+    solution = solve(light(loaded, push, mesh="[mesh]\nelement_size = 0.1\norder = 2"))
+    assert not solution.converged and f"overlap between nodes: pair 'bottom' by {push:g} at (0.123457, 0)" in solution.reason
+
+
+def test_overlap_between_nodes_is_found_in_space(loaded):
+    """A sphere whose lowest point is no node, pushed by less than what lies between it and the nodes around it."""
+    solution = solve(loaded(SPHERE))
+    place = [float(word) for word in re.search(r"by 1e-05 at \((.*?)\)", " ".join(solution.reason.split()))[1].split(", ")]
+    assert not solution.converged and place == pytest.approx([0.1234567, 0.05, 0.0], abs=1e-4)
+
+
+class Own:
+    """Of a law, what the protocol asks for and no more."""
+
+    def __init__(self, law):
+        for key in LAW_MEMBERS:
+            setattr(self, key, getattr(law, key))
+
+
+def test_overlap_is_found_whatever_the_law(loaded):
+    """A method that ends with nine tenths of the tractions, and so with an overlap, and says that it converged."""
+    problem = light(loaded, 1e-2)
+    newton = method_of(problem.method)
+
+    def lazy(system, law, iteration):
+        state = newton(system, law, iteration)
+        return dataclasses.replace(state, sigma=0.9 * state.sigma, v=system.u_0 + system.apply(0.9 * state.sigma))
+
+    for law in (None, lambda nodes: Own(nodes.law)):
+        assert solve(problem, law=law).converged
+        assert "surfaces overlap by" in solve(problem, law=law, method=lazy).reason
 
 
 @pytest.mark.parametrize(("width", "height"), [(1e6, 1.0), (1.0, 1e-6), (1e10, 1.0), (1.0, 1e10)])

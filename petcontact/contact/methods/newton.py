@@ -23,7 +23,7 @@ from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import equilibrium_defect
 from ..equilibrium import unbalanced_load
 from ..iteration import Iteration, Recorder
-from ..law_protocol import OPEN, SLIP, ContactLaw
+from ..law_protocol import OPEN, SLIP, ContactLaw, law_residual
 from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
@@ -144,6 +144,8 @@ def _first_guess(
     if iteration.start is not None:
         v, sigma = iteration.start
         return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
+    if system.modes is not None and not system.modes.load.any() and not law_residual(law, base, 0.0 * base, 1.0).any():
+        return base, 0.0 * base, base       # nothing is loaded and nothing touches: no motion is the least
     if foretell is not None and foretell.surrogate is not None:
         sigma, v = first_guess(system, foretell.surrogate, solver)
         return *foretell.through(foretell.surrogate, sigma, v, stuck), v

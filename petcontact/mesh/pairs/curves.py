@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -11,9 +12,6 @@ from ...arrays import Array, Index
 from ...geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..basis import gauss
 from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
-
-SAMPLES = 17
-"""Points at which a curve is looked at between its nodes."""
 
 
 @dataclass(frozen=True)
@@ -31,15 +29,16 @@ class Curves(Faces):
     start: Array
     end: Array
     curvature: Array
+    SAMPLES: ClassVar[int] = 17
 
     def at(self, number: Index, fraction: Array) -> tuple[Array, Array]:
         """Points (k, 2) and outward normals (k, 2) at fractions of the arc length of some curves."""
         start, end, bend = self.start[number], self.end[number], self.curvature[number]
         return on_arcs(start, end, half_angles(np.hypot(*(end - start).T), bend), 2.0 * fraction - 1.0)
 
-    def samples(self) -> tuple[Index, Array]:
-        """`SAMPLES` fractions of every curve."""
-        return np.repeat(np.arange(len(self)), SAMPLES), np.tile(np.linspace(0.0, 1.0, SAMPLES), len(self))
+    def spread(self, number: Index, share: Array) -> Array:
+        """See `Faces.spread`."""
+        return share[:, 0]
 
     @property
     def centre(self) -> Array:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,9 +15,6 @@ from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
 
 SLIVER = 1e-14
 """Segments smaller than this share of the panel's square are round-off."""
-
-SAMPLES = 3
-"""Points along each direction at which a panel is looked at between its nodes."""
 
 
 @dataclass(frozen=True)
@@ -39,6 +37,7 @@ class FlatPanels(Faces):
     frame: Array
     size: Array
     polygon: Array
+    SAMPLES: ClassVar[int] = 3
 
     @staticmethod
     def of(groups: Sequence[Panels], numbers: Index) -> FlatPanels:
@@ -55,12 +54,11 @@ class FlatPanels(Faces):
         x = self.centre[number] + self.size[number, None] * np.einsum("kc,kcd->kd", place, self.frame[number, :2])
         return x, self.frame[number, 2]
 
-    def samples(self) -> tuple[Index, Array]:
-        """Corners, midpoints and centre of every panel: what two planes have between them is least at a corner."""
-        a, b = (values.ravel() for values in np.meshgrid(*[np.linspace(0.0, 1.0, SAMPLES)] * 2))
+    def spread(self, number: Index, share: Array) -> Array:
+        """See `Faces.spread`: bilinear between the corners."""
+        a, b = share.T
         corners = np.stack([(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b], axis=1)
-        places = np.einsum("qc,ncd->nqd", corners, self.polygon)
-        return np.repeat(np.arange(len(self)), len(a)), places.reshape(-1, 2)
+        return np.asarray(np.einsum("kc,kcd->kd", corners, self.polygon[number]))
 
     def __len__(self) -> int:
         return len(self.size)

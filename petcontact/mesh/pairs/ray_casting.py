@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -80,9 +80,12 @@ class Faces(ABC):
     def at(self, number: Index, place: Array) -> tuple[Array, Array]:
         """Points (k, d) and outward normals (k, d) at places of some faces."""
 
+    SAMPLES: ClassVar[int]
+    """Points along each direction at which a face is looked at between its nodes."""
+
     @abstractmethod
-    def samples(self) -> tuple[Index, Array]:
-        """Numbers and places of points spread evenly over every face, its ends or corners among them."""
+    def spread(self, number: Index, share: Array) -> Array:
+        """Places, as in `Hits`, of some faces (k,) at shares (k, d-1) of their directions, from 0 to 1 of each."""
 
     @abstractmethod
     def rims(self) -> tuple[Index, Array]:

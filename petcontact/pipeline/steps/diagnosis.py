@@ -14,7 +14,7 @@ from ...contact.state import ContactState
 from ...results.records import StepResult
 from ..discrete.discretise import Discrete
 from ..trust.warnings import unusual
-from .increment import Increment, PreparedProblem, changed
+from .increment import Increment, PreparedProblem, amplitudes, changed
 
 MOTIONS = {
     2: ("along x", "along y", "to turn"),
@@ -27,6 +27,8 @@ IMBALANCE = 1e-3
 """Of a pair (`PairResult.imbalance`), that is reported."""
 SAGGING = 0.1
 """Height of curved faces over their facets, over what contact closes, that is reported."""
+FAR_OFF = 1e3
+"""Rigid motions over what loads and tractions strain, from which on a body is not held."""
 FAR = 0.05
 """Initial gap or overlap, over the size of the body, that is reported."""
 
@@ -76,8 +78,19 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     if push is None and system.modes is not None and defect > problem.discrete.problem.method.tolerance:
         push = system.modes.unbalanced(outcome.sigma)
     if push is None:
+        push = _run_away(increment, outcome)
+    if push is None:
         return f"{outcome.reason}{where}"
     return f"no equilibrium{where}: {_pushed(increment, push)}"
+
+
+def _run_away(increment: Increment, outcome: ContactState) -> Array | None:
+    """Motions (r,) that a method which found no solution ended with, where they dwarf all that is strained."""
+    motion, system = amplitudes(increment.system, outcome), increment.system
+    if system.modes is None or not np.all(np.isfinite(motion)):
+        return None
+    strained = max(np.abs(system.u_0).max(initial=0.0), np.abs(system.apply(outcome.sigma)).max(initial=0.0))
+    return motion if np.abs(system.modes.motion @ motion).max(initial=0.0) > FAR_OFF * strained else None
 
 
 def _pushed(increment: Increment, push: Array) -> str:

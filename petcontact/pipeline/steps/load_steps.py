@@ -20,6 +20,8 @@ from .outcome import step_result
 
 HALVINGS = 8
 """How often an increment that fails is halved."""
+LOOKED_AT_FIRST = 1500
+"""Contact nodes up to which loads that nothing can hold are looked for before a solve, which costs more; else after it."""
 PATH_ERROR = 1e-3
 """With increments = "auto": change of σ and of w over their sizes that halving an increment may make."""
 ENERGY_ERROR = 1e-2
@@ -58,7 +60,9 @@ def increments(
         motions = [ObstacleMotion.of(o, begun, k, problem.system.dim) for k, o in enumerate(current)]
         auto = step.increments == "auto"
         whole = 1.0 if auto else 1.0 / int(step.increments)
-        size, doubt = whole, False
+        # what contact can hold is convex: loads between two that it can hold need no look
+        end = Increment(problem, step, number, motions, state, 1.0)
+        size, doubt = whole, problem.system.size <= LOOKED_AT_FIRST and is_unbalanced(end)
         while reached < 1.0 - 1e-12:
             target = min(1.0, reached + size)
             target = 1.0 if 1.0 - target < 1e-9 else target

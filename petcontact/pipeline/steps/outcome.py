@@ -17,6 +17,7 @@ from ...results.records import BodyResult, ObstacleResult, PairResult, StepResul
 from ..eliminate import ELASTIC_LIMIT
 from ..trust.increments import imbalance, objection
 from ..trust.overlaps import overlaps
+from ..trust.warnings import absurd
 from .diagnosis import failure
 from .increment import Increment, IncrementState
 
@@ -49,7 +50,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
     status, reason = _judged(increment, outcome, elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
-    if status == "converged" and (doubt := objection(residuals, between, place)):
+    if status == "converged" and (doubt := absurd(discrete, bodies) or objection(residuals, between, place)):
         status, reason = "not converged", doubt
     obstacles = {
         o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],

@@ -2,40 +2,57 @@
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
-from ...arrays import Array, States
+from ...arrays import Array, Index, States
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import OPEN
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.pairs.ray_casting import along
+from ...mesh.pairs.ray_casting import Faces, along
 from ...model.expressions import evaluate
 from ..discrete.interfaces import InterfaceSpec
+
+CLOSER = 5
+"""Points along each direction around the deepest point of an element so far, where it is looked for next."""
+ROUNDS = 14
+"""How often, each time half as far around it."""
+GapAt = Callable[[Index, Array, Array, Array], Array]
+"""Initial gap (q,) at places of elements, with their points and normals (q, d), infinite where nothing is faced [length]."""
 
 
 @dataclass(frozen=True)
 class Places:
-    """Places between the nodes of one unilateral contact.
+    """What lies between the nodes of one unilateral contact.
 
     Attributes
     ----------
-    x : (q, d) array
-        [length]
-    gap : (q,) array
-        Initial gap, infinite where nothing is faced [length].
-    values : (q, m) sparse array
-        Values at the nodes of the contact to values at the places.
+    mesh : BoundaryMesh
+    nodes : (m,) array
+        Of the contact.
+    element : (n,) array
+        Numbers of its elements.
+    faces : Faces
+        These elements.
+    gap_at : callable
+        See `GapAt`.
     """
 
-    x: Array
-    gap: Array
-    values: scipy.sparse.csr_array
+    mesh: BoundaryMesh
+    nodes: Index
+    element: Index
+    faces: Faces
+    gap_at: GapAt
 
     def overlap(self, v_n: Array, gap: Array, states: States) -> tuple[float, Array]:
         """The largest overlap in elements whose nodes are all open, at least 0 [length], and where it is, (d,).
+
+        It is looked for on a grid of each element, and around the deepest point of the grid where the values there leave
+        room for an overlap between its points: what two smooth faces have between them varies at most as much there.
 
         Parameters
         ----------
@@ -46,12 +63,46 @@ class Places:
         """
         faced = np.isfinite(gap)
         closer = np.where(faced, v_n + np.where(faced, gap, 0.0), 0.0)
-        touched = np.abs(self.values) @ (1.0 * ((states != OPEN) | ~faced)) > 0.0
-        over = np.where(touched, -np.inf, self.values @ closer - self.gap)
-        worst = int(np.argmax(over)) if len(over) else -1
-        if worst < 0 or not over[worst] > 0.0:
-            return 0.0, np.full(self.x.shape[1], np.nan)
-        return float(over[worst]), self.x[worst]
+        number, share, values, distance = self._grid
+        touched = np.zeros(self.mesh.n_elements, dtype=bool)
+        touched[self.mesh.element[self.nodes[(states != OPEN) | ~faced]]] = True
+        over = np.where(touched[self.element[number]], -np.inf, values @ closer - distance).reshape(len(self.faces), -1)
+        best, deepest = np.argmax(over, axis=1), over.max(axis=1, initial=-np.inf)
+        least = np.where(np.isfinite(over), over, np.inf).min(axis=1, initial=np.inf)
+        asked = np.flatnonzero(2.0 * deepest > least)
+        if not len(asked):
+            return 0.0, np.full(self.mesh.dim, np.nan)
+        deepest, at = deepest[asked], share.reshape(len(self.faces), -1, share.shape[1])[asked, best[asked]]
+        around, reach = 2.0 * _grid(CLOSER, share.shape[1]) - 1.0, 1.0 / (self.faces.SAMPLES - 1)
+        owner = np.repeat(asked, len(around))
+        for _ in range(ROUNDS):
+            near = np.clip(at[:, None] + reach * around, 0.0, 1.0)
+            values, distance = self._looked_at(owner, near.reshape(len(owner), -1))
+            over = (values @ closer - distance).reshape(len(asked), -1)
+            best, reach = np.argmax(over, axis=1), 0.5 * reach
+            at, deepest = near[np.arange(len(asked)), best], np.maximum(deepest, over.max(axis=1))
+        worst = int(np.argmax(deepest))
+        place = self.faces.spread(asked[worst : worst + 1], at[worst : worst + 1])
+        return max(0.0, float(deepest[worst])), self.faces.at(asked[worst : worst + 1], place)[0][0]
+
+    @functools.cached_property
+    def _grid(self) -> tuple[Index, Array, scipy.sparse.csr_array, Array]:
+        """Faces and shares of a grid on each, its ends or corners among it, and `_looked_at` there."""
+        one = _grid(self.faces.SAMPLES, self.mesh.dim - 1)
+        number, share = np.repeat(np.arange(len(self.faces)), len(one)), np.tile(one, (len(self.faces), 1))
+        return number, share, *self._looked_at(number, share)
+
+    def _looked_at(self, number: Index, share: Array) -> tuple[scipy.sparse.csr_array, Array]:
+        """Values at the nodes of the contact to values at shares of some faces (q, m), and the gap there (q,)."""
+        place, element = self.faces.spread(number, share), self.element[number]
+        values = scipy.sparse.csr_array(self.mesh.basis_at(element, place)[:, self.nodes])
+        return values, self.gap_at(element, place, *self.faces.at(number, place))
+
+
+def _grid(count: int, directions: int) -> Array:
+    """Points of the unit interval or square, (count^directions, directions)."""
+    points = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, count)] * directions), axis=-1)
+    return np.asarray(points).reshape(-1, directions)
 
 
 def places_between(side: InterfaceSpec, interface: Interface, meshes: list[BoundaryMesh]) -> Places | None:
@@ -60,19 +111,19 @@ def places_between(side: InterfaceSpec, interface: Interface, meshes: list[Bound
     if side.law.normal != "unilateral" or at_nodes_only:
         return None
     mesh = meshes[side.body]
-    elements, faces = mesh.faces(side.part)
-    number, place = faces.samples()
-    x, normal = faces.at(number, place)
-    element = elements[number]
+    return Places(mesh, interface.nodes, *mesh.faces(side.part), _gap_at(side, meshes))
+
+
+def _gap_at(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> GapAt:
+    mesh = meshes[side.body]
     if side.law.gap != "geometry":
-        names = mesh.variables_at(element, place)
-        gap = evaluate(side.law.gap, names, len(x), f"{side.key}.gap", finite=False)
-        gap = np.where(np.isnan(gap), np.inf, gap)
-    elif side.primary is not None:
-        b, part = side.primary
-        opposite = meshes[b].faces(part)[1]
-        gap = opposite.cast(x, np.array(along(side.direction, normal))).distance
-    else:
-        gap = np.zeros(len(x))
-    values = mesh.basis_at(element, place)[:, interface.nodes]
-    return Places(x, gap, scipy.sparse.csr_array(values))
+        def expression(element: Index, place: Array, x: Array, normal: Array) -> Array:
+            names = mesh.variables_at(element, place)
+            gap = evaluate(side.law.gap, names, len(x), f"{side.key}.gap", finite=False)
+            return np.where(np.isnan(gap), np.inf, gap)
+
+        return expression
+    if side.primary is None:
+        return lambda element, place, x, normal: np.zeros(len(x))
+    opposite = meshes[side.primary[0]].faces(side.primary[1])[1]
+    return lambda element, place, x, normal: opposite.cast(x, np.array(along(side.direction, normal))).distance

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...compliance.bodies import BodiesSystem
-from ...contact.law_protocol import ContactLaw
+from ...contact.law_protocol import ContactLaw, law_residual
 from ...contact.state import ContactState
 from ...contact.system import ContactSystem
 from .between_nodes import Places
@@ -19,6 +19,8 @@ def overlaps(
 ) -> tuple[float, float, str]:
     """The largest overlap at nodes and between them, each over itself and what tractions displace.
 
+    At nodes it is what the law forbids of v_n, also where a bilateral contact comes apart: any law says so.
+
     Returns
     -------
     at_nodes, between : float
@@ -31,12 +33,16 @@ def overlaps(
     moved = system.apply(outcome.sigma)
     rigid = outcome.v - system.u_0 - moved
     noise = ROUND_OFF * (np.abs(system.u_0) + np.abs(rigid) + np.abs(moved).max(initial=0.0))[:, -1]
-    unilateral = getattr(law, "unilateral", np.zeros(len(moved), dtype=bool))
+    # R_ρ/ρ is what the law forbids of v, but for σ/ρ, which is to be less than round-off
+    least = noise.min(initial=np.inf)
+    rho = float(np.abs(outcome.sigma).max(initial=0.0) / least) if 0.0 < least < np.inf else 0.0
+    rho = rho if rho > 0.0 else 1.0
+    forbidden = np.abs(law_residual(law, outcome.v, outcome.sigma, rho)[:, -1]) / rho
     at_nodes, worst, text = 0.0, 0.0, ""
     for where, face, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
         scale = float(np.abs(moved[where, -1]).max(initial=0.0))
-        seen = unilateral[where] & np.isfinite(face.gap)
-        depth = float((outcome.v[where, -1] - noise[where])[seen].max(initial=0.0))
+        seen = np.isfinite(face.gap)
+        depth = float((forbidden - noise)[where][seen].max(initial=0.0))
         at_nodes = max(at_nodes, _share(depth, scale))
         if between is None:
             continue

@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import rigid_motions
-from ...results.records import StepResult
+from ...results.records import BodyResult, StepResult
 from ..discrete.discretise import Discrete
 
 STRAIGHT = 1e-9
 """Largest difference of the normals of straight ground."""
 TURN, TRAVEL = 0.1, 1.0
 """Rotation [rad], and displacement over the size of the body, beyond which displacements are not small."""
+ABSURD = 1e9
+"""Displacement over the size of the body that is not accepted: loads and moduli are in different units."""
 UNEVEN = 0.02
 """Resultant of the tractions of a body over the sum of their sizes that is warned of, see `increments.EQUILIBRIUM`."""
+
+
+def absurd(discrete: Discrete, bodies: Mapping[str, BodyResult]) -> str:
+    """Why displacements of an increment are not accepted, by the body that moves farthest; empty where they are."""
+    moved = {name: np.abs(bodies[name].u).max() / float(np.ptp(mesh.x, axis=0).max())
+             for name, mesh in zip((body.name for body in discrete.problem.body), discrete.meshes, strict=True)}  # fmt: skip
+    name = max(moved, key=lambda each: moved[each])
+    if not moved[name] > ABSURD:
+        return ""
+    return (f"body {name!r} moves by {moved[name]:.1e} times its size, at most {ABSURD:.0e} is accepted: displacements are "
+            "taken to be small; check the units of loads and moduli")  # fmt: skip
 
 
 def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:

@@ -80,7 +80,7 @@ def draw_hysteresis(figure: Any, solution: SolutionData) -> None:
     right.set(xlabel="increment", title="energy dissipated")
     right.xaxis.get_major_locator().set_params(integer=True)
     left.locator_params(axis="x", nbins=5)
-    left.legend()
+    legend_below(left, 2)
 
 
 def mean_motion(pairs: list[PairResult]) -> tuple[Array, Array]:

@@ -19,16 +19,14 @@ from ...runtime.figure_style import (
     label,
     legend_below,
     legend_beside,
-    round_number,
 )
 from ..data import SolutionData
 from ..records import PairResult, StepResult, step_ends
 from .curves import CURVES, along, headed
+from .view import View, view_of
 
 BODIES = ("black", COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
 """Colours of the bodies' outlines: not those of the states."""
-MAGNIFIED = 0.08
-"""Largest displacement drawn, as a fraction of the size of the bodies."""
 ARROWS = 60
 """Most forces drawn on one interface."""
 
@@ -38,26 +36,31 @@ def draw_deformed(figure: Any, solution: SolutionData) -> None:
     deformed_on(figure.add_subplot(), solution)
 
 
-def deformed_on(axes: Any, solution: SolutionData) -> None:
-    """The same on given axes."""
+def deformed_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
+    """The same on given axes, in a view that others share; else in the one that suits it."""
+    shown = view or view_of(solution)
     size = float(np.ptp(np.vstack([mesh.x for mesh in solution.meshes.values()]), axis=0).max())
-    factor = round_number(MAGNIFIED * size, max(float(np.abs(body.u).max()) for body in solution.bodies.values()))
-    draw_outlines(axes, solution, factor)
-    forces(axes, solution, factor, size)
+    draw_outlines(axes, solution, shown)
+    forces(axes, solution, shown.factor, size)
     place(axes, solution)
+    if view is not None:
+        margin = 0.15 * size  # room for forces
+        axes.set(xlim=(view.low[0] - margin, view.high[0] + margin), ylim=(view.low[1] - margin, view.high[1] + margin))
     legend_below(axes, 4)
 
 
-def draw_outlines(axes: Any, solution: SolutionData, factor: float) -> None:
+def draw_outlines(axes: Any, solution: SolutionData, view: View) -> None:
     """Initial and deformed outlines of the bodies, and the states of their contact nodes."""
+    factor = view.factor
     for number, (name, mesh) in enumerate(solution.meshes.items()):
         colour = BODIES[number % len(BODIES)]
         for initial, deformed in outlines(as_curve(mesh), solution.bodies[name].u, factor):
             axes.plot(*initial.T, color="0.55", lw=0.9, ls="--")
             axes.plot(*deformed.T, color=colour, lw=1.1)
         word = name if len(solution.meshes) > 1 else "deformed"
-        axes.plot([], [], color=colour, lw=1.1, label=f"{word}, u × {factor:g}")
+        axes.plot([], [], color=colour, lw=1.1, label=word)
     axes.plot([], [], color="0.55", lw=0.9, ls="--", label="initial")
+    axes.plot([], [], ls="", label=view.text)
     for name, pair in solution.pairs.items():
         draw_states(axes, moved(solution, name, factor), np.where(pair.state == OPEN, -1, pair.state))
 

@@ -17,6 +17,7 @@ from ..data import SolutionData
 from ..records import step_ends
 from . import plane, space
 from .curves import draw_history, draw_hysteresis
+from .view import View
 
 Drawings = dict[str, Callable[[Any, SolutionData], None]]
 """What draws a solution into a figure, by the name of the figure."""
@@ -84,13 +85,15 @@ def _(mesh: SurfaceMesh) -> Drawings:
             "normal": space.draw_normal, "states": space.draw_states_by_step, "gap": space.draw_gap}  # fmt: skip
 
 
-def plot_on(solution: SolutionData, axes: Any = None) -> Any:
-    """Draw the bodies as they were and as they are on given axes, or on those of a new figure; returns the axes."""
+def plot_on(solution: SolutionData, place: Any = None, view: View | None = None) -> Any:
+    """Draw the bodies as they were and as they are on given axes, or on those of a figure, a new one by default; returns the
+    axes. In a view that other drawings share, where one is given."""
     dim = next(iter(solution.meshes.values())).dim
-    if axes is None:
+    if place is None:
         from matplotlib import pyplot
 
-        projection = {"projection": "3d"} if dim == 3 else {}
-        axes = pyplot.subplots(layout="constrained", subplot_kw=projection)[1]
-    {2: plane.deformed_on, 3: space.surface_on}[dim](axes, solution)
-    return axes
+        place = pyplot.figure(layout="constrained")
+    if hasattr(place, "add_subplot"):
+        place = place.add_subplot(projection="3d") if dim == 3 else place.add_subplot()
+    {2: plane.deformed_on, 3: space.surface_on}[dim](place, solution, view)
+    return place

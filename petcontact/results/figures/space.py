@@ -10,13 +10,12 @@ from ...arrays import Array, Index
 from ...contact.law_protocol import OPEN
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface, corner_values
-from ...runtime.figure_style import STATES, plain, round_number
+from ...runtime.figure_style import STATES, label, plain
 from ..data import SolutionData
 from ..records import PairResult, step_ends
 from .curves import CURVES, along, headed
+from .view import View, view_of
 
-MAGNIFIED = 0.08
-"""Largest displacement drawn, as a fraction of the diameter of the bodies."""
 ARROWS = 500
 """Most arrows of one panel."""
 
@@ -26,40 +25,42 @@ def draw_surface(figure: Any, solution: SolutionData) -> None:
     surface_on(figure.add_subplot(projection="3d"), solution)
 
 
-def surface_on(axes: Any, solution: SolutionData) -> None:
-    """The same on given axes."""
+def surface_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
+    """The same on given axes, in a view that others share; else in the one that suits it."""
     sizes = [np.linalg.norm(corner_values(as_surface(mesh), solution.bodies[name].u)[1], axis=2).mean(axis=1)
              for name, mesh in solution.meshes.items()]  # fmt: skip
-    draw_panels(axes, solution, np.concatenate(sizes), "|u|")
+    what = label("|u|", solution.problem.units.length)
+    draw_panels(axes, solution, np.concatenate(sizes), what, view or view_of(solution), view.largest if view else None)
 
 
-def draw_panels(axes: Any, solution: SolutionData, values: Array, what: str, factor: float | None = None) -> None:
-    """The deformed surfaces with the panels of all bodies coloured by a value >= 0 each."""
+def draw_panels(
+    axes: Any, solution: SolutionData, values: Array, what: str, view: View, top: float | None = None
+) -> None:
+    """The deformed surfaces with the panels of all bodies coloured by a value >= 0 each, up to `top` or to the largest."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    every = np.vstack([mesh.x for mesh in solution.meshes.values()])
-    peak = max(float(np.linalg.norm(body.u, axis=1).max()) for body in solution.bodies.values())
-    if factor is None:
-        factor = round_number(MAGNIFIED * float(np.linalg.norm(np.ptp(every, axis=0))), peak)
+    factor = view.factor
     pieces = [corner_values(as_surface(mesh), solution.bodies[name].u) for name, mesh in solution.meshes.items()]
     moved = np.concatenate([corners + factor * u for corners, u in pieces])
-    colour = figure_colours(values)
+    colour = figure_colours(values, top)
     faces = colour.to_rgba(values)
     axes.add_collection3d(Poly3DCollection(list(moved), facecolors=faces, edgecolors="0.3", linewidths=0.25))
-    low, high = moved.min(axis=(0, 1)), moved.max(axis=(0, 1))
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]), xlabel="x", ylabel="y", zlabel="z")
+    low, high = np.minimum(moved.min(axis=(0, 1)), view.low), np.maximum(moved.max(axis=(0, 1)), view.high)
+    names = (label(axis, solution.problem.units.length) for axis in "xyz")
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]),
+             **dict(zip(("xlabel", "ylabel", "zlabel"), names, strict=True)))  # fmt: skip
     axes.set_box_aspect(high - low, zoom=0.85)  # room for the numbers at the axes
     end = solution.last.name if len(solution.tried) > 1 else ""
-    axes.set_title(": ".join(filter(None, (headed(solution, end), f"u × {factor:g}"))), fontsize="medium")
+    axes.set_title("\n".join(filter(None, (headed(solution, end), view.text))), fontsize="medium")
     axes.figure.colorbar(colour, ax=axes, label=what, shrink=0.7, pad=0.1)
 
 
-def figure_colours(values: Array) -> Any:
-    """A colour map from 0 to the largest value."""
+def figure_colours(values: Array, top: float | None = None) -> Any:
+    """A colour map from 0 to the largest value, or to a given one."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    return ScalarMappable(Normalize(0.0, float(values.max()) or 1.0), "viridis")
+    return ScalarMappable(Normalize(0.0, top or float(values.max()) or 1.0), "viridis")
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:

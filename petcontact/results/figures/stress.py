@@ -14,11 +14,12 @@ from ...fields.interior import Field
 from ...fields.peak import largest
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...mesh.surface_mesh import SurfaceMesh
-from ...runtime.figure_style import label, legend_below, plain, round_number, save
+from ...runtime.figure_style import label, legend_below, plain, save
 from ..data import SolutionData
 from ..vtu.inside import field_inside, grid_inside
 from .plane import draw_outlines, place
 from .space import draw_panels
+from .view import View, view_of
 
 MAGNIFIED = 0.06
 """Largest displacement drawn, as a fraction of the size of the bodies, where no magnification is given."""
@@ -62,12 +63,8 @@ def deformed_figure(
     """
     if isinstance(field, Field):
         field = {solution.only_body("field"): field}
-    every = np.vstack([mesh.x for mesh in solution.meshes.values()])
-    peak = max(float(np.linalg.norm(body.u, axis=1).max()) for body in solution.bodies.values())
-    factor = magnification
-    if factor is None:
-        factor = round_number(MAGNIFIED * float(np.linalg.norm(np.ptp(every, axis=0))), peak)
-    save(Path(path), _drawing(next(iter(solution.meshes.values()))), solution, factor, resolution, field or {})
+    view = view_of(solution, share=MAGNIFIED, factor=magnification)
+    save(Path(path), _drawing(next(iter(solution.meshes.values()))), solution, view, resolution, field or {})
     return Path(path)
 
 
@@ -88,16 +85,16 @@ def _(mesh: SurfaceMesh) -> Any:
 
 
 def _draw_plane(
-    figure: Any, solution: SolutionData, factor: float, resolution: tuple[int, int] | None, given: Mapping[str, Field]
+    figure: Any, solution: SolutionData, view: View, resolution: tuple[int, int] | None, given: Mapping[str, Field]
 ) -> None:
-    axes, units = figure.add_subplot(), solution.problem.units
+    axes, units, factor = figure.add_subplot(), solution.problem.units, view.factor
     fields = {name: given.get(name) or _field(solution, name, resolution) for name in _finite(solution)}
     peaks = {name: largest(field, as_curve(solution.meshes[name])) for name, field in fields.items()}
     usual = max((peak.usual for peak in peaks.values()), default=0.0) or 1.0
     for field in fields.values():
         shown = {"shading": "gouraud", "cmap": "viridis", "vmin": 0.0, "vmax": usual, "rasterized": True}
         colours = axes.tripcolor(*(field.points + factor * field.u).T, field.von_mises, triangles=field.cells, **shown)
-    draw_outlines(axes, solution, factor)
+    draw_outlines(axes, solution, view)
     if peaks:
         name, peak = max(peaks.items(), key=lambda item: item[1].stress)
         field = fields[name]
@@ -123,7 +120,7 @@ def _field(solution: SolutionData, name: str, resolution: tuple[int, int] | None
 
 
 def _draw_space(
-    figure: Any, solution: SolutionData, factor: float, resolution: tuple[int, int] | None, given: Mapping[str, Field]
+    figure: Any, solution: SolutionData, view: View, resolution: tuple[int, int] | None, given: Mapping[str, Field]
 ) -> None:
     values = []
     for name, mesh in solution.meshes.items():
@@ -133,4 +130,4 @@ def _draw_space(
         values.append(solution.von_mises_at(centre - 0.5 * DEPTH * np.sqrt(weight)[:, None] * normal, name))
     axes = figure.add_subplot(projection="3d")
     stress = label("von Mises stress", solution.problem.units.stress)
-    draw_panels(axes, solution, np.concatenate(values), stress, factor)
+    draw_panels(axes, solution, np.concatenate(values), stress, view)

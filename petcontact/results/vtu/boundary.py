@@ -59,7 +59,14 @@ def write_boundary_vtu(
     OutputError
         If the file cannot be written.
     """
-    name, step = body or solution.only_body("write_boundary_vtu"), step or solution.last
+    name = body or solution.only_body("write_boundary_vtu")
+    notes = {f"part {k} is {part}": k for k, part in enumerate(solution.meshes[name].part_names)}
+    notes |= {"contact -1 is elsewhere": -1, **{f"contact {k} is {word}": k for k, (word, _, _) in STATES.items()}}
+    write_mesh(path, boundary_cells(solution, name, step or solution.last), notes | unit_notes(solution.problem.units))
+
+
+def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshio.Mesh:
+    """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an increment."""
     mesh, found = solution.meshes[name], step.bodies[name]
     values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes))
     for pair, (owner, _) in solution.sides.items():
@@ -67,9 +74,7 @@ def write_boundary_vtu(
             nodes, bound = solution.nodes[pair], step.pairs[pair].bound
             values.state[nodes] = step.pairs[pair].state
             values.bound[nodes] = np.where(np.isfinite(bound), bound, np.finfo(np.float64).max)
-    notes = {f"part {k} is {part}": k for k, part in enumerate(mesh.part_names)}
-    notes |= {"contact -1 is elsewhere": -1, **{f"contact {k} is {word}": k for k, (word, _, _) in STATES.items()}}
-    write_mesh(path, _cells(mesh, values), notes | unit_notes(solution.problem.units))
+    return _cells(mesh, values)
 
 
 @functools.singledispatch

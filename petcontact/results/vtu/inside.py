@@ -43,6 +43,11 @@ def write_vtu(path: str | Path, field: Field, units: Units | None = None) -> Non
     OutputError
         If the file cannot be written.
     """
+    write_mesh(path, inside_cells(field), unit_notes(units))
+
+
+def inside_cells(field: Field) -> meshio.Mesh:
+    """Triangles or cells of a grid with the point data of `write_vtu`."""
     data = {"displacement": field.u, "von_mises": field.von_mises}
     # VTK's order of a symmetric tensor is xx, yy, zz, xy, yz, xz
     if field.points.shape[1] == 3:
@@ -51,7 +56,7 @@ def write_vtu(path: str | Path, field: Field, units: Units | None = None) -> Non
         kind, points, (x, y, xy) = "triangle", in_space(field.points), field.stress.T
         data |= {"displacement": in_space(field.u), "stress": np.column_stack([x, y, field.sigma_zz, xy, 0 * x, 0 * x]),
                  "principal_1": field.principal[:, 0], "principal_2": field.principal[:, 1]}  # fmt: skip
-    write_mesh(path, meshio.Mesh(points, [(kind, field.cells)], point_data=data), unit_notes(units))
+    return meshio.Mesh(points, [(kind, field.cells)], point_data=data)
 
 
 RESOLUTION = {2: (100, 100), 3: (16, 16, 16)}

@@ -11,10 +11,10 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ..errors import PetcontactError
-from ..runtime.mpi import all_meet
-from ..runtime.petsc import failure_comm, solver_error
-from ..runtime.signals import Interrupted, install
-from ..runtime.terminal import mend_streams, printable, silence_output
+from .mpi import all_meet
+from .petsc import failure_comm, solver_error
+from .signals import Interrupted, install
+from .terminal import mend_streams, printable, silence_output
 
 PATIENCE = 3.0
 """Seconds that a failed rank waits for the others to fail likewise before it ends the job."""

@@ -1,0 +1,75 @@
+"""Write what a result holds for other programs: petcontact export result.h5 --csv tables
+
+--csv DIR writes a file each of pairs (contact nodes), boundary (all nodes), reactions (by part), resultants (by pair),
+obstacles, increments and history (iterations); --csv FILE.csv writes one table. --vtkhdf FILE.vtkhdf is one file with all
+increments, bodies and fields, for ParaView.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from pathlib import Path
+from typing import Any
+
+from ..errors import InputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `petcontact export`."""
+    parser.add_argument("result", metavar="RESULT.h5", help="a result file")
+    parser.add_argument("--csv", metavar="DIR", help="tables as CSV into a folder, or one into FILE.csv")
+    parser.add_argument("--table", metavar="NAME", action="append", default=[],
+                        help="of --csv: this table; may be repeated (default: all, of FILE.csv pairs)")  # fmt: skip
+    parser.add_argument("--step", metavar="K",
+                        help="of --csv: increment 1, 2, ..., or `last` (default: all, below one another)")  # fmt: skip
+    parser.add_argument("--vtkhdf", metavar="FILE.vtkhdf", help="all increments, bodies and fields for ParaView 5.12 on")
+    parser.add_argument("--grid", metavar="NXxNY", help="of --vtkhdf: grid cells along x and y, in space along z too")
+    parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
+
+
+def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
+    """Write; needs no PETSc."""
+    from ..runtime.atomic_write import check_target
+    from ..sweep.store.case_table import read_case
+
+    if not (arguments.csv or arguments.vtkhdf):
+        raise InputError("export: nothing to write; --csv DIR writes tables, --vtkhdf FILE.vtkhdf fields for ParaView")
+    if arguments.vtkhdf:
+        if Path(arguments.vtkhdf).suffix.lower() != ".vtkhdf":
+            raise InputError(f"{arguments.vtkhdf}: must end in .vtkhdf, which tells ParaView what it is")
+        check_target(Path(arguments.vtkhdf), replace=True, inputs=[arguments.result])
+    solution = read_case(arguments.result, arguments.case)
+    if arguments.csv:
+        from ..results.tables import write_tables
+
+        for path in write_tables(solution, arguments.csv, arguments.table, _steps(arguments.step, solution)):
+            print(path)
+    if arguments.vtkhdf:
+        _fields(arguments, solution)
+        print(arguments.vtkhdf)
+    return 0
+
+
+def _steps(word: str | None, solution: Any) -> list[int]:
+    """The increments that --step names; none means all."""
+    if word is None:
+        return []
+    if word == "last":
+        return [solution.tried.index(solution.last) + 1]
+    if not (word.isascii() and word.isdigit()):
+        raise InputError(f"--step {word}: must be a number from 1 to {len(solution.tried)}, or last")
+    return [int(word)]
+
+
+def _fields(arguments: argparse.Namespace, solution: Any) -> None:
+    from ..results.vtu.vtkhdf import write_vtkhdf
+    from ..runtime.terminal import StatusLine
+    from .field import grid
+
+    status = StatusLine(sys.stderr.isatty())
+    resolution = grid(arguments.grid) if arguments.grid else None
+    try:
+        write_vtkhdf(arguments.vtkhdf, solution, resolution, lambda share: status.show(f"fields: {share:.0%}"))
+    finally:
+        status.clear()

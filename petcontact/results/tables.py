@@ -1,0 +1,182 @@
+"""Tables of a solution, a row a node, a part, a pair, an increment or an iteration, and CSV files of them."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..contact.state import COLUMNS
+from ..errors import InputError
+from ..runtime.atomic_write import write_text
+from ..runtime.figure_style import STATES
+from .data import SolutionData
+from .records import StepResult
+
+Table = dict[str, Any]
+"""Columns by name, all of one length."""
+AXES = "xyz"
+
+
+def named(name: str, values: Any) -> Table:
+    """Components (n, d) along the axes as the columns NAMEx, NAMEy, ...; the points themselves are x, y, ..."""
+    return dict(zip((f"{name}{axis}" for axis in AXES), np.asarray(values).T, strict=False))
+
+
+def along_tangents(name: str, values: Array) -> Table:
+    """Components (n, d-1) along the tangents: NAME, in space NAME_1 and NAME_2."""
+    several = values.shape[1] > 1
+    return {f"{name}_{k}" if several else name: column for k, column in enumerate(values.T, 1)}
+
+
+def pairs_table(solution: SolutionData, step: StepResult) -> Table:
+    """The contact nodes of all pairs: geometry, pressure, shear and its bound, gap, slip, state, displacement."""
+    columns = solution.columns(step)
+    u = [step.bodies[solution.sides[name][0]].u[solution.nodes[name]] for name in step.pairs]
+    tangential = {key: along_tangents(key, columns[key]) for key in ("sigma_t", "slip", "slip_increment")}
+    words = np.array([STATES[k][0] for k in sorted(STATES)])
+    return {
+        **{key: columns[key] for key in ("pair", "body", "part")}, "node": columns["nodes"], **named("", columns["x"]),
+        **named("n", columns["normal"]), **{key: columns[key] for key in ("arc_length", "weight", "pressure")},
+        **tangential["sigma_t"], "bound": columns["friction_bound"], "gap": columns["gap"], **tangential["slip"],
+        **tangential["slip_increment"], "state": words[columns["state"]], **named("u", np.concatenate(u)),
+    }  # fmt: skip
+
+
+def boundary_table(solution: SolutionData, step: StepResult) -> Table:
+    """All nodes of all bodies: place, outward normal, quadrature weight, displacement and traction."""
+    parts: list[Table] = []
+    for name, mesh in solution.meshes.items():
+        found = step.bodies[name]
+        parts.append({
+            "body": np.full(mesh.n_nodes, name), "part": np.array(mesh.part_names)[mesh.node_part],
+            "node": np.arange(mesh.n_nodes), **named("", mesh.x), **named("n", mesh.normal), "weight": mesh.weight,
+            **named("u", found.u), **named("t", found.traction),
+        })  # fmt: skip
+    return _below(parts)
+
+
+def reactions_table(solution: SolutionData, step: StepResult) -> Table:
+    """Resultant of the tractions on each part of each body."""
+    forces = solution.reactions(step)
+    by_body = forces if len(solution.meshes) > 1 else {next(iter(solution.meshes)): forces}
+    rows = [(body, part, force) for body, parts in by_body.items() for part, force in parts.items()]
+    return {"body": np.array([row[0] for row in rows]), "part": np.array([row[1] for row in rows]),
+            **named("F", [row[2] for row in rows])}  # fmt: skip
+
+
+def resultants_table(solution: SolutionData, step: StepResult) -> Table:
+    """Of each pair: force and moment on the secondary, closed area, energy dissipated in the increment."""
+    pairs = step.pairs
+    moments = np.array([np.atleast_1d(pair.moment) for pair in pairs.values()])
+    return {
+        "pair": np.array(list(pairs)), **named("F", [pair.force for pair in pairs.values()]),
+        **(named("M", moments) if moments.shape[1:] == (3,) else {"M": moments.ravel()}),
+        "area": np.array([pair.area for pair in pairs.values()]),
+        "dissipated": np.array([pair.dissipated for pair in pairs.values()]),
+    }  # fmt: skip
+
+
+def obstacles_table(solution: SolutionData, step: StepResult) -> Table:
+    """Of each obstacle: displacement and rotation, and the force and moment that act on it from outside."""
+    obstacles = step.obstacles
+    found: Table = {"obstacle": np.array(list(obstacles))}
+    for name, key in (("u", "displacement"), ("rotation", "rotation"), ("F", "force"), ("M", "moment")):
+        values = np.array([np.atleast_1d(getattr(obstacle, key)) for obstacle in obstacles.values()])
+        found |= named(name, values) if values.shape[1:] != (1,) else {name: values.ravel()}
+    return found
+
+
+def increments_table(solution: SolutionData, step: StepResult) -> Table:
+    """How the increment ended: status, iterations, residuals."""
+    return {key: np.array([value]) for key, value in
+            {"status": step.status, "iterations": step.iterations, **step.residuals}.items()}  # fmt: skip
+
+
+def history_table(solution: SolutionData, step: StepResult) -> Table:
+    """A row an iteration of the method."""
+    count = len(step.history)
+    return {"iteration": np.arange(1, count + 1), **{key: np.array(getattr(step.history, key)) for key in COLUMNS}}
+
+
+TABLES: dict[str, Callable[[SolutionData, StepResult], Table]] = {
+    "pairs": pairs_table, "boundary": boundary_table, "reactions": reactions_table, "resultants": resultants_table,
+    "obstacles": obstacles_table, "increments": increments_table, "history": history_table,
+}  # fmt: skip
+
+
+def table(solution: SolutionData, name: str, steps: Sequence[int]) -> Table:
+    """A table over increments, numbered from 1 on, which the first columns name: increment, step and load factor."""
+    parts: list[Table] = []
+    for number in steps:
+        step = solution.tried[number - 1]
+        columns = TABLES[name](solution, step)
+        rows = len(next(iter(columns.values())))
+        of_step = {"increment": number, "step": step.name or str(step.step), "load_factor": step.load_factor}
+        parts.append({**{key: np.full(rows, value) for key, value in of_step.items()}, **columns})
+    return _below(parts)
+
+
+def _below(parts: Sequence[Table]) -> Table:
+    """Tables of the same columns below one another."""
+    return {key: np.concatenate([part[key] for part in parts]) for key in parts[0]} if parts else {}
+
+
+def csv_text(columns: Mapping[str, Any]) -> str:
+    """A table as CSV (RFC 4180, with line feeds): names first, numbers with all their digits."""
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(columns)
+    writer.writerows(zip(*(np.asarray(values).tolist() for values in columns.values()), strict=True))
+    return text.getvalue()
+
+
+def write_tables(
+    solution: SolutionData, target: str | Path, names: Sequence[str] = (), steps: Sequence[int] = ()
+) -> list[Path]:
+    """Write tables as CSV: one to a file of suffix .csv, or NAME.csv of each into a folder.
+
+    Parameters
+    ----------
+    solution : Solution
+    target : str or Path
+        A file of suffix .csv, or a folder, which is made if it does not exist.
+    names : sequence of str, optional
+        Of TABLES; all that have rows by default, of a file "pairs".
+    steps : sequence of int, optional
+        Increments from 1 on, all by default.
+
+    Returns
+    -------
+    list of Path
+
+    Raises
+    ------
+    InputError
+        If there is no such table or increment, or a file cannot hold several tables.
+    OutputError
+        If a file cannot be written.
+    """
+    target, one = Path(target), Path(target).suffix.lower() == ".csv"
+    every = [name for name in TABLES if name != "obstacles" or solution.last.obstacles]
+    names = list(names) or (["pairs"] if one else every)
+    for name in names:
+        if name not in TABLES:
+            raise InputError(f"no table {name!r}; tables are {', '.join(TABLES)}")
+    if one and len(names) > 1:
+        raise InputError(f"{target}: a .csv file holds one table, {', '.join(names)} are {len(names)}; name a folder")
+    count = len(solution.tried)
+    for step in steps:
+        if not 1 <= step <= count:
+            raise InputError(f"step: there are increments 1 to {count}, got {step}")
+    if not one:
+        target.mkdir(parents=True, exist_ok=True)
+    paths = [target if one else target / f"{name}.csv" for name in names]
+    for path, name in zip(paths, names, strict=True):
+        write_text(path, csv_text(table(solution, name, steps or range(1, count + 1))))
+    return paths

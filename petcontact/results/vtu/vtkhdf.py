@@ -1,0 +1,139 @@
+"""All increments in one file for ParaView: VTKHDF, which is HDF5 (VTK File Formats, "VTKHDF", version 2.2).
+
+One unstructured grid whose geometry is stored once: the boundaries of all bodies and the cells inside of them, with fields
+by increment. Values that a place does not have, such as tractions inside, are NaN.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+
+from ...arrays import Array
+from ...runtime.atomic_write import temporary_name
+from ..data import SolutionData
+from ..records import StepResult
+from .boundary import boundary_cells
+from .inside import Grid, field_inside, grid_inside, inside_cells
+
+VERSION = (2, 2)
+CELL_TYPES = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12}
+"""VTK's numbers."""
+ELSEWHERE = -1
+"""Of cells inside, as part and state of contact."""
+
+
+def write_vtkhdf(
+    path: str | Path, solution: SolutionData, resolution: tuple[int, ...] | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> None:  # fmt: skip
+    """Write the boundary and the inside of every body after every increment as one .vtkhdf file (ParaView 5.12 on).
+
+    Point data: displacement, stress (xx, yy, zz, xy, yz, xz) and von_mises inside, traction on the boundary, NaN elsewhere.
+    Cell data: `body` and `part` by number, `contact` (0 stick, 1 slip, 2 open; -1 elsewhere). The time of an increment is
+    the number of its step less 1 plus its load factor.
+
+    Parameters
+    ----------
+    path : str or Path
+    solution : Solution
+    resolution : numbers of grid cells along the axes, optional
+    progress : callable, optional
+        Called with the share of the increments that is written.
+
+    Raises
+    ------
+    InputError
+        If the resolution does not fit.
+    OutputError
+        If the file cannot be written.
+    """
+    infinite = {body.name for body in solution.problem.body if getattr(body.geometry, "exterior", False)}
+    grids = {name: grid_inside(mesh, resolution) for name, mesh in solution.meshes.items() if name not in infinite}
+    steps = solution.steps or solution.tried
+    with temporary_name(path) as temporary, h5py.File(temporary, "w") as file:
+        root = file.create_group("VTKHDF")
+        root.attrs["Version"] = VERSION
+        root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid")))
+        for k, step in enumerate(steps):
+            geometry, points, cells = _increment(solution, step, grids)
+            if k == 0:
+                _write_geometry(root, geometry)
+                _write_steps(root, [step.step - 1 + step.load_factor for step in steps], points, cells)
+            _append(root["PointData"], points)
+            _append(root["CellData"], cells)
+            if progress is not None:
+                progress((k + 1) / len(steps))
+
+
+Fields = dict[str, Array]
+
+
+def _increment(solution: SolutionData, step: StepResult, grids: Mapping[str, Grid]) -> tuple[Any, Fields, Fields]:
+    """Points with cells by kind, point data and cell data of all pieces after an increment."""
+    meshes = []
+    for number, name in enumerate(solution.meshes):
+        pieces = [boundary_cells(solution, name, step)]
+        if name in grids:
+            pieces.append(inside_cells(field_inside(solution, grids[name], name, step)))
+        for mesh in pieces:
+            for key in ("part", "contact"):
+                mesh.cell_data.setdefault(key, [np.full(len(block), ELSEWHERE) for block in mesh.cells])
+            mesh.cell_data["body"] = [np.full(len(block), number) for block in mesh.cells]
+        meshes += pieces
+    kinds = {"displacement": 3, "traction": 3, "stress": 6, "von_mises": 1}
+    points = {
+        key: np.concatenate([
+            np.reshape(mesh.point_data.get(key, np.full((len(mesh.points), width), np.nan)), (len(mesh.points), width))
+            for mesh in meshes
+        ]).squeeze()
+        for key, width in kinds.items()
+    }  # fmt: skip
+    cells = {key: np.concatenate([np.concatenate(mesh.cell_data[key]) for mesh in meshes]).astype(np.int64)
+             for key in ("body", "part", "contact")}  # fmt: skip
+    return meshes, points, cells
+
+
+def _write_geometry(root: Any, meshes: list[Any]) -> None:
+    """Points and cells of all pieces, one after another."""
+    first = np.cumsum([0, *(len(mesh.points) for mesh in meshes)])
+    blocks = [(CELL_TYPES[block.type], block.data + start) for mesh, start in zip(meshes, first, strict=False)
+              for block in mesh.cells]  # fmt: skip
+    sizes = np.concatenate([np.full(len(data), data.shape[1]) for _, data in blocks])
+    connectivity = np.concatenate([data.ravel() for _, data in blocks])
+    root["Points"] = np.concatenate([np.asarray(mesh.points, dtype=float) for mesh in meshes])
+    root["Connectivity"] = connectivity.astype(np.int64)
+    root["Offsets"] = np.concatenate([[0], np.cumsum(sizes)]).astype(np.int64)
+    root["Types"] = np.concatenate([np.full(len(data), kind, dtype=np.uint8) for kind, data in blocks])
+    for key, count in (("NumberOfPoints", first[-1]), ("NumberOfCells", len(sizes)),
+                       ("NumberOfConnectivityIds", len(connectivity))):  # fmt: skip
+        root[key] = np.array([count], dtype=np.int64)
+
+
+def _write_steps(root: Any, times: list[float], points: Fields, cells: Fields) -> None:
+    """When the increments are, and where their fields begin; the geometry is that of all."""
+    count = len(times)
+    steps = root.create_group("Steps")
+    steps.attrs["NSteps"] = count
+    steps["Values"] = np.array(times)
+    still = np.zeros(count, dtype=np.int64)
+    steps["PartOffsets"], steps["PointOffsets"], steps["NumberOfParts"] = still, still, np.ones(count, dtype=np.int64)
+    steps["CellOffsets"] = steps["ConnectivityIdOffsets"] = np.zeros((count, 1), dtype=np.int64)
+    for group, fields in (("PointData", points), ("CellData", cells)):
+        root.create_group(group)
+        for key, values in fields.items():
+            steps[f"{group}Offsets/{key}"] = len(values) * np.arange(count, dtype=np.int64)
+
+
+def _append(group: Any, fields: Fields) -> None:
+    """Fields of an increment after those of the one before."""
+    for key, values in fields.items():
+        if key not in group:
+            group.create_dataset(key, data=values, maxshape=(None, *values.shape[1:]), compression="gzip", shuffle=True)
+            continue
+        group[key].resize(len(group[key]) + len(values), axis=0)
+        group[key][-len(values) :] = values

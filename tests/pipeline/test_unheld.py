@@ -1,0 +1,57 @@
+"""Bodies that only contact holds, under loads that it cannot hold, or under none."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from petcontact import Problem, solve
+from petcontact.model.base import parse
+from petcontact.pipeline.steps.increment import Increment
+
+
+def block(gap="y", **changes):
+    """A block on a floor, held by contact only."""
+    body = {"name": "block", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3, "thermal_expansion": 1e-5},
+            "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
+            "mesh": {"element_size": 0.25}, **changes}  # fmt: skip
+    contact = {"name": "pair", "secondary": "block.bottom", "primary": "floor", "gap": gap, "friction_coefficient": 0.3}
+    return {"body": [body], "obstacle": [{"name": "floor"}], "contact": [contact]}
+
+
+def solved(data, **more):
+    return solve(parse(Problem, {**data, **more}, "test"))
+
+
+@pytest.mark.parametrize(("load", "way"), [([0.004, -0.01], "along +x"), ([0.0, 0.01], "along +y")])
+@pytest.mark.parametrize("increments", [1, 4, "auto"])
+def test_a_load_that_nothing_holds_is_found_before_it_is_solved(load, way, increments, monkeypatch):
+    """One solve in all, at the least load that is tried, where Coulomb's cone holds none of it."""
+    calls, solver = [], Increment.solved
+    monkeypatch.setattr(Increment, "solved", lambda self, monitor=None: calls.append(1) or solver(self, monitor))
+    top = {"part": "top", "condition": "traction", "value": load}
+    solution = solved(block(boundary=[top]), step=[{"increments": increments}])
+    assert not solution.converged and f"body 'block' cannot be held: the load pushes it {way}" in solution.reason
+    assert len(calls) == 1
+
+
+def test_a_torque_on_an_obstacle_that_friction_cannot_hold_is_named():
+    """A plate pressed by a given displacement, so that no linear program sees a limit of the torque."""
+    body = {"name": "block", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.5},
+            "geometry": {"shape": "box", "lower": [0.0, 0.0, 0.0], "upper": [1.0, 1.0, 1.0]},
+            "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}]}  # fmt: skip
+    punch = {"name": "punch", "displacement": [0.0, 0.0, -0.01], "rotation": [0.0, 0.0, "free"], "moment": [0.0, 0.0, 1.0]}
+    contact = {"name": "pair", "secondary": "block.top", "primary": "punch", "gap": 0.0, "friction_coefficient": 0.3}
+    solution = solved({"body": [body], "obstacle": [punch], "contact": [contact]})
+    assert not solution.converged
+    assert "obstacle 'punch' cannot be held: the load pushes it to turn about z" in solution.reason
+
+
+@pytest.mark.parametrize("gap", ["y", "y + 5"])
+def test_a_body_that_only_expands(gap):
+    """Nothing is carried, the residuals are those of nothing, and what touches nothing stays where it is."""
+    solution = solved(block(gap, loads={"temperature": 100.0}, boundary=[]))
+    pair, u = solution.last.pairs["pair"], solution.last.bodies["block"].u
+    assert solution.converged and not pair.pressure.any() and solution.last.residuals["normal"] == 0.0
+    assert np.abs(u).max() < 2.0 * 1.3e-3 and np.ptp(u, axis=0) == pytest.approx([2.6e-3, 1.3e-3], rel=0.1)
+    assert solution.info["warnings"][0].startswith("step 'load': nothing holds 3 motions of body 'block'")
