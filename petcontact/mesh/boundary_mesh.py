@@ -102,7 +102,7 @@ class BoundaryMesh(Protocol):
         ...
 
     def lower_degree(self, kind: int) -> Array:
-        """A basis (k, r) of the polynomials of one degree less, at the k nodes of an element of a kind of order 1 or more."""
+        """Polynomials of one degree less, a basis (k, r), at the k nodes of an element of a kind; of order 1 or more."""
         ...
 
     def batches(self) -> list[Batch]:

@@ -1,8 +1,8 @@
 """The error of nodal values on each element from what its highest degree adds, in any dimension.
 
-The Legendre tail: on an element of order p the part of degree p (on quadrilaterals along either direction) of a function, that
-is what the best polynomial of order p - 1 leaves. It is an estimate of the error from above where coefficients fall from degree to
-degree, and near kinks and roots of p, where they hardly do, about the error itself.
+The Legendre tail: on an element of order p the part of degree p (on quadrilaterals along either direction) of a function,
+that is what the best polynomial of order p - 1 leaves. It is an estimate of the error from above where coefficients fall
+from degree to degree, and near kinks and roots of p, where they hardly do, about the error itself.
 """
 
 from __future__ import annotations
@@ -13,8 +13,10 @@ import scipy
 from ..arrays import Array, Index
 from .boundary_mesh import BoundaryMesh
 
-MARGIN = (2.0, 1.0, 1.0, 1.5)
+MARGIN = (2.0, 0.5, 1.0, 1.5)
 """Factors of the tail of elements of order 0, 1, 2, and above, measured by scripts/verify_space."""
+RIM = 2.0
+"""Factor on elements at the rim of a part, where tractions may be infinite and coefficients fall slowly."""
 SMOOTH = 0.5
 """Least cosine between the normals of neighbours on one smooth surface."""
 
@@ -36,8 +38,8 @@ def tail(mesh: BoundaryMesh, nodes: Index, values: Array) -> Array:
     Returns
     -------
     (m,) array
-        At the nodes, constant on each element: the sum of its squares with the weights of the nodes is the square of the error in
-        L2 [as values].
+        At the nodes, constant on each element: the sum of its squares with the weights of the nodes is the square of the
+        error in L2 [as values].
     """
     element = mesh.element[nodes]
     kind, order, weight = mesh.kind[element], mesh.order[element], mesh.weight[nodes]
@@ -53,8 +55,23 @@ def tail(mesh: BoundaryMesh, nodes: Index, values: Array) -> Array:
     constant = np.flatnonzero(order == 0)
     if len(constant):
         square[constant] = weight[constant] * _spread(mesh, nodes, values, constant)
-    total = np.bincount(element, square, mesh.n_elements) / np.bincount(element, weight, mesh.n_elements).clip(1e-300)
-    return np.asarray(np.array(MARGIN)[np.minimum(order, len(MARGIN) - 1)] * np.sqrt(total[element]))
+    area = np.bincount(mesh.element, mesh.weight)
+    total = np.bincount(element, square, mesh.n_elements) / area
+    near = np.full(mesh.n_elements, np.inf)
+    np.minimum.at(near, element, rim_distance(mesh, nodes))
+    margin = np.array(MARGIN)[np.minimum(mesh.order, len(MARGIN) - 1)]
+    margin = np.where(near < area ** (1.0 / (mesh.dim - 1)), RIM * margin, margin)
+    return np.asarray((margin * np.sqrt(total))[element])
+
+
+def rim_distance(mesh: BoundaryMesh, nodes: Index) -> Array:
+    """Distance (m,) from nodes to the nearest node of another part, infinite where there is none [length]."""
+    result, part = np.full(len(nodes), np.inf), mesh.node_part
+    for number in np.unique(part[nodes]):
+        others, mine = np.flatnonzero(part != number), part[nodes] == number
+        if len(others):
+            result[mine] = scipy.spatial.cKDTree(mesh.x[others]).query(mesh.x[nodes[mine]])[0]
+    return result
 
 
 def _spread(mesh: BoundaryMesh, nodes: Index, values: Array, asked: Index) -> Array:

@@ -1,8 +1,8 @@
-"""The displacement in a half space under a load √(1 - r²/a²), as of Hertz and of Mindlin: blocks cut out of it are exact tests.
+"""The displacement in a half space under a load √(1 - r²/a²), of Hertz or Mindlin: blocks cut out of it are exact tests.
 
 It follows from that of the punch's density 1/√(t² - r²) by integration over t, with w = z + it, S = √(w² + r²),
-V = 2π Im ln(w + S), F = 2π Im(w ln(w + S) - S), ∂F/∂z = V, and for ν = 0 2G·2π u is for p (-F_x - z V_x, -F_y - z V_y, 2V - z V_z),
-for a shear e_x (2V - z F_xx, -z F_xy, F_x - z F_xz).
+V = 2π Im ln(w + S), F = 2π Im(w ln(w + S) - S), ∂F/∂z = V, and for ν = 0 2G·2π u is for p
+(-F_x - z V_x, -F_y - z V_y, 2V - z V_z), for a shear e_x (2V - z F_xx, -z F_xy, F_x - z F_xz).
 """
 
 from __future__ import annotations

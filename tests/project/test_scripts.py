@@ -104,7 +104,7 @@ SMALLEST = {
     "verify_contact": "--pairs 1 --floors 0", "mutate": "--list",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
-LONG = {"verify": "--h 1.6", "attack": "--quick"}
+LONG = {"verify": "--h 1.6", "verify_space": "--quick", "attack": "--quick"}
 NEED_MORE = {"compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
 """What needs other solvers or checkouts, or takes long at any size: their modules and words are looked at."""
 

@@ -28,6 +28,7 @@ from ..discrete.discretise import Discrete, discretise
 from ..discrete.interfaces import interfaces_of
 from ..run import prepare, run
 from ..steps.increment import Monitor, PreparedProblem
+from .fixed_mesh import carries_something
 from .slip import Slip
 from .tractions import Tractions, with_later_data
 
@@ -207,8 +208,7 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
         "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
         **(quantity.info() if shown else {}),
     }  # fmt: skip
-    # where nothing carries anything there is no p whose error could be known
-    if solution.bilateral or any(pair.pressure.any() for step in solution.tried for pair in step.pairs.values()):
+    if carries_something(solution):
         info["estimated_error"] = estimate
     status, reason = solution.status, solution.reason
     if status == "converged" and work.missed > 0.0:

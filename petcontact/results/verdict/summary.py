@@ -114,9 +114,9 @@ def _accuracy(solution: SolutionData) -> list[str]:
         return [f"  error of {what} not known: nothing is in contact"] * ("accuracy" in info)
     error = f"  error of {what}: {info['estimated_error']:.1e} estimated"
     if "resultant_error" in info:
-        error += f" in L2, of its resultants {info['resultant_error']:.1e}"
+        error += f" in L2, of resultants {info['resultant_error']:.1e}"
     if "accuracy" not in info and "resultant_error" in info:
-        return wrapped(error + ", ", ["by the tails of polynomials"], separator=" ")
+        return [error]
     if "accuracy" not in info:
         return [f"{error}, against half as many elements"]
     meshes = ", ".join(str(count) for count in info["levels"])
