@@ -13,7 +13,7 @@ import scipy
 from ..arrays import Array, Index
 from .boundary_mesh import BoundaryMesh
 
-MARGIN = (2.0, 0.5, 1.0, 1.5)
+MARGIN = (2.0, 0.7, 1.2, 1.5)
 """Factors of the tail of elements of order 0, 1, 2, and above, measured by scripts/verify_space."""
 RIM = 2.0
 """Factor on elements at the rim of a part, where tractions may be infinite and coefficients fall slowly."""

@@ -74,7 +74,7 @@ def test_hertz_on_a_rigid_sphere(order):
     found = mesh.basis_at(numbers[hits.face], hits.place)[:, solution.nodes["top"]] @ pair.pressure
     true = relative(np.ones(len(x)), found[:, None], elliptic(np.hypot(x[:, 0], x[:, 1]), 1.0)[:, None])
     error, of_force = tail_error(solution)
-    assert 1.0 < error / true < 2.0 and abs(pair.force[2] + 2.0 * np.pi / 3.0) < of_force * 2.0 * np.pi / 3.0
+    assert 1.0 < error / true < 3.0 and abs(pair.force[2] + 2.0 * np.pi / 3.0) < of_force * 2.0 * np.pi / 3.0
 
 
 def cattaneo(x, sign):

@@ -14,7 +14,7 @@ from ...results.solution import Solution
 from .slip import displacement_scale
 from .tractions import FADE
 
-SLIP = (1.0, 2.0, 1.0, 0.7)
+SLIP = (2.6, 1.4, 0.42, 0.47)
 """Error of u_t over the tail of q times the compliance of a half space to it, for order 0, 1, 2, and above."""
 COUPLING = 0.15
 """Share of the tail of p in that of q: p moves points sideways, too."""
