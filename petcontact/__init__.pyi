@@ -12,7 +12,9 @@ from .model.bodies import Material as Material
 from .model.bodies import Pair as Pair
 from .model.bodies import Symmetry as Symmetry
 from .model.bodies import Traction as Traction
+from .model.bodies import Units as Units
 from .model.case import load as load
+from .model.cycle import Cycle as Cycle
 from .model.load_steps import BoundaryChange as BoundaryChange
 from .model.load_steps import Obstacle as Obstacle
 from .model.load_steps import ObstacleChange as ObstacleChange
@@ -29,11 +31,13 @@ from .model.shapes import OutlineSide as OutlineSide
 from .model.shapes import Polygon as Polygon
 from .model.shapes import Rectangle as Rectangle
 from .model.shapes import SideBySide as SideBySide
+from .model.shapes import Superelement as Superelement
 from .model.solver_options import Bem as Bem
 from .model.solver_options import MeshOptions as MeshOptions
 from .model.solver_options import Method as Method
-from .model.units import Units as Units
 from .pipeline.adaptive.climb import adapt as adapt
+from .pipeline.operators import Operators as Operators
+from .pipeline.operators import operators as operators
 from .pipeline.solve import solve as solve
 from .results.figures.plots import plot_all as plot_all
 from .results.figures.stress import deformed_figure as deformed_figure

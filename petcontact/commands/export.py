@@ -2,7 +2,8 @@
 
 --csv DIR writes a file each of pairs (contact nodes), boundary (all nodes), reactions (by part), resultants (by pair),
 obstacles, increments and history (iterations); --csv FILE.csv writes one table. --vtkhdf FILE.vtkhdf is one file with all
-increments, bodies and fields, for ParaView.
+increments, bodies and fields, for ParaView. --superelement FILE.npz condenses a body to its contact parts: its compliance,
+for petcontact and numpy; FILE.inp is the stiffness for Abaqus.
 """
 
 from __future__ import annotations
@@ -25,20 +26,28 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         help="of --csv: increment 1, 2, ..., or `last` (default: all, below one another)")  # fmt: skip
     parser.add_argument("--vtkhdf", metavar="FILE.vtkhdf", help="all increments, bodies and fields for ParaView 5.12 on")
     parser.add_argument("--grid", metavar="NXxNY", help="of --vtkhdf: grid cells along x and y, in space along z too")
+    parser.add_argument("--superelement", metavar="FILE.npz", help="a body condensed to its contact parts (.npz, .inp)")
+    parser.add_argument("--body", metavar="NAME", help="of --superelement: which body, where there are several")
     parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
-    """Write; needs no PETSc."""
+    """Write; only superelements need PETSc."""
     from ..runtime.atomic_write import check_target
     from ..sweep.store.case_table import read_case
 
-    if not (arguments.csv or arguments.vtkhdf):
-        raise InputError("export: nothing to write; --csv DIR writes tables, --vtkhdf FILE.vtkhdf fields for ParaView")
+    if not (arguments.csv or arguments.vtkhdf or arguments.superelement):
+        raise InputError("export: nothing to write; --csv DIR writes tables, --vtkhdf FILE.vtkhdf fields for ParaView, "
+                         "--superelement FILE.npz a condensed body")  # fmt: skip
     if arguments.vtkhdf:
         if Path(arguments.vtkhdf).suffix.lower() != ".vtkhdf":
             raise InputError(f"{arguments.vtkhdf}: must end in .vtkhdf, which tells ParaView what it is")
         check_target(Path(arguments.vtkhdf), replace=True, inputs=[arguments.result])
+    if arguments.superelement:
+        from ..pipeline.superelement import superelement_format
+
+        superelement_format(arguments.superelement)
+        check_target(Path(arguments.superelement), replace=True, inputs=[arguments.result])
     solution = read_case(arguments.result, arguments.case)
     if arguments.csv:
         from ..results.tables import write_tables
@@ -48,7 +57,21 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if arguments.vtkhdf:
         _fields(arguments, solution)
         print(arguments.vtkhdf)
+    if arguments.superelement:
+        _superelement(arguments, solution, petsc_words)
     return 0
+
+
+def _superelement(arguments: argparse.Namespace, solution: Any, petsc_words: list[str]) -> None:
+    from ..pipeline.superelement import condensed_body
+    from ..runtime.petsc import initialise, petsc
+
+    initialise(petsc_words)
+    comm = petsc().COMM_WORLD
+    body = condensed_body(solution, arguments.body, comm)
+    if comm.getRank() == 0:
+        body.save(arguments.superelement)
+        print(f"{arguments.superelement}: body {body.name}, {len(body.x)} nodes")
 
 
 def _steps(word: str | None, solution: Any) -> list[int]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -20,11 +20,11 @@ from ..contact.system import ContactSystem, Modes, Surrogate
 from ..geometry.rotation import rigid_motions
 from ..mesh.curve_mesh import CurveMesh, as_curve
 from .body.base import ElasticBody
-from .composed import ComposedSystem
+from .composed import ComposedSystem, Joint
 from .contact_compliance import ContactCompliance, DenseCompliance, ProductCompliance
 from .half_space import HalfSpace
+from .interface import ContactMaps, contact_maps, places
 from .interface import Interface as Interface
-from .interface import contact_maps, places
 from .layer.kernel import Strip, body_thickness, strips
 from .layer.operator import LayerOperator
 from .spectral import shared_by
@@ -45,6 +45,8 @@ class BodiesSystem:
     comm : PETSc.Comm
     cases : int
         How many Robin problems will be solved: several may share more than one would.
+    join : callable, optional
+        Makes of bodies, interfaces, maps and communicator what solves all equations together, where a storage needs that.
 
     Attributes
     ----------
@@ -71,17 +73,20 @@ class BodiesSystem:
     def __init__(
         self, bodies: Sequence[ElasticBody], interfaces: Sequence[Interface], x: Sequence[Array], centres: Sequence[Array],
         comm: Any, cases: int = 1,
+        join: Callable[[Sequence[ElasticBody], Sequence[Interface], Sequence[ContactMaps], Any], Joint] | None = None,
     ) -> None:  # fmt: skip
         self.bodies, self.interfaces = list(bodies), list(interfaces)
         self.dim, self.k = bodies[0].mesh.dim, interfaces[0].directions.shape[1]
         ends = np.cumsum([0, *(len(i.nodes) for i in interfaces)])
         self.slices = [slice(int(a), int(b)) for a, b in itertools.pairwise(ends)]
-        self.size, states = int(ends[-1]), len(bodies[0].u_0)
+        self.size, states = int(ends[-1]), bodies[0].data.states
         self.weight = np.concatenate([bodies[i.body].mesh.weight[i.nodes] for i in interfaces])
         self.gap = np.concatenate([i.gap for i in interfaces])
         self.base = np.zeros((states, self.k * self.size))
         self._maps = [contact_maps(number, self.bodies, interfaces) for number in range(len(self.bodies))]
         self._x, self._layer = np.concatenate(x), list[Surrogate]()
+        self._joint = None if join is None else join(self.bodies, interfaces, self._maps, comm)
+        self._softened: tuple[Array, ContactCompliance] | None = None
         modes, balance, resultant = [], [], []
         for body, maps in zip(self.bodies, self._maps, strict=True):
             self.base += maps.seen(body.u_0.reshape(states, -1).T).T
@@ -94,6 +99,8 @@ class BodiesSystem:
         self.operator = self._composed(comm, cases)
 
     def _composed(self, comm: Any, cases: int) -> ContactCompliance:
+        if self._joint is not None:
+            return self._joint.compliance(self.surrogate)
         if len(self.bodies) == 1 and (own := self.bodies[0].contact_compliance(self._place, self.surrogate)) is not None:
             return own
         if any(body.compliance is None for body in self.bodies):
@@ -118,13 +125,21 @@ class BodiesSystem:
                 result[where] = -np.einsum("mtc,mck->mtk", face.directions, rigid_motions(points - centre))
         return result.reshape(self.k * self.size, -1)
 
-    def at(self, u_0: Array, modes: Modes, shares: Array, shift: Array) -> ContactSystem:
-        """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,), and a known `shift`."""
-        if len(self.bodies) == 1:
-            own = self.bodies[0].monolithic(self._place, shares, shift, self.surrogate)
-            if own is not None:
-                return own
-        return ComposedSystem(u_0, self.weight, modes, self.operator)
+    def at(self, u_0: Array, modes: Modes, shares: Array, layer: Array | None = None) -> ContactSystem:
+        """The contact system with this v for σ = 0, (M, k): load states weighted by `shares` (K,), and a `layer` (M,) that
+        gives way to pressure [length/stress]."""
+        operator = self.operator if layer is None or not layer.any() else self._with(layer)
+        if self._joint is not None:
+            return self._joint.system(u_0, self.weight, modes, shares, operator)
+        return ComposedSystem(u_0, self.weight, modes, operator)
+
+    def _with(self, layer: Array) -> ContactCompliance:
+        """S with a layer; the last one is kept."""
+        if self._softened is None or not np.array_equal(self._softened[0], layer):
+            if self._softened is not None:
+                self._softened[1].close()
+            self._softened = layer, self.operator.softened(layer)
+        return self._softened[1]
 
     @property
     def _place(self) -> Index:
@@ -183,5 +198,7 @@ class BodiesSystem:
     def close(self) -> None:
         """Free every PETSc object."""
         self.operator.close()
+        if self._softened is not None:
+            self._softened[1].close()
         for body in self.bodies:
             body.close()

@@ -3,13 +3,28 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from typing import Protocol
 
 import numpy as np
 
 from ..arrays import Array
-from ..contact.system import Modes, Surrogate
+from ..contact.system import ContactSystem, Modes, Surrogate
 from ..runtime.petsc import petsc
-from .contact_compliance import ContactCompliance, DenseCompliance
+from .contact_compliance import ContactCompliance, DenseCompliance, MakeSurrogate
+
+
+class Joint(Protocol):
+    """The equations of all bodies, to be solved together with those of contact."""
+
+    def compliance(self, surrogate: MakeSurrogate) -> ContactCompliance:
+        """S."""
+        ...
+
+    def system(
+        self, u_0: Array, weight: Array, modes: Modes, shares: Array, operator: ContactCompliance
+    ) -> ContactSystem:
+        """The contact system with this v for σ = 0, (M, k), with load states weighted by `shares` (K,)."""
+        ...
 
 
 class ComposedSystem:

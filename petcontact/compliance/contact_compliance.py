@@ -10,6 +10,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..contact.system import Linearisation, Modes, RigidModeConstraint, Surrogate
+from ..errors import InputError
 from ..linalg.bordered import BorderedKrylov
 from ..linalg.ksp import LinearSolver
 from ..linalg.row_layout import even_ranges
@@ -53,6 +54,16 @@ class ContactCompliance(abc.ABC):
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """δv = S δσ + M δα and δσ with δσ + ρ δv = r and E δσ = work (r,); ρ is of the shape of r. Collective."""
 
+    def softened(self, layer: Array) -> ContactCompliance:
+        """S of contacts with a layer that gives way to the pressure of each node, by `layer` (m,) [length/stress] times it.
+
+        Raises
+        ------
+        InputError
+            If the storage has no way to.
+        """
+        raise InputError('bem.mat_type: wear is not solved on these operators; choose "dense"')
+
     @property
     def kind(self) -> str:
         """KSP and PC of Robin solves by their types."""
@@ -80,6 +91,13 @@ class DenseCompliance(ContactCompliance):
     def matrix(self) -> Array:
         """S."""
         return self._matrix
+
+    def softened(self, layer: Array) -> ContactCompliance:
+        """With the layer on the diagonal of the normal components."""
+        k, soft = len(self._matrix) // len(layer), self._matrix.copy()
+        normal = k * np.arange(len(layer)) + k - 1
+        soft[normal, normal] += layer
+        return DenseCompliance(soft, self._comm, self.surrogate)
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """A new ρ costs a factorisation of I + ρS, bordered by the motions."""
@@ -175,7 +193,7 @@ class ProductCompliance(ContactCompliance):
         text: str,
     ) -> None:  # fmt: skip
         super().__init__(surrogate)
-        self._product, self._shape = product, shape
+        self._product, self._shape, self._others = product, shape, (motions, comm, surrogate, text)
         self._krylov = BorderedKrylov(shape, motions, "", comm, f"I + rho S, S by {text}")
         self._layer: Surrogate | None = None
         self._products: list[tuple[Array, Array]] = []
@@ -183,6 +201,12 @@ class ProductCompliance(ContactCompliance):
     def apply(self, sigma: Array) -> Array:
         """S σ."""
         return self._product(sigma)
+
+    def softened(self, layer: Array) -> ContactCompliance:
+        """With the layer added to products."""
+        add = np.zeros(self._shape)
+        add[:, -1] = layer
+        return ProductCompliance(lambda sigma: self._product(sigma) + add * sigma, self._shape, *self._others)
 
     def matrix(self) -> Array:
         """S, a product a column: for tests, and for many Robin solves."""

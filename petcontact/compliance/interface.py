@@ -101,6 +101,11 @@ def places(body: ElasticBody, interfaces: Sequence[Interface]) -> Index:
 class ContactMaps(Protocol):
     """Between vectors in the contact directions of a body (k m_c, ...) and of all interfaces (k M, ...)."""
 
+    @property
+    def matrices(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
+        """`seen`, and the transpose of `carried`, (k M, k m_c)."""
+        ...
+
     def seen(self, moved: Array) -> Array:
         """v of a displacement of the body."""
         ...
@@ -120,6 +125,11 @@ class _Reordered:
 
     order: Index
 
+    @property
+    def matrices(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
+        ones = scipy.sparse.identity(len(self.order), format="csr")[self.order]
+        return scipy.sparse.csr_array(ones), scipy.sparse.csr_array(ones)
+
     def seen(self, moved: Array) -> Array:
         return moved[self.order]
 
@@ -137,6 +147,10 @@ class _Combined:
 
     displacement: scipy.sparse.csr_array
     traction: scipy.sparse.csr_array
+
+    @property
+    def matrices(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
+        return self.displacement, self.traction
 
     def seen(self, moved: Array) -> Array:
         return np.asarray(self.displacement @ moved)

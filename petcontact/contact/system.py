@@ -75,12 +75,19 @@ class RigidModeConstraint:
         Traction whose resultant the equations are to complete.
     scale : float
         Size of the block's entries [length/stress].
+
+    Attributes
+    ----------
+    resisted : (r, q) array
+        Combinations of motions that active components resist.
+    free : (r, p) array
+        Combinations of motions of unit size that none does.
     """
 
     def __init__(self, modes: Modes | None, linearised: Linearisation, sigma: Array, scale: float) -> None:
         self._length = scale or 1.0
         if modes is None:
-            self._basis = self.free = np.zeros((0, 0))
+            self.resisted = self.free = np.zeros((0, 0))
             self.columns, self.rhs = np.zeros((int(linearised.active.sum()), 0)), np.zeros(0)
             self.rows, self._unit = self.columns.T, 1.0
             return
@@ -96,8 +103,8 @@ class RigidModeConstraint:
         resisted = np.append(strength, np.zeros(basis.shape[1] - len(strength))) > FREE * float(strength.max(initial=0.0))
         if not resisted.all():
             basis, self.free = basis @ turned[:, resisted], np.column_stack([self.free, basis @ turned[:, ~resisted]])
-        self._basis = basis / size[:, None]
-        self.columns = modes.motion[linearised.active] @ self._basis * self._length
+        self.resisted = basis / size[:, None]
+        self.columns = modes.motion[linearised.active] @ self.resisted * self._length
         rows = basis.T @ work
         self._unit = self._length / (float(np.abs(rows).max(initial=0.0)) or 1.0)
         self.rows = self._unit * rows
@@ -111,18 +118,18 @@ class RigidModeConstraint:
 
     def around(self, block: Array) -> Array:
         """The bordered matrix."""
-        n, r = len(block), self._basis.shape[1]
+        n, r = len(block), self.resisted.shape[1]
         whole = np.zeros((n + r, n + r))
         whole[:n, :n], whole[:n, n:], whole[n:, :n] = block, self.columns, self.rows
         return whole
 
     def work(self, resultant: Array) -> Array:
         """What the rows give of a traction of this resultant Eσ (r,)."""
-        return np.asarray(self._unit * (self._basis.T @ resultant))
+        return np.asarray(self._unit * (self.resisted.T @ resultant))
 
     def motion(self, coordinates: Array) -> Array:
         """δα."""
-        return np.asarray(self._basis @ coordinates * self._length)
+        return np.asarray(self.resisted @ coordinates * self._length)
 
 
 class Surrogate(Protocol):
@@ -274,7 +281,9 @@ class MonolithicSystem(ContactSystem, Protocol):
 
     defect: float
 
-    def linear_solve(self, linearised: Linearisation, rho: Array, tolerance: float) -> tuple[Array, Array]:
-        """σ [stress] and v [length] of a linearised law, near the last solution; inexact while that is far from the
+    def linear_solve(
+        self, linearised: Linearisation, rho: Array, tolerance: float, constraint: RigidModeConstraint | None
+    ) -> tuple[Array, Array, Array]:
+        """σ [stress], v [length] and α of a linearised law, near the last solution; inexact while that is far from the
         law's, and to a tenth of `tolerance` in the end."""
         ...

@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -92,6 +93,20 @@ def normal_stress_out_of_plane(stress: Array, material: Material) -> Array:
     return value
 
 
+def points_in(points: Any, dim: int) -> Array:
+    """Points as an array (m, dim).
+
+    Raises
+    ------
+    InputError
+        If they are none, or not finite.
+    """
+    found: Array = np.atleast_2d(np.asarray(points, dtype=float))
+    if found.ndim != 2 or found.shape[1] != dim or not np.all(np.isfinite(found)):
+        raise InputError(f"points: an array (m, {dim}) of finite coordinates is needed, got shape {found.shape}")
+    return found
+
+
 def field_at(
     mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None
 ) -> tuple[Array, Array]:
@@ -126,10 +141,8 @@ def field_at(
     InputError
         If a point lies outside the body or is not finite.
     """
-    points = np.atleast_2d(np.asarray(points, dtype=float))
     d = mesh.dim
-    if points.ndim != 2 or points.shape[1] != d or not np.all(np.isfinite(points)):
-        raise InputError(f"points: an array (m, {d}) of finite coordinates is needed, got shape {points.shape}")
+    points = points_in(points, d)
     mesh, u, traction = smoothed(mesh, u, traction)
     kernel = kernel_for(mesh, material)
     scaled = traction / kernel.traction_scale

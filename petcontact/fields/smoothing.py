@@ -14,7 +14,6 @@ import numpy as np
 
 from ..arrays import Array, Index, Mask
 from ..geometry.arcs import end_tangents
-from ..mesh.basis import lagrange
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 
@@ -81,10 +80,7 @@ def _end_values(
     before: Index, after: Index,
 ) -> tuple[Array, Array]:  # fmt: skip
     """Values at the start and end of each element: interpolated between neighbours that run on, else extrapolated."""
-    middle = np.stack([
-        np.einsum("k,kc->c", lagrange(int(p), np.zeros(1))[:, 0], values[a : a + p + 1])
-        for a, p in zip(mesh.first_node[:-1], mesh.order, strict=True)
-    ])
+    middle = mesh.basis_at(np.arange(mesh.n_elements), np.full(mesh.n_elements, 0.5)) @ values
     half = 0.5 * mesh.length
     slope_after = (middle[after] - middle) / (half + half[after])[:, None]
     slope_before = slope_after[before]

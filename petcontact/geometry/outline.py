@@ -124,6 +124,11 @@ class Outline:
         return tuple(side for loop in self.loops for side in loop)
 
     @property
+    def closed(self) -> bool:
+        """Whether the loops are all of the boundary of a finite body."""
+        return not self.exterior
+
+    @property
     def parts(self) -> tuple[str, ...]:
         """Names of the parts, in order of appearance."""
         return tuple(dict.fromkeys(side.part for side in self.sides))

@@ -32,6 +32,8 @@ class Boundary(Protocol):
         Of its bounding box [length].
     exterior : bool
         Whether the body is what lies outside.
+    closed : bool
+        Whether it is all of the boundary of a finite body, on which tractions are in equilibrium with the loads inside.
     """
 
     @property
@@ -42,6 +44,8 @@ class Boundary(Protocol):
     def diameter(self) -> float: ...
     @property
     def exterior(self) -> bool: ...
+    @property
+    def closed(self) -> bool: ...
 
 
 @dataclass(frozen=True)
@@ -53,6 +57,7 @@ class BoxSurface:
     parts: tuple[str, ...] = tuple(BOX_PARTS)
     dim: ClassVar[int] = 3
     exterior: ClassVar[bool] = False
+    closed: ClassVar[bool] = True
 
     @property
     def diameter(self) -> float:
@@ -81,6 +86,7 @@ class FacetSurface:
     parts: tuple[str, ...]
     dim: ClassVar[int] = 3
     exterior: ClassVar[bool] = False
+    closed: ClassVar[bool] = True
 
     @property
     def diameter(self) -> float:

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from importlib.resources import files
 
-ORDER = ("tutorial", "config", "contact", "loads", "space", "methods", "options", "sweeps", "fields", "export", "python",
-         "paper", "verification", "accuracy", "speed", "reliability", "gallery", "glossary", "extending",
-         "changes")  # fmt: skip
+ORDER = (
+    "tutorial", "config", "contact", "loads", "wear", "space", "operators", "methods", "options", "sweeps", "fields",
+    "export", "python", "paper", "verification", "accuracy", "speed", "reliability", "gallery", "glossary", "extending",
+    "changes",
+)  # fmt: skip
 
 
 def installed(name: str) -> str:

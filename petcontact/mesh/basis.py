@@ -74,6 +74,26 @@ def lagrange(order: int, s: Array) -> Array:
     return lagrange_coefficients(order) @ legendre(order, np.asarray(s, dtype=np.float64))
 
 
+def lagrange_slopes(order: int, s: Array) -> Array:
+    """Derivatives L_b'(s) of the same polynomials, (p+1, k)."""
+    legendre_series = lagrange_coefficients(order).T
+    slopes = np.polynomial.legendre.legder(legendre_series)  # type: ignore[no-untyped-call]
+    return np.asarray(slopes.T @ legendre(max(order - 1, 0), np.asarray(s, dtype=np.float64)))
+
+
+@functools.cache
+def best_slopes(order: int) -> Array:
+    """Where the slope of a polynomial through the p+1 Gauss points is accurate to one order more than elsewhere.
+
+    The p zeros of P'_{p+1}: the error of the interpolation is P_{p+1} times a smooth function, up to higher orders.
+    """
+    last = np.eye(order + 2)[order + 1]
+    zeros = np.polynomial.legendre.legroots(np.polynomial.legendre.legder(last))  # type: ignore[no-untyped-call]
+    found: Array = np.sort(np.real(zeros))
+    found.setflags(write=False)
+    return found
+
+
 @functools.cache
 def product_weights(order: int, points: int) -> tuple[Array, Array]:
     """A Gauss rule against the basis: points s (q,) and w_q L_b(s_q), (p+1, q)."""

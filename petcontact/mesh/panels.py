@@ -122,6 +122,31 @@ class Panels:
         """Values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""
         return np.asarray(monomials(local, self.exponents) @ self.coefficients.transpose(0, 2, 1))
 
+    def mapped(self, reference: Array) -> Array:
+        """Local coordinates (n, q, 2) of places (q, 2) of the reference square or triangle."""
+        return _mapped(self.polygon, reference)
+
+    def feet(self, x: Array) -> tuple[Array, Array, Array]:
+        """Of one point a panel, (n, 3): local coordinates (n, 2) of its foot on the panel's plane, its distance from that
+        [length], and how far inside the panel the foot is, over `size`, negative outside."""
+        away = x - self.centre
+        local = np.einsum("ncd,nd->nc", self.frame[:, :2], away) / self.size[:, None]
+        edge = np.roll(self.polygon, -1, axis=1) - self.polygon
+        to = local[:, None] - self.polygon
+        inside = (edge[..., 0] * to[..., 1] - edge[..., 1] * to[..., 0]) / np.linalg.norm(edge, axis=2)
+        return local, np.abs(np.sum(away * self.frame[:, 2], axis=1)), inside.min(axis=1)
+
+    def basis_slopes(self, local: Array) -> Array:
+        """Derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n, q, 2)."""
+        exponents, lowered = self.exponents, np.maximum(self.exponents[None] - np.eye(2, dtype=int)[:, None], 0)
+        slopes = np.stack([exponents[:, c] * monomials(local, lowered[c]) for c in range(2)], axis=-1)
+        return np.asarray(np.einsum("nqmc,nbm->nqbc", slopes, self.coefficients))
+
+    def tangent_vectors(self, local: Array) -> Array:
+        """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2) [length]."""
+        vectors = self.size[:, None, None] * self.frame[:, :2]
+        return np.broadcast_to(vectors[:, None], (*local.shape[:2], 2, 3))
+
     def rule(self, points: tuple[int, int]) -> tuple[Array, Array]:
         """A tensor Gauss rule on each panel, a triangle being a quadrilateral with two corners in one.
 

@@ -22,7 +22,6 @@ else:
     ModelMetaclass = type(pydantic.BaseModel)  # its module is private and may move
 
 
-
 def _not_too_large(value: float) -> float:
     if abs(value) > LARGEST_NUMBER:
         raise ValueError(f"must be at {'most ' if value > 0.0 else 'least -'}{LARGEST_NUMBER:g}")
@@ -33,6 +32,7 @@ _Limited = pydantic.AfterValidator(_not_too_large)
 Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False), _Limited]
 Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False), _Limited]
 NotNegative = Annotated[float, pydantic.Field(strict=True, ge=0.0, allow_inf_nan=False), _Limited]
+Share = Annotated[float, pydantic.Field(strict=True, ge=0.0, le=1.0)]
 Coordinate = Annotated[
     float, pydantic.Field(strict=True, ge=-LARGEST_COORDINATE, le=LARGEST_COORDINATE, allow_inf_nan=False)
 ]

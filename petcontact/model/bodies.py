@@ -2,16 +2,41 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import pydantic
 
-from .base import Expression, Finite, Model, Name, NotNegative, Positive, Vector, nearest, something
-from .load_steps import Step
-from .loads import PointForce, VolumeLoads, check_material
-from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide
+from .base import Expression, Finite, Model, Name, NotNegative, Positive, Share, Vector, something
+from .loads import PointForce, VolumeLoads
+from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide, Superelement
 from .solver_options import MeshOptions
+
+UnitName = Annotated[str, pydantic.Field(min_length=1, max_length=20)]
+
+
+class Units(Model):
+    """The `[units]` table: names that figures and files write; nothing is converted, any consistent units will do.
+
+    Attributes
+    ----------
+    length : str, optional
+        For example "mm".
+    stress : str, optional
+        For example "MPa".
+    """
+
+    length: UnitName | None = None
+    stress: UnitName | None = None
+
+    @property
+    def stiffness(self) -> str | None:
+        """Stress over length."""
+        return f"{self.stress}/{self.length}" if self.stress and self.length else None
+
+    @property
+    def force(self) -> str | None:
+        """Stress times length: a force per thickness of a plane body."""
+        return f"{self.stress}·{self.length}" if self.stress and self.length else None
 
 
 class Material(Model):
@@ -137,6 +162,12 @@ def no_friction_if_bonded(normal: Normal, coefficient: object, bound: object) ->
         raise ValueError(f'{key}: bonded parts do not slip; leave it out, or take normal = "bilateral"')
 
 
+def no_wear_unless_unilateral(normal: Normal, coefficient: object) -> None:
+    """Refuse wear of parts that have no gap which it opens."""
+    if coefficient is not None and normal != "unilateral":
+        raise ValueError(f'wear_coefficient: wear opens a gap, and {normal} parts have none; take normal = "unilateral"')
+
+
 class Contact(Model):
     """Contact with a fixed rigid obstacle; |σ_t| is bounded by Tresca, Coulomb, both (the bound caps), or is zero.
 
@@ -154,6 +185,10 @@ class Contact(Model):
         µ >= 0 of Coulomb's law |σ_t| <= µp [-], with |p| where bilateral contact pulls.
     friction_bound : expression, optional
         g >= 0 of Tresca's law |σ_t| <= g [stress]; with neither the contact is frictionless.
+    wear_coefficient : expression, optional
+        k >= 0 of Archard's law, where unilateral: worn depth = k ∫ p |dw| [1/stress].
+    wear_share : float
+        Share of it by which the body is worn, in [0, 1]; the obstacle is by the rest [-].
     """
 
     part: str
@@ -162,10 +197,13 @@ class Contact(Model):
     gap: Expression = 0.0
     friction_coefficient: Expression | None = None
     friction_bound: Expression | None = None
+    wear_coefficient: Expression | None = pydantic.Field(default=None, kw_only=True)
+    wear_share: Share = pydantic.Field(default=1.0, kw_only=True)
 
     @pydantic.model_validator(mode="after")
-    def _bonded_does_not_slip(self) -> Contact:
+    def _keys_fit_normal(self) -> Contact:
         no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
+        no_wear_unless_unilateral(self.normal, self.wear_coefficient)
         return self
 
     @property
@@ -175,7 +213,7 @@ class Contact(Model):
 
 
 Condition = Annotated[Displacement | Traction | Symmetry | Contact, pydantic.Field(discriminator="condition")]
-Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh, pydantic.Field(discriminator="shape")]
+Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh | Superelement, pydantic.Field(discriminator="shape")]
 
 
 class Body(Model):
@@ -234,6 +272,10 @@ class Pair(Model):
         µ >= 0 of Coulomb's law |σ_t| <= µp [-], with |p| where bilateral contact pulls.
     friction_bound : expression, optional
         g >= 0 of Tresca's law |σ_t| <= g, a cap on Coulomb's [stress]; with neither the contact is frictionless.
+    wear_coefficient : expression, optional
+        k >= 0 of Archard's law, where unilateral, of both sides together: worn depth = k ∫ p |dw| [1/stress].
+    wear_share : float
+        Share of it by which the secondary is worn, in [0, 1]; the primary is by the rest [-].
     """
 
     name: Name
@@ -244,72 +286,16 @@ class Pair(Model):
     direction: Annotated[tuple[Finite, ...], Vector] | None = None
     friction_coefficient: Expression | None = None
     friction_bound: Expression | None = None
+    wear_coefficient: Expression | None = None
+    wear_share: Share = 0.5
 
     @pydantic.model_validator(mode="after")
-    def _bonded_does_not_slip(self) -> Pair:
+    def _keys_fit_normal(self) -> Pair:
         no_friction_if_bonded(self.normal, self.friction_coefficient, self.friction_bound)
+        no_wear_unless_unilateral(self.normal, self.wear_coefficient)
         return self
 
     @pydantic.field_validator("direction")
     @classmethod
     def _points_somewhere(cls, value: tuple[float, ...] | None) -> tuple[float, ...] | None:
         return something(value)
-
-
-def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction:
-    """The condition of a part with the values of a step.
-
-    Raises
-    ------
-    ValueError
-        If the part has no such condition, or it would become another kind.
-    """
-    old = body.condition(change.part)
-    if not isinstance(old, Displacement | Traction):
-        names = [c.part for c in body.boundary if isinstance(c, Displacement | Traction)]
-        hint = nearest(change.part, names) or f"; those of body {body.name!r} are {', '.join(names) or 'none'}"
-        raise ValueError(f"{key}.part: no displacement or traction condition on {change.part!r}{hint}")
-    if isinstance(old, Traction):
-        return Traction(part=old.part, value=change.value, pressure=change.pressure)
-    if change.pressure is not None:
-        raise ValueError(f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = [ux, uy]")
-    if len(change.value) != len(old.value):
-        raise ValueError(f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, "
-                         f"got {len(change.value)}")  # fmt: skip
-    return Displacement(part=old.part, value=change.value)
-
-
-def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str]) -> None:
-    """Whether everything that a step changes exists.
-
-    Raises
-    ------
-    ValueError
-        One line that names the key, which starts with that of the step.
-    """
-    names = [body.name for body in bodies]
-
-    def body_of(change: Any, here: str) -> Body:
-        if change.body is None and len(names) > 1:
-            raise ValueError(f"{here}.body: this key is required where there are several bodies")
-        name = change.body or names[0]
-        if name not in names:
-            hint = nearest(name, names) or f"; bodies are {', '.join(names)}"
-            raise ValueError(f"{here}.body: no body {name!r}{hint}")
-        return bodies[names.index(name)]
-
-    for k, change in enumerate(step.boundary):
-        here = f"{key}.boundary[{k}]"
-        changed_condition(body_of(change, here), change, here)
-    for k, loads in enumerate(step.loads):
-        here = f"{key}.loads[{k}]"
-        check_material(here, body_of(loads, here), loads)
-    for k, other in enumerate(step.obstacle):
-        if other.name not in obstacles:
-            hint = nearest(other.name, obstacles) or "; obstacles are " + (", ".join(obstacles) or "none")
-            raise ValueError(f"{key}.obstacle[{k}].name: no obstacle {other.name!r}{hint}")
-    forces = [force.name for body in bodies for force in body.point_force if force.name]
-    for k, force in enumerate(step.point_force):
-        if force.name not in forces:
-            hint = nearest(force.name, forces) or "; point forces with a name are " + (", ".join(forces) or "none")
-            raise ValueError(f"{key}.point_force[{k}].name: no point force {force.name!r}{hint}")

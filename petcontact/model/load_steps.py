@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any, Literal
 
 import pydantic
 
 from ..errors import InputError
-from .base import Expression, Finite, Model, Name, Vector
-from .loads import LoadsChange
+from .base import Expression, Finite, Model, Name, Vector, nearest
+from .bodies import Body, Displacement, Traction
+from .loads import LoadsChange, check_material
 
 
 def _increments(value: Any) -> int | str:
@@ -201,3 +202,71 @@ class Step(Model):
     obstacle: tuple[ObstacleChange, ...] = ()
     point_force: tuple[PointForceChange, ...] = ()
     loads: tuple[LoadsChange, ...] = ()
+
+
+def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction:
+    """The condition of a part with the values of a step.
+
+    Raises
+    ------
+    ValueError
+        If the part has no such condition, or it would become another kind.
+    """
+    old = body.condition(change.part)
+    if not isinstance(old, Displacement | Traction):
+        names = [c.part for c in body.boundary if isinstance(c, Displacement | Traction)]
+        hint = nearest(change.part, names) or f"; those of body {body.name!r} are {', '.join(names) or 'none'}"
+        raise ValueError(f"{key}.part: no displacement or traction condition on {change.part!r}{hint}")
+    if isinstance(old, Traction):
+        return Traction(part=old.part, value=change.value, pressure=change.pressure)
+    if change.pressure is not None:
+        raise ValueError(f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = [ux, uy]")
+    if len(change.value) != len(old.value):
+        raise ValueError(f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, "
+                         f"got {len(change.value)}")  # fmt: skip
+    return Displacement(part=old.part, value=change.value)
+
+
+def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str]) -> None:
+    """Whether everything that a step changes exists.
+
+    Raises
+    ------
+    ValueError
+        One line that names the key, which starts with that of the step.
+    """
+    names = [body.name for body in bodies]
+
+    def body_of(change: Any, here: str) -> Body:
+        if change.body is None and len(names) > 1:
+            raise ValueError(f"{here}.body: this key is required where there are several bodies")
+        name = change.body or names[0]
+        if name not in names:
+            hint = nearest(name, names) or f"; bodies are {', '.join(names)}"
+            raise ValueError(f"{here}.body: no body {name!r}{hint}")
+        return bodies[names.index(name)]
+
+    for k, change in enumerate(step.boundary):
+        here = f"{key}.boundary[{k}]"
+        changed_condition(body_of(change, here), change, here)
+    for k, loads in enumerate(step.loads):
+        here = f"{key}.loads[{k}]"
+        check_material(here, body_of(loads, here), loads)
+    for k, other in enumerate(step.obstacle):
+        if other.name not in obstacles:
+            hint = nearest(other.name, obstacles) or "; obstacles are " + (", ".join(obstacles) or "none")
+            raise ValueError(f"{key}.obstacle[{k}].name: no obstacle {other.name!r}{hint}")
+    forces = [force.name for body in bodies for force in body.point_force if force.name]
+    for k, force in enumerate(step.point_force):
+        if force.name not in forces:
+            hint = nearest(force.name, forces) or "; point forces with a name are " + (", ".join(forces) or "none")
+            raise ValueError(f"{key}.point_force[{k}].name: no point force {force.name!r}{hint}")
+
+
+def changed_obstacle(obstacle: Obstacle, step: Step) -> Obstacle:
+    """An obstacle with what a step changes of it."""
+    for change in step.obstacle:
+        if change.name == obstacle.name:
+            given = {key: getattr(change, key) for key in ("displacement", "rotation", "force", "moment")}
+            obstacle = obstacle.model_copy(update={key: value for key, value in given.items() if value is not None})
+    return obstacle

@@ -20,14 +20,13 @@ from .bodies import (
     Pair,
     Symmetry,
     Traction,
-    changed_condition,
-    check_step,
+    Units,
 )
-from .load_steps import Obstacle, Step
+from .cycle import Cycle, check_cycle
+from .load_steps import Obstacle, Step, changed_condition, check_step
 from .loads import PointForce, VolumeLoads, check_material
 from .solver_options import Bem, MeshOptions, Method
 from .summary import html_table, summary
-from .units import Units
 
 ONE_BODY = "body"
 """Name of the body of a file without [[body]]."""
@@ -48,6 +47,8 @@ class Setting(Model):
         Which parts may touch.
     step : list of Step
         Load steps, in order; without them the loads are applied in one.
+    cycle : Cycle, optional
+        Which of them are done again and again.
     method : Method
         How the contact problem is solved.
     bem : Bem
@@ -61,6 +62,7 @@ class Setting(Model):
     obstacle: tuple[Obstacle, ...] = ()
     contact: tuple[Pair, ...] = ()
     step: tuple[Step, ...] = ()
+    cycle: Cycle | None = None
     method: Method = Method()
     bem: Bem = Bem()
     petsc: Options = {}  # noqa: RUF012 (pydantic copies it)
@@ -132,7 +134,7 @@ class Problem(Setting):
             self, title: str = ..., *, units: Units = ..., body: Sequence[Body] = ..., material: Material = ...,
             geometry: Geometry = ..., mesh: MeshOptions = ..., boundary: Sequence[Condition] = ...,
             point_force: Sequence[PointForce] = ..., loads: VolumeLoads | None = ..., obstacle: Sequence[Obstacle] = ...,
-            contact: Sequence[Pair] = ..., step: Sequence[Step] = ...,
+            contact: Sequence[Pair] = ..., step: Sequence[Step] = ..., cycle: Cycle | None = ...,
             method: Method = ..., bem: Bem = ..., petsc: Mapping[str, Any] = ...,
         ) -> None: ...  # fmt: skip
 
@@ -183,6 +185,8 @@ class Problem(Setting):
                 check_material("loads" if self._is_flat else f"body[{k}].loads", body, body.loads)
         for k, step in enumerate(self.step):
             check_step(f"step[{k}]", step, self.body, obstacles)
+        if self.cycle is not None:
+            check_cycle(self, self.cycle)
         return self
 
     def side(self, key: str, text: str, obstacles: list[str] = []) -> tuple[int, str]:  # noqa: B006 (read only)
@@ -211,19 +215,6 @@ class Problem(Setting):
                     known = {**known, change.part: changed_condition(now, change, f"step[{s}].boundary[{k}]")}
             result.append(known)
         return result
-
-    def point_forces(self, number: int, step: int, factor: float) -> list[PointForce]:
-        """Point forces of a body at a load factor of a step (from 1), linear from the end of the step before."""
-        last = [f.model_copy(update={"force": (0.0,) * len(f.force)}) for f in self.body[number].point_force]
-        wanted = list(self.body[number].point_force)
-        for k in range(1, step + 1):
-            changes = {change.name: change.force for change in (self.step[k - 1].point_force if self.step else ())}
-            wanted = [f.model_copy(update={"force": changes.get(f.name, f.force)}) for f in wanted]
-            share = factor if k == step else 1.0
-            reached = [tuple((1.0 - share) * a + share * b for a, b in zip(x.force, y.force, strict=True))
-                       for x, y in zip(last, wanted, strict=True)]  # fmt: skip
-            last = [f.model_copy(update={"force": force}) for f, force in zip(wanted, reached, strict=True)]
-        return last
 
     @property
     def material(self) -> Material:
@@ -309,6 +300,6 @@ def _distinct(key: str, names: list[str]) -> None:
 
 
 __all__ = [
-    "ONE_BODY", "OWN", "Body", "Condition", "Contact", "Displacement", "Geometry", "Material", "Normal", "Obstacle",
+    "ONE_BODY", "OWN", "Body", "Condition", "Contact", "Cycle", "Displacement", "Geometry", "Material", "Normal", "Obstacle",
     "OneBody", "Pair", "PointForce", "Problem", "Symmetry", "Traction", "VolumeLoads", "changed_condition",
 ]  # fmt: skip

@@ -14,6 +14,7 @@ from ..geometry.arcs import turn_of_radius, turn_through
 from ..geometry.gmsh import gmsh_outline, read_msh
 from ..geometry.gmsh_surface import gmsh_surface, is_surface
 from ..geometry.outline import Outline, Side, arc, oriented
+from ..geometry.superelement import LARGEST, CondensedSurface, read_superelement
 from ..geometry.surface import BoxSurface, FacetSurface
 from .base import Finite, Model, Point, Positive, SpacePoint, regular_file
 
@@ -249,3 +250,32 @@ class Gmsh(Model):
         """
         mesh = read_msh(str(regular_file(self.file, LARGEST_MESH)))
         return gmsh_surface(mesh, self.file) if is_surface(mesh) else gmsh_outline(mesh, self.file)
+
+
+class Superelement(Model):
+    """A body of any code, known by the condensed stiffness or compliance of its contact surface.
+
+    Anisotropic, layered or shell bodies, from finite elements: `petcontact help superelements` says what the file holds.
+    Conditions on its parts work; loads inside are in the file. The material is that of the surface: it says how stiff the
+    faces are against tractions that finite elements of their size do not resolve. Fields inside are not known.
+
+    Attributes
+    ----------
+    shape : "superelement"
+        The shape.
+    file : str
+        Path of the .npz file; in a config it is relative to the config's folder.
+    """
+
+    shape: Literal["superelement"] = pydantic.Field(default="superelement", kw_only=True)
+    file: str = pydantic.Field(min_length=1)
+
+    def outline(self) -> CondensedSurface:
+        """The contact surface.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, or does not hold what it should.
+        """
+        return read_superelement(regular_file(self.file, LARGEST))

@@ -545,16 +545,18 @@ DISPATCHED void petcontact_hmatrix_coarse(int64_t count, const int64_t *table, i
     }
 }
 
-/* y[rows of block i] = block i times x[its columns], for blocks of numbers in single precision, row after row: a block is
-   its first row, rows, the address of its columns' numbers, their count, and its address. `work` has room for the columns. */
-DISPATCHED void petcontact_local_multiply(int64_t count, const int64_t *table, const double *x, double *y, double *work)
+/* y[its rows] = block i times x[its columns], for blocks of numbers in single precision, row after row: a block is the
+   address of its rows' numbers, their count, the address of its columns' numbers, their count, and its address. `work` has
+   room for the columns. */
+DISPATCHED void petcontact_patches_multiply(int64_t count, const int64_t *table, const double *x, double *y, double *work)
 {
     for (int64_t i = 0; i < count; i++) {
-        const int64_t *g = table + 5 * i, *columns = (const int64_t *)(intptr_t)g[2];
+        const int64_t *g = table + 5 * i, *rows = (const int64_t *)(intptr_t)g[0];
+        const int64_t *columns = (const int64_t *)(intptr_t)g[2];
         const float *a = (const float *)(intptr_t)g[4];
         for (int64_t j = 0; j < g[3]; j++)
             work[j] = x[columns[j]];
         for (int64_t r = 0; r < g[1]; r++)
-            y[g[0] + r] = single_dot(a + r * g[3], work, g[3]);
+            y[rows[r]] = single_dot(a + r * g[3], work, g[3]);
     }
 }

@@ -8,18 +8,20 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
-from ..bem.boundary_data import free_motions
 from ..bem.kernels import kernel_for
 from ..bem.operators import BoundaryOperators
 from ..compliance.bodies import BodiesSystem
 from ..compliance.body.base import ElasticBody
 from ..compliance.body.dense import DenseBody
+from ..compliance.body.superelement import SuperelementBody
 from ..errors import InputError, SolverError
+from ..geometry.superelement import CondensedSurface
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 from ..runtime.petsc import petsc
 from .choice import LARGEST, check_memory, is_compressed, predicted_seconds, resolved_bem
 from .discrete.discretise import Discrete
+from .discrete.load_states import body_motions
 from .trust.meshes import check_meshes, check_stiffness
 
 ELASTIC_LIMIT = 1e-7
@@ -77,34 +79,45 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
                  size if len(bodies) > 1 else 1)  # fmt: skip
     if size == 1 or len(bodies) == 1:
         for b in dense:
-            bodies[b] = _dense(discrete, b, comm)
+            bodies[b] = eliminated_alone(discrete, b, comm)
     else:
         for b in dense[rank::size]:
-            bodies[b] = _dense(discrete, b, petsc().COMM_SELF)
+            bodies[b] = eliminated_alone(discrete, b, petsc().COMM_SELF)
         for k, b in enumerate(dense):
             bodies[b] = comm.tompi4py().bcast(bodies[b], root=k % size)
+    found = [body for body in bodies if body is not None]
     x = [meshes[i.body].x[i.nodes] for i in discrete.interfaces]
     centres = [np.array(o.centre_in(meshes[0].dim)) for o in discrete.problem.obstacle]
-    return BodiesSystem([body for body in bodies if body is not None], discrete.interfaces, x, centres, comm, cases)
+    join: Any = None
+    if any(body.is_solved_jointly for body in found):
+        from ..compliance.hierarchical.body import joined
+
+        join = joined
+    return BodiesSystem(found, discrete.interfaces, x, centres, comm, cases, join)
 
 
 def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Array]:
     """The operators of a body, and the rigid motions (n, d, r) that no condition holds."""
     mesh, data = discrete.meshes[number], discrete.data[number]
-    infinite = discrete.boundaries[number].exterior
-    modes = np.zeros((*mesh.x.shape, 0)) if infinite else free_motions(data, mesh)
-    return BoundaryOperators(mesh, data, kernel_for(mesh, discrete.problem.body[number].material)), modes
+    operators = BoundaryOperators(mesh, data, kernel_for(mesh, discrete.problem.body[number].material))
+    return operators, body_motions(discrete.boundaries[number], data, mesh)
 
 
-def _dense(discrete: Discrete, number: int, comm: Any) -> ElasticBody:
-    return DenseBody(*operators_of(discrete, number), comm)
+def eliminated_alone(discrete: Discrete, number: int, comm: Any) -> ElasticBody:
+    """One body by dense operators."""
+    operators, modes = operators_of(discrete, number)
+    boundary = discrete.boundaries[number]
+    if isinstance(boundary, CondensedSurface):
+        return SuperelementBody(operators, boundary)
+    return DenseBody(operators, modes, comm)
 
 
 def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:
     from ..compliance.body.full import FullBody
 
     operators, modes = operators_of(discrete, 0)
-    if len(discrete.meshes) > 1 or not discrete.interfaces[0].held or modes.shape[2]:
+    plain = discrete.interfaces[0].held and not modes.shape[2] and not isinstance(discrete.boundaries[0], CondensedSurface)
+    if len(discrete.meshes) > 1 or not plain:
         raise InputError('method.formulation: "full" is the paper\'s, for one body that is held, in bilateral contact with '
                          'a friction bound; use "condensed"')  # fmt: skip
     if bem.mat_type in ("hodlr", "hmatrix"):
@@ -119,15 +132,11 @@ def _compressed(
 ) -> ElasticBody | None:
     """A body on compressed operators; None where dense ones are predicted, or found, to do better."""
     mesh, held = discrete.meshes[number], discrete.interfaces[0].held
-    if not is_compressed(bem, mesh):
+    if isinstance(discrete.boundaries[number], CondensedSurface) or not is_compressed(bem, mesh):
         return None
     operators, modes = operators_of(discrete, number)
     if not isinstance(mesh, CurveMesh):
-        if not held or len(discrete.meshes) > 1 or modes.shape[2]:
-            if bem.mat_type == "hmatrix":
-                raise InputError('bem.mat_type: "hmatrix" is for one body in bilateral contact; choose "auto" or "dense"')
-            return None
-        from ..compliance.hierarchical.system import HierarchicalBody
+        from ..compliance.hierarchical.body import HierarchicalBody
 
         return HierarchicalBody(operators, modes, bem, comm, progress)
     from ..compliance.body.hodlr import HodlrBody

@@ -24,6 +24,7 @@ from ..runtime.petsc import options, petsc, reason_name, stage, timed
 from ..runtime.terminal import printable
 from .discrete.discretise import Discrete, discretise
 from .eliminate import Announce, eliminated
+from .steps.cycles import wear_history
 from .steps.diagnosis import reached, warnings_of
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
@@ -89,20 +90,20 @@ def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bo
     SolverError
         If there is no iterate to keep.
     """
-    results, began = finished_before(problem), time.perf_counter()
+    (results, rows), began = finished_before(problem), time.perf_counter()
     if problem.start is None:
         problem = replace(problem, start=first_iterate(problem))
     status, reason = "converged", ""
     with options(problem.discrete.problem.petsc), threads.suited_to(len(problem.system.base[0])), stage("iterate"):
         try:
-            for result in increments(problem, results, monitor, checked=checked):
+            for result in increments(problem, results, monitor, checked=checked, rows=rows):
                 results.append(result)
         except SolverError as error:
             if not results:
                 raise
             status, reason = "failed", str(error)
     seconds = {**problem.timings, "iterate": time.perf_counter() - began}
-    return _finished(problem, results, status, reason, seconds)
+    return replace(_finished(problem, results, status, reason, seconds), wear=wear_history(problem, rows))
 
 
 def _finished(

@@ -10,8 +10,10 @@ import numpy as np
 from ..bem.compatibility import check_compatible
 from ..errors import InputError
 from ..geometry.outline import Outline
+from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import BoxSurface, FacetSurface
 from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import mesh_outline
 from ..mesh.panelling import box_mesh, facet_mesh
 from ..mesh.panels import HIGHEST_ORDER
@@ -79,6 +81,32 @@ def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
             raise InputError(f"mesh.{key}: the facets of a surface from a file are its panels; mesh it finer in Gmsh")
     _check_size(len(boundary.facets) * (order + 1) ** 2)
     return facet_mesh(boundary, order)
+
+
+@_mesh.register
+def _(boundary: CondensedSurface, problem: Problem) -> BoundaryMesh:
+    for key in MeshOptions.model_fields:
+        if _is_given(problem.mesh, key):
+            raise InputError(f"mesh.{key}: the faces of a superelement are its elements")
+    return _faces(boundary)
+
+
+def _faces(surface: CondensedSurface) -> BoundaryMesh:
+    """The mesh of the contact surface: its faces as elements, linear ones unless the file says another order."""
+    at, arrays, count = surface.points[surface.elements], surface.arrays, len(surface.elements)
+    if surface.dim == 3:
+        corners = np.where(surface.elements[..., None] >= 0, at, np.nan)
+        return SurfaceMesh(corners, surface.order, surface.part, surface.parts)
+    start, end = at[:, 0], at[:, 1]
+    length, along = np.linalg.norm(end - start, axis=1), np.zeros(count)
+    for part in range(len(surface.parts)):
+        mine = surface.part == part
+        along[mine] = np.cumsum(length[mine]) - length[mine]
+    return CurveMesh(
+        start, end, arrays.get("curvature", np.zeros(count)), surface.order, surface.part,
+        surface.whole_numbers("line", np.arange(count, dtype=float)), arrays.get("side_start", along), surface.parts,
+        float(arrays.get("unit_length", surface.diameter)),
+    )  # fmt: skip
 
 
 def _order(options: MeshOptions) -> int:

@@ -9,20 +9,19 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index
-from ..bem.particular.inside import InsideLoads
 from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
 from ..errors import InputError
-from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, von_mises
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..model.base import nearest
+from ..model.cycle import cycle_steps
 from ..model.problem import Contact, Problem
 from ..refinement.zones import Zone, zones_of
-from .records import BodyResult, ContactFields, PairResult, StepResult
+from .evaluated import Evaluated
+from .records import BodyResult, ContactFields, PairResult, StepResult, WearHistory
 
 
 @dataclass(frozen=True, repr=False)
-class SolutionData:
+class SolutionData(Evaluated):
     """What a solve found and a result file holds; `Solution` adds what can be done with it.
 
     Attributes
@@ -44,6 +43,8 @@ class SolutionData:
         argv, PETSc options, versions and whatever else is told of the solve.
     failed : StepResult, optional
         The increment at which the solve ended, if it found no solution of it: its last iterate.
+    wear : WearHistory, optional
+        Of a problem with cycles.
     """
 
     problem: Problem
@@ -56,6 +57,7 @@ class SolutionData:
     timings: dict[str, float]
     info: dict[str, Any] = field(default_factory=dict)
     failed: StepResult | None = None
+    wear: WearHistory | None = None
 
     assembly = case = property(lambda self: self.problem, doc="`problem`.")
 
@@ -152,6 +154,12 @@ class SolutionData:
         """Traction (n, d) on the boundary of the only body [stress]."""
         return self.bodies[self.only_body("traction")].traction
 
+    def time(self, step: StepResult) -> float:
+        """An increment's place in the order of things: each step takes 1, the first time and in every later cycle."""
+        cycle, steps = self.problem.cycle, cycle_steps(self.problem)
+        before = 0 if cycle is None else cycle.count - 1 if step.step > steps[-1] else max(step.cycle, 1) - 1
+        return before * len(steps) + step.step - 1 + step.load_factor
+
     def columns(self, step: StepResult | None = None) -> dict[str, Any]:
         """Nodal fields of all interfaces after an increment, the last one by default, below one another.
 
@@ -171,6 +179,7 @@ class SolutionData:
                 "u_t": np.einsum("mc,mtc->mt", step.bodies[body].u[nodes], pair.tangent), "sigma_t": pair.sigma_t,
                 "sigma_n": 0.0 - pair.pressure, "friction_bound": pair.bound, "state": pair.state, "gap": pair.gap,
                 "slip": pair.slip, "slip_increment": pair.slip_increment, "pressure": pair.pressure,
+                "worn_depth": np.zeros(len(nodes)) if pair.wear is None else pair.wear.sum(axis=1),
                 **{key: np.full(len(nodes), text) for key, text in names.items()},
             }.items():  # fmt: skip
                 columns.setdefault(key, []).append(values)
@@ -213,74 +222,23 @@ class SolutionData:
         """
         found: dict[str, dict[str, Array]] = {}
         for name, mesh in self.meshes.items():
-            forces = mesh.weight[:, None] * self._increment(step).bodies[name].traction
+            forces = mesh.weight[:, None] * self.increment(step).bodies[name].traction
             found[name] = {part: forces[mesh.node_part == k].sum(axis=0) for k, part in enumerate(mesh.part_names)}
         return dict(found) if len(found) > 1 else dict(next(iter(found.values())))
 
-    def fields_at(
-        self, points: Any, body: str | None = None, step: StepResult | int | None = None, progress: Progress | None = None
-    ) -> tuple[Array, Array]:
-        """Displacement (k, d) [length] and stress (k, 3), in space (k, 6) [stress] at points inside a body.
-
-        Parameters
-        ----------
-        points : (k, d) array
-            See `fields.interior.field_at`.
-        body : str, optional
-            Its name; the first one by default.
-        step : StepResult or int, optional
-            An increment, or its number from 1 on as in a result file; the last one by default.
-        progress : callable, optional
-            Called with the share of the elements that is done.
+    def increment(self, step: StepResult | int | None) -> StepResult:
+        """An increment, by its number from 1 on; the last one by default.
 
         Raises
         ------
         InputError
-            If there is no such body or increment, or a point is not inside it.
+            If there is no such increment.
         """
-        return self.fields_and_normal_at(points, body, step, progress)[:2]
-
-    def fields_and_normal_at(
-        self, points: Any, body: str | None, step: StepResult | int | None, progress: Progress | None = None
-    ) -> tuple[Array, Array, Array]:
-        """As `fields_at`, and σ_zz (k,) [stress]."""
-        names, step = [each.name for each in self.problem.body], self._increment(step)
-        if body is not None and body not in names:
-            raise InputError(f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}")
-        number = 0 if body is None else names.index(body)
-        mesh, found, material = self.meshes[names[number]], step.bodies[names[number]], self.problem.body[number].material
-        points = np.asarray(points, dtype=np.float64)
-        try:
-            loads = InsideLoads.of(self.problem, number, mesh, step.step, step.load_factor)
-            u, stress = field_at(mesh, *loads.without(found.u, found.traction), material, points, progress)
-        except InputError as error:
-            if len(names) == 1:
-                raise
-            others = f"; body=... names another: {', '.join(names)}" if body is None else ""
-            raise InputError(f"body {names[number]!r}: {error}{others}") from None
-        u_p, stress_p, out_of_plane = loads.at(points)
-        stress = stress + stress_p
-        return u + u_p, stress, out_of_plane + normal_stress_out_of_plane(stress, material)
-
-    def _increment(self, step: StepResult | int | None) -> StepResult:
         if not isinstance(step, int):
             return step or self.last
         if not 0 < step <= len(self.steps):
             raise InputError(f"step: there are increments 1 to {len(self.steps)}, got {step}")
         return self.steps[step - 1]
-
-    def at(self, points: Any, body: str | None = None, step: StepResult | int | None = None) -> Array:
-        """Displacement at points (k, d) inside a body, (k, d) [length]; see `fields_at`."""
-        return self.fields_at(points, body, step)[0]
-
-    def stress_at(self, points: Any, body: str | None = None, step: StepResult | int | None = None) -> Array:
-        """σ_xx, σ_yy, σ_xy there (k, 3); in space xx, yy, zz, xy, xz, yz (k, 6) [stress]; see `fields_at`."""
-        return self.fields_at(points, body, step)[1]
-
-    def von_mises_at(self, points: Any, body: str | None = None, step: StepResult | int | None = None) -> Array:
-        """Von Mises stress at points (k, d) inside a body, (k,) [stress]; see `fields_at`."""
-        _, stress, out_of_plane = self.fields_and_normal_at(points, body, step)
-        return von_mises(stress, out_of_plane if stress.shape[1] == 3 else None)
 
     def to_dataframe(self, step: StepResult | int | None = None) -> Any:
         """The nodes of all interfaces after an increment, the last one by default, as a pandas table.
@@ -295,7 +253,7 @@ class SolutionData:
         """
         import pandas
 
-        columns = self.columns(self._increment(step))
+        columns = self.columns(self.increment(step))
         table: dict[str, Array] = dict(zip("xyz", columns["x"].T, strict=False))
         for name in ("u_t", "sigma_t", "slip", "slip_increment"):
             several = columns[name].shape[1] > 1

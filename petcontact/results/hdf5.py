@@ -14,13 +14,14 @@ from ..contact.state import COLUMNS, History
 from ..errors import ResultError
 from ..mesh.storage import demand, read_mesh, write_mesh
 from ..model.base import parse
+from ..model.bodies import Units
 from ..model.problem import Problem
-from ..model.units import Units
 from .data import SolutionData
 from .format.checks import check_fields, check_group, check_history, check_link, check_pair, read_table
 from .format.container import opened, write_atomically
 from .format.descriptions import FIELDS
 from .format.format1 import read_format1
+from .format.wear import read_wear, write_wear
 from .records import BodyResult, ObstacleResult, PairResult, StepResult
 
 FORMAT = "petcontact result"
@@ -34,8 +35,8 @@ MEASURES = ("equilibrium", "elimination", "overlap")
 STILL = ("x", "normal", "tangent", "weight", "arc_length")
 """Of an interface what no increment changes: stored once, by several names."""
 MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "state")
-ERRORS = ("pressure_error", "sigma_t_error")
-"""Estimates, which files of earlier versions lack."""
+OPTIONAL = ("pressure_error", "sigma_t_error", "wear")
+"""What files of earlier versions, or without wear, lack."""
 RESULTANTS = ("force", "moment", "dissipated", "dissipated_error", "force_primary", "moment_primary")
 PLACES = ("displacement", "rotation", "force", "moment")
 ONE_BODY = ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state",
@@ -78,10 +79,12 @@ def write_group(group: Any, solution: SolutionData) -> None:
             place[key] = getattr(solution.last.pairs[name], key)
     steps = group.create_group("steps")
     for k, step in enumerate(solution.steps, 1):
-        _write_step(group, steps.create_group(f"{k}"), step)
+        _write_step(group, steps.create_group(f"{k}"), solution, step)
     if solution.failed is not None:
-        _write_step(group, group.create_group("failed"), solution.failed)
+        _write_step(group, group.create_group("failed"), solution, solution.failed)
     _write_tables(group, solution.tried)
+    if solution.wear is not None:
+        write_wear(group, solution.wear)
     group.attrs.update({
         "format": FORMAT, "format_version": FORMAT_VERSION, "config": solution.problem.toml(), "status": solution.status,
         "reason": solution.reason, "iterations": solution.iterations, "rho": solution.rho, "residual": solution.residual,
@@ -121,8 +124,8 @@ def _write_tables(group: Any, steps: list[StepResult]) -> None:
     rows["exchanged"] = np.array([count for row in exchanged for count in row], dtype=int)
 
 
-def _write_step(group: Any, place: Any, step: StepResult) -> None:
-    facts = {"name": step.name, "step": step.step, "load_factor": step.load_factor, "status": step.status,
+def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult) -> None:
+    facts = {"name": step.name, "step": step.step, **_of_cycle(step), "load_factor": step.load_factor, "status": step.status,
              "reason": step.reason, "iterations": step.iterations, "rho": step.rho, "residual": step.residual,
              **{f"residual_{key}": value for key, value in step.residuals.items()}}  # fmt: skip
     place.attrs.update({key: value for key, value in facts.items() if value == value})  # what was not computed is not there
@@ -133,18 +136,28 @@ def _write_step(group: Any, place: Any, step: StepResult) -> None:
             here[key] = group[f"pairs/{name}/{key}"]
         for key in MOVING:
             here[key] = getattr(pair, key)
-        for key in ERRORS:
+        for key in OPTIONAL:
             if (values := getattr(pair, key)) is not None:
                 here[key] = values
         known = {key: getattr(pair, key) for key in (*RESULTANTS, "area", "imbalance")}
+        if pair.wear is not None:
+            known["worn_volume"], known["worn_depth"] = pair.worn_volume, pair.worn_depth
         here.attrs.update({key: value for key, value in known.items() if value is not None})
     for name, body in step.bodies.items():
         here = _ordered(place, f"body/{name}")
         for key in ("x", "normal", "weight", "part"):
             here[key] = group[f"bodies/{name}/{key}"]
         here["u"], here["traction"] = body.u, body.traction
+        if solution.body_fields(name, step).known:
+            here["stress"] = solution.stress_on_boundary(name, step)
     for name, obstacle in step.obstacles.items():
         _ordered(place, f"obstacle/{name}").attrs.update({key: getattr(obstacle, key) for key in PLACES})
+
+
+def _of_cycle(step: StepResult) -> dict[str, int]:
+    """What only steps of cycles have."""
+    found = {"cycle": step.cycle} if step.cycle else {}
+    return found if step.origin is None else {**found, "origin": step.origin}
 
 
 def _write_one_body(group: Any, solution: SolutionData) -> None:
@@ -249,7 +262,7 @@ def _read(group: Any, attributes: dict[str, Any], source: str) -> SolutionData:
     found = SolutionData(
         problem, meshes, nodes, sides, steps, str(attributes["status"]), str(attributes["reason"]),
         read_table(attributes["timings"], f"{source}: timings", numbers=True),
-        read_table(attributes["info"], f"{source}: info"), failed,
+        read_table(attributes["info"], f"{source}: info"), failed, read_wear(group, nodes, source),
     )  # fmt: skip
     if attributes["format_version"] == FORMAT_VERSION and len(meshes) == 1:
         _check_one_body(group, found, source)
@@ -268,8 +281,9 @@ def _read_history(rows: dict[str, Any], increment: int) -> History:
 def _read_step(place: Any, history: History) -> StepResult:
     facts = place.attrs
     pairs = {
-        name: PairResult(**{key: here[key][()] for key in (*STILL, *MOVING, *(key for key in ERRORS if key in here))},
-                         **{key: here.attrs[key] for key in RESULTANTS if key in here.attrs})
+        name: PairResult(**{key: here[key][()] for key in (*STILL, *MOVING)},
+                         **{key: here.attrs[key] for key in RESULTANTS if key in here.attrs},
+                         **{key: here[key][()] for key in OPTIONAL if key in here})
         for name, here in place.get("contact", {}).items()
     }  # fmt: skip
     bodies = {name: BodyResult(here["u"][()], here["traction"][()]) for name, here in place.get("body", {}).items()}
@@ -279,5 +293,6 @@ def _read_step(place: Any, history: History) -> StepResult:
     return StepResult(
         str(facts["name"]), int(facts["step"]), float(facts["load_factor"]), str(facts["status"]), str(facts["reason"]),
         int(facts["iterations"]), residuals, pairs, bodies, obstacles, place["alpha"][()],
-        float(facts.get("rho", np.nan)), float(facts.get("residual", np.nan)), history,
+        float(facts.get("rho", np.nan)), float(facts.get("residual", np.nan)), history, int(facts.get("cycle", 0)),
+        int(facts["origin"]) if "origin" in facts else None,
     )  # fmt: skip

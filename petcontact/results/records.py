@@ -52,6 +52,8 @@ class PairResult:
         known [stress].
     force_primary, moment_primary : (d,) array, and float, in space (3,) array, optional
         On the body of the primary side, as its nodes feel them; None where that is the ground or an obstacle.
+    wear : (m, 2) array, optional
+        Depths by which secondary and primary are worn; None where nothing wears [length].
     """
 
     x: Array
@@ -72,8 +74,19 @@ class PairResult:
     dissipated_error: float = np.nan
     force_primary: Array | None = None
     moment_primary: Axial | None = None
+    wear: Array | None = None
     pressure_error: Array | None = None
     sigma_t_error: Array | None = None
+
+    @property
+    def worn_volume(self) -> Array:
+        """Of secondary and primary, (2,) [length², in space length³]."""
+        return np.zeros(2) if self.wear is None else np.asarray(self.weight @ self.wear)
+
+    @property
+    def worn_depth(self) -> float:
+        """The largest, of both sides together [length]."""
+        return 0.0 if self.wear is None else float(self.wear.sum(axis=1).max(initial=0.0))
 
     @property
     def area(self) -> float:
@@ -151,6 +164,10 @@ class StepResult:
         ‖R_ρ‖ in L2 of the interfaces with that ρ [stress · length^½, in space stress · length].
     history : History
         A row an iteration.
+    cycle : int
+        Of a step of a cycle, how many cycles are done with it; else 0.
+    origin : int, optional
+        Number of the step at whose end the step begins, if not the one before.
     """
 
     name: str
@@ -167,6 +184,31 @@ class StepResult:
     rho: float = math.nan
     residual: float = math.nan
     history: History = field(default_factory=History)
+    cycle: int = 0
+    origin: int | None = None
+
+    @property
+    def shares(self) -> dict[int, float]:
+        """Of the loads at the ends of steps, by their number."""
+        origin = self.step - 1 if self.origin is None else self.origin
+        return {origin: 1.0 - self.load_factor, self.step: self.load_factor}
+
+
+@dataclass(frozen=True)
+class WearHistory:
+    """Wear over cycles, at the ends of those that were computed.
+
+    Attributes
+    ----------
+    cycle : (j,) array
+        How many are done.
+    pressure, depth : dicts of (j, m) arrays by interface
+        p [stress], and the worn depth of both sides together [length], at the secondary's nodes.
+    """
+
+    cycle: Index
+    pressure: dict[str, Array]
+    depth: dict[str, Array]
 
 
 @dataclass(frozen=True)

@@ -39,12 +39,14 @@ def pairs_table(solution: SolutionData, step: StepResult) -> Table:
     columns = solution.columns(step)
     u = [step.bodies[solution.sides[name][0]].u[solution.nodes[name]] for name in step.pairs]
     tangential = {key: along_tangents(key, columns[key]) for key in ("sigma_t", "slip", "slip_increment")}
+    wears = any(pair.wear is not None for pair in step.pairs.values())
     words = np.array([STATES[k][0] for k in sorted(STATES)])
     return {
         **{key: columns[key] for key in ("pair", "body", "part")}, "node": columns["nodes"], **named("", columns["x"]),
         **named("n", columns["normal"]), **{key: columns[key] for key in ("arc_length", "weight", "pressure")},
         **tangential["sigma_t"], "bound": columns["friction_bound"], "gap": columns["gap"], **tangential["slip"],
         **tangential["slip_increment"], "state": words[columns["state"]], **named("u", np.concatenate(u)),
+        **({"worn_depth": columns["worn_depth"]} if wears else {}),
     }  # fmt: skip
 
 
@@ -71,14 +73,16 @@ def reactions_table(solution: SolutionData, step: StepResult) -> Table:
 
 
 def resultants_table(solution: SolutionData, step: StepResult) -> Table:
-    """Of each pair: force and moment on the secondary, closed area, energy dissipated in the increment."""
+    """Of each pair: force and moment on the secondary, closed area, energy dissipated in the increment, worn volume."""
     pairs = step.pairs
+    wear = {"worn_volume": np.array([pair.worn_volume.sum() for pair in pairs.values()])}
     moments = np.array([np.atleast_1d(pair.moment) for pair in pairs.values()])
     return {
         "pair": np.array(list(pairs)), **named("F", [pair.force for pair in pairs.values()]),
         **(named("M", moments) if moments.shape[1:] == (3,) else {"M": moments.ravel()}),
         "area": np.array([pair.area for pair in pairs.values()]),
         "dissipated": np.array([pair.dissipated for pair in pairs.values()]),
+        **(wear if any(pair.wear is not None for pair in pairs.values()) else {}),
     }  # fmt: skip
 
 

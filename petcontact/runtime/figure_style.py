@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -135,11 +135,3 @@ def title(text: str) -> str:
 def plain(text: str) -> str:
     """A user's text for matplotlib, which would take what stands between dollars for a formula."""
     return printable(text).replace("$", r"\$")
-
-
-def closed(points: Iterable[Any]) -> Any:
-    """A curve (k, 2) from its pieces that ends where it starts."""
-    import numpy as np
-
-    curve = np.vstack(list(points))
-    return np.vstack([curve, curve[:1]])

@@ -39,6 +39,8 @@ class ContactState:
         On the body (of a pair: the secondary), by part or interface [stress · length^(dim-1)].
     dissipated : float
         What friction took, in all steps [stress · length^dim].
+    worn : dict of str to (2,) array
+        Volume and largest depth of wear, of both sides together, by interface that wears [length^dim], [length].
     """
 
     weight: Array
@@ -48,6 +50,7 @@ class ContactState:
     state: States
     force: dict[str, Array]
     dissipated: float
+    worn: dict[str, Array]
 
 
 def contact_of(solution: Solution) -> ContactState:
@@ -58,6 +61,8 @@ def contact_of(solution: Solution) -> ContactState:
         columns["weight"], columns["slip"], columns["sigma_t"], columns["sigma_n"], columns["state"],
         {name: pair.force for name, pair in solution.pairs.items()},
         sum(pair.dissipated for step in steps for pair in step.pairs.values()),
+        {name: np.array([pair.worn_volume.sum(), pair.worn_depth])
+         for name, pair in solution.pairs.items() if pair.wear is not None},
     )
 
 
@@ -97,6 +102,13 @@ def resultants(contact: ContactState) -> dict[str, float]:
     single = len(contact.force) == 1
     return {f"force_{axis}" + ("" if single else f"_{name}"): float(value)
             for name, force in contact.force.items() for axis, value in zip("xyz", force, strict=False)}  # fmt: skip
+
+
+def wear(contact: ContactState) -> dict[str, float]:
+    """worn_volume, worn_depth and max_pressure where anything wears; of several interfaces that do with their names."""
+    found = {f"{key}_{name}" if len(contact.worn) > 1 else key: float(value) for name, values in contact.worn.items()
+             for key, value in zip(("worn_volume", "worn_depth"), values, strict=True)}  # fmt: skip
+    return {**found, "max_pressure": float(-contact.sigma_n.min(initial=0.0))} if found else {}
 
 
 QUANTITIES = {
@@ -159,7 +171,8 @@ def users(names: Sequence[str], folder: Path, coordinates: Sequence[str] = ()) -
 
 def is_column(name: str) -> bool:
     """Whether the table of any sweep has, or may have, such a column of its own."""
-    return name in COLUMNS or name in QUANTITIES or name.startswith(("force_", "von_mises_", "history_"))
+    own = name in COLUMNS or name in QUANTITIES or name == "max_pressure"
+    return own or name.startswith(("force_", "von_mises_", "history_", "worn_"))
 
 
 def row_of(
@@ -170,7 +183,7 @@ def row_of(
     contact = contact_of(solution)
     return {
         "id": id_, **coordinates, "status": solution.status, **_facts(solution), "reason": solution.reason,
-        **{name: function(contact) for name, function in QUANTITIES.items()}, **resultants(contact),
+        **{name: function(contact) for name, function in QUANTITIES.items()}, **resultants(contact), **wear(contact),
         **von_mises_at(solution, points), **{name: float(function(solution)) for name, function in (more or {}).items()},
     }  # fmt: skip
 

@@ -118,7 +118,7 @@ def test_bodies_that_are_held_agree_in_two_load_states(comm):
     full.close()
 
 
-@pytest.mark.parametrize("case", ["pin", "stack", 1, 2])
+@pytest.mark.parametrize("case", ["stack", 1, *(pytest.param(case, marks=pytest.mark.slow) for case in ("pin", 2))])
 def test_assemblies_by_products_are_the_dense_ones(case, monkeypatch):
     """Configs and random pairs; S is never formed, Newton is GMRES with T and rigid motions in it."""
     assembly = config(case) if isinstance(case, str) else random_pair(case)

@@ -10,7 +10,7 @@ from prepared import Posed
 
 from petcontact import InputError, SolverError, load, solve
 from petcontact.compliance.body.dense import DenseBody
-from petcontact.compliance.hierarchical.system import HierarchicalBody
+from petcontact.compliance.hierarchical.body import HierarchicalBody
 from petcontact.compression.hmatrix.matrix import HMatrix
 from petcontact.runtime.petsc import options, petsc
 
@@ -94,7 +94,7 @@ def test_a_compression_that_went_wrong_is_refused(comm, monkeypatch):
 
 
 def test_too_little_memory_is_told_before_the_build(comm, monkeypatch):
-    monkeypatch.setattr("petcontact.compliance.hierarchical.equations.physical_memory", lambda: 1e6)
+    monkeypatch.setattr("petcontact.compliance.hierarchical.rows.physical_memory", lambda: 1e6)
     with pytest.raises(InputError, match=r"compressed operator of \d+ nodes takes about"):
         Posed(problem(**TIGHT), comm)
 

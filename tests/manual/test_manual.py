@@ -36,8 +36,14 @@ def run(program: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(program, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
 
 
-@pytest.mark.mpi
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def with_ranks(page: Path) -> bool:
+    """Whether a command of the page starts ranks."""
+    return any("mpiexec" in text for words, text in blocks(page, "sh") if "slow" not in words)
+
+
+@pytest.mark.parametrize(
+    "page", [pytest.param(page, id=page.stem, marks=[pytest.mark.mpi] if with_ranks(page) else []) for page in PAGES]
+)
 def test_every_fenced_command_runs(page, tmp_path):
     """Blocks of `sh`, in order; those of `sh fails` must be refused; those of `sh slow` take minutes, not here."""
     shutil.copytree(ROOT / "configs", tmp_path / "configs")

@@ -165,12 +165,12 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
 
 # --- kill -9 -------------------------------------------------------------------------------------------------------
 def test_kill_9_at_random_moments_of_writing(tmp_path, comm):
-    """30 kills of a process that does nothing but replace one result by the next: what is there is always whole."""
+    """12 kills of a process that does nothing but replace one result by the next: what is there is always whole."""
     solution = solve(example(1, mesh=COARSE), comm=comm)
     path = tmp_path / "r.h5"
     write_solution(path, solution)
     random = np.random.default_rng(6)
-    for turn in range(1, 31):
+    for turn in range(1, 13):
         read, wrote = os.pipe()
         pid = os.fork()
         if pid == 0:

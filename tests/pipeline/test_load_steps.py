@@ -258,7 +258,7 @@ def test_the_file_holds_every_step_and_is_read_back(tmp_path):
         assert {key: pair[key].shape for key in shapes} == shapes
         assert set(pair.attrs) == {"force", "moment", "area", "dissipated", "dissipated_error", "imbalance"}
         assert np.isclose(pair["weight"] @ pair["pressure"][()], -pair.attrs["force"][1])
-        assert set(file["steps/1/body/block"]) == {"x", "normal", "weight", "part", "u", "traction"}
+        assert set(file["steps/1/body/block"]) == {"x", "normal", "weight", "part", "u", "traction", "stress"}
         assert set(file["steps/1/obstacle/punch"].attrs) == {"displacement", "rotation", "force", "moment"}
         assert {"name", "load_factor", "status", "iterations"} <= set(file["steps/1"].attrs)
         assert np.array_equal(file["contact/pressure"], pair["pressure"]) and set(file["contact/state"]) <= {0, 1, 2}

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
 import h5py
 import pytest
 
+from petcontact.commands.main import main
+
 CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.toml"))
 SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_text())]
 
 
 @pytest.mark.parametrize("path", SINGLE, ids=lambda path: path.stem)
-def test_config_runs(path, tmp_path):
-    done = subprocess.run(
-        [sys.executable, "-m", "petcontact", "solve", str(path), "-o", str(tmp_path / "result.h5")],
-        capture_output=True, text=True, timeout=120, cwd=tmp_path,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr + done.stdout
-    assert "converged:" in done.stdout and done.stderr == ""
-    assert max(len(line) for line in done.stdout.splitlines()) <= 80 + len(str(tmp_path))
+def test_config_runs(path, tmp_path, capfd, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    status, printed = main(["solve", str(path), "-o", str(tmp_path / "result.h5")]), capfd.readouterr()
+    assert status == 0, printed.err + printed.out
+    assert "converged:" in printed.out and printed.err == ""
+    assert max(len(line) for line in printed.out.splitlines()) <= 80 + len(str(tmp_path))
     assert len(list(tmp_path.glob("result-*.png"))) >= 4
     with h5py.File(tmp_path / "result.h5") as file:
         assert file.attrs["status"] == "converged"

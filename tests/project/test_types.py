@@ -38,7 +38,7 @@ Problem(materal=Material(1e4, 0.3))
 def test_mypy_knows_the_signatures_in_a_users_script(tmp_path):
     (tmp_path / "script.py").write_text(SCRIPT)
     done = subprocess.run(
-        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(tmp_path / "cache"), "script.py"],
+        [sys.executable, "-m", "mypy", "--strict", "--cache-dir", str(ROOT / ".mypy_cache" / "user"), "script.py"],
         cwd=tmp_path, env=os.environ | {"MYPYPATH": str(ROOT)}, capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     by_line = {int(line.split(":")[1]): line for line in done.stdout.splitlines() if line.startswith("script.py")}

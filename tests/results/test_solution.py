@@ -11,7 +11,7 @@ import pytest
 from conftest import example
 
 from petcontact import Contact, InputError, Material, MeshOptions, Rectangle, Solution, Traction, field_at, solve
-from petcontact.model.units import Units
+from petcontact.model.bodies import Units
 
 COARSE = MeshOptions(element_size=0.2)
 

@@ -121,7 +121,7 @@ def test_cattaneo_and_mindlin_between_two_blocks():
     assert np.allclose(pair.sigma_t[slips], -MU * pair.pressure[slips, None] * pair.slip_increment[slips] / size, atol=1e-6)
 
 
-@pytest.mark.parametrize("primary", [0.43, 0.75])
+@pytest.mark.parametrize("primary", [pytest.param(0.43, marks=pytest.mark.slow), 0.75])
 def test_hertz_on_faces_that_do_not_match(primary, monkeypatch):
     """Order 2, panels of .5: p is at most 2.3 times as far off as on matching ones, force and moment pass exactly."""
     errors = []

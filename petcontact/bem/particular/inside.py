@@ -8,49 +8,63 @@ import numpy as np
 
 from ...arrays import Array
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...model.problem import PointForce, Problem
+from ...model.loads import forces_by_step
+from ...model.problem import Problem
 from ..kernel import Kernel
 from ..kernels import kernel_for
-from .volume import VolumeSolution, volume_solution
+from .volume import VolumeSolution
 
 
 @dataclass(frozen=True)
 class InsideLoads:
-    """Loads inside a body at a load factor of a step (from 1)."""
+    """Loads inside a body in a load state."""
 
     mesh: BoundaryMesh
     kernel: Kernel
-    forces: list[PointForce]
+    point: Array
+    force: Array
     volume: VolumeSolution | None
-    step: int
-    factor: float
+    shares: dict[int, float]
 
     @classmethod
-    def of(cls, problem: Problem, number: int, mesh: BoundaryMesh, step: int, factor: float) -> InsideLoads:
-        """Of the body of a number."""
-        forces, volume = problem.point_forces(number, step, factor), volume_solution(problem, number, mesh)
-        return cls(mesh, kernel_for(mesh, problem.body[number].material), forces, volume, step, factor)
+    def of(
+        cls, problem: Problem, number: int, mesh: BoundaryMesh, volume: VolumeSolution | None, shares: dict[int, float]
+    ) -> InsideLoads:
+        """Of the body of a number, with the solution for its volume loads; state 0 is unloaded, state k the end of step k,
+        each with its share."""
+        forces = forces_by_step(problem, number)
+        point = np.array([f.at for f in problem.body[number].point_force]).reshape(-1, mesh.dim)
+        force = np.zeros_like(point)
+        for state, share in shares.items():
+            if state > 0:
+                force += share * np.array([f.force for f in forces[state - 1]]).reshape(force.shape)
+        return cls(mesh, kernel_for(mesh, problem.body[number].material), point, force, volume, shares)
 
     def without(self, u: Array, traction: Array) -> tuple[Array, Array]:
         """Displacement and traction (n, d) on the boundary without what volume loads add there, `at` to be added inside."""
         if self.volume is None:
             return u, traction
-        u_p, stress, _ = self.volume.at(self.mesh.x, self.step, self.factor)
+        u_p, stress, _ = self.volume.at(self.mesh.x, self.shares)
         return u - u_p, traction - np.einsum("nij,nj->ni", stress, self.mesh.normal)
 
     def at(self, x: Array) -> tuple[Array, Array, Array]:
         """At points (m, d) inside: u (m, d) [length], σ as of `field_at`, and in plane strain what temperature adds to
         ν(σ_xx + σ_yy) in σ_zz, (m,) [stress]."""
+        u, stress, normal = self.volume_at(x)
+        if len(self.point):
+            u = u + self.kernel.point_displacement(x, self.point, self.force)
+            stress = stress + self.kernel.point_stress(x, self.point, self.force)
+        return u, stress, normal
+
+    def volume_at(self, x: Array) -> tuple[Array, Array, Array]:
+        """The same of volume loads alone, which is what `without` leaves out on the boundary."""
         m, d = x.shape
         u, stress, normal = np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2)), np.zeros(m)
         if self.volume is not None:
-            u, whole, heat = self.volume.at(x, self.step, self.factor)
+            u, whole, heat = self.volume.at(x, self.shares)
             i, j = np.triu_indices(d, 1)
             stress = np.hstack([np.einsum("mii->mi", whole), whole[:, i, j]])
             material = self.kernel.material
             if d == 2 and material.plane == "strain":
                 normal = -(1.0 - 2.0 * material.poisson_ratio) * heat
-        if self.forces:
-            at, force = np.array([f.at for f in self.forces]), np.array([f.force for f in self.forces])
-            u, stress = u + self.kernel.point_displacement(x, at, force), stress + self.kernel.point_stress(x, at, force)
         return u, stress, normal

@@ -47,12 +47,12 @@ class VolumeSolution:
         pairs = zip(self.states, self.forces, strict=True)
         return np.stack([np.concatenate([known[state], known[force][1:]]) for state, force in pairs], axis=1)
 
-    def at(self, points: Array, step: int, factor: float) -> tuple[Array, Array, Array]:
-        """At points (m, d), at a load factor of a step (from 1): u (m, d), σ (m, d, d), and βT (m,) [stress]."""
+    def at(self, points: Array, shares: dict[int, float]) -> tuple[Array, Array, Array]:
+        """At points (m, d), with shares of states by their number: u (m, d), σ (m, d, d), and βT (m,) [stress]."""
         m, d = points.shape
         u, stress, heat = np.zeros((m, d)), np.zeros((m, d, d)), np.zeros(m)
-        for share, state in zip((1.0 - factor, factor), self.states[step - 1 : step + 1], strict=True):
-            if state is not None and share:
+        for number, share in shares.items():
+            if (state := self.states[number]) is not None and share:
                 u += share * state.displacement(points)
                 stress += share * state.stress(points)
                 heat += share * state.thermal_stress(points)

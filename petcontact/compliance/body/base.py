@@ -9,7 +9,6 @@ import numpy as np
 from ...arrays import Array, Index
 from ...bem.boundary_data import BoundaryData
 from ...bem.operators import BoundaryOperators
-from ...contact.system import ContactSystem
 from ...mesh.boundary_mesh import BoundaryMesh
 from ..contact_compliance import ContactCompliance, MakeSurrogate
 
@@ -36,6 +35,8 @@ class ElasticBody(abc.ABC):
         RᵀW(t̂ - t_p) + Rᵀ(point forces): F, with t_p of the forces in the volume, whose resultant -t_p has.
     tolerance : float
         Relative error of compressed operators that is accepted; 0 of dense ones.
+    is_solved_jointly : bool
+        Whether its equations are solved together with those of contact and of all other bodies.
     digits_lost : float
         Relative error of the elimination for a solution that is known; nan where that is not measured [-].
     """
@@ -43,6 +44,7 @@ class ElasticBody(abc.ABC):
     u_0: Array
     compliance: Array | None
     tolerance = 0.0
+    is_solved_jointly = False
     digits_lost = np.nan
 
     def __init__(self, operators: BoundaryOperators, modes: Array) -> None:
@@ -71,20 +73,6 @@ class ElasticBody(abc.ABC):
 
     def contact_compliance(self, place: Index, surrogate: MakeSurrogate) -> ContactCompliance | None:
         """S of this body alone, of contact nodes in another order, where it is not composed from `compliance` or `apply`."""
-        return None
-
-    def monolithic(self, place: Index, shares: Array, shift: Array, surrogate: MakeSurrogate) -> ContactSystem | None:
-        """A system that solves the boundary equations together with those of contact, where the body has one.
-
-        Parameters
-        ----------
-        place : (m,) array
-            Of the system's nodes among the contact nodes.
-        shares : (K,) array
-            Weights of the load states.
-        shift : (m, k) array
-            What v is beyond the displacement [length].
-        """
         return None
 
     def close(self) -> None:  # noqa: B027 (most have none)

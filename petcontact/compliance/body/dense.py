@@ -52,7 +52,7 @@ class DenseBody(ElasticBody):
         self.compliance = influence / operators.traction_scale
         at_rest = at_rest[:, :-1]
         self.digits_lost = self._error_of_known(system.known)
-        self.u_0 = at_rest.T.reshape(-1, *operators.data.contact_shape) + operators.data.sliding
+        self.u_0 = at_rest.T.reshape(operators.data.states, *operators.data.contact_shape) + operators.data.sliding
 
     def apply(self, traction: Array) -> Array:
         """S t."""

@@ -1,255 +1,299 @@
-"""The integral equations of a body on an H-matrix, solved together with linear relations between u and t in contact."""
+"""The equations of bodies, solved together with a linear law of contact, and with equilibrium of bodies that are free.
+
+With Q an orthonormal basis of the rigid motions that nothing holds, A stands for A - (AQ - Q)Qᵀ: regular, and unlike the
+compressed A exact for these motions. Unknowns β' along Q go with rows for equilibrium; of A itself β = β' + Qᵀu.
+"""
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index
-from ...bem.operators import BoundaryOperators
-from ...compression.hmatrix.block_tree import block_tree, cluster
-from ...compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
-from ...compression.hmatrix.schwarz import CoarseLevel, LocalSolves
-from ...compression.hmatrix.substitution import Substitution
-from ...errors import InputError, SolverError
+from ...arrays import Array
 from ...linalg.ksp import LinearSolver
-from ...mesh.surface_mesh import SurfaceMesh
-from ...runtime.memory import physical_memory
 from ...runtime.petsc import petsc
-from ...runtime.threads import one_blas_thread, threads_per_rank
+from ...runtime.threads import one_blas_thread
+from .coupling import Coupling, Relation
+from .posed import Balance, Posed, State
+from .preconditioner import Preconditioner
+from .rows import BodyRows
 
-LEAF = 64
-"""Nodes of the smallest clusters."""
-QUADRATURE = 0.1
-"""Error of far quadrature over the tolerance of the compression."""
-ALLOWED_MISS = 10.0
-"""How far a probe of exact rows may lie over the tolerance, which bounds each block by itself."""
 RESTART = 200
-CHANGED = 0.2
-"""Change of a node's combination of columns from which its clusters are inverted anew."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Relation:
-    """u = u_0 + N_u y, t = t_0 + N_t y in the contact directions, (m, k)."""
-
-    columns: Substitution
-    u_0: Array
-    t_0: Array
-
-
-@dataclasses.dataclass(frozen=True)
-class State:
-    """Unknowns z of the whole boundary, with u where y stands in solves; u and t in the contact directions, (m, k)."""
-
-    z: Array
-    u: Array
-    t: Array
 
 
 class MixedEquations:
-    """The discrete integral equations of a body with a relation between displacement and traction in contact.
+    """The discrete equations of bodies with a linear relation between displacements and tractions in contact.
 
-    Vectors are whole on every rank, in the order of the tree; a rank has the rows of a range of nodes. The unknowns of the
-    PETSc matrix are d a node: known tractions' displacements [length], tractions over `traction_scale` [length], and y.
+    Vectors are whole on every rank, a rank has rows of each body. PETSc's unknowns are those of the bodies, and on the last
+    rank those of rigid motions.
+
+    Parameters
+    ----------
+    rows : sequence of BodyRows
+    coupling : Coupling
+    comm : PETSc.Comm
+
+    Attributes
+    ----------
+    iterations, reason : int
+        Of the last Krylov solve.
+    defect : float
+        Residual that the last solve left, relative to the right-hand side.
     """
 
-    def __init__(self, operators: BoundaryOperators, comm: Any, tolerance: float, progress: Callable[[float], None]) -> None:
-        mesh = operators.mesh
-        assert isinstance(mesh, SurfaceMesh)
-        self.tolerance, self.comm, self._mpi = tolerance, comm, comm.tompi4py() if comm.getSize() > 1 else None
-        low, high = np.nanmin(mesh.corners, axis=1), np.nanmax(mesh.corners, axis=1)
-        tree = cluster(low, high, np.diff(mesh.first_node), LEAF)
-        counts = np.diff(mesh.first_node)[tree.order]
-        # the nodes in the order of the tree
-        self.nodes = np.repeat(mesh.first_node[tree.order] - np.cumsum(counts) + counts, counts) + np.arange(mesh.n_nodes)
-        kernel: Any = operators.kernel
-        self._operators = BoundaryOperators(mesh.reordered(tree.order), operators.data.reordered(self.nodes),
-                                            dataclasses.replace(kernel, tolerance=QUADRATURE * tolerance))  # fmt: skip
-        self.entries = OperatorEntries(self._operators)
-        d = self.entries.components
-        self.size = d * mesh.n_nodes
-        blocks = block_tree(tree)
-        memory = predicted_bytes(tree, blocks, tolerance, d)
-        needed, there = float(memory.sum()), physical_memory()
-        if needed > there:
-            raise InputError(f"mesh: the compressed operator of {mesh.n_nodes} nodes takes about {needed / 1e9:.0f} GB, "
-                             f"this machine has {there / 1e9:.0f}; use larger elements or bem.hmatrix_tol")  # fmt: skip
-        self._bounds = d * shared_rows(tree, memory, comm.getSize())
-        mine = self._bounds[comm.getRank()], self._bounds[comm.getRank() + 1]
-        self.own = slice(*mine)
-        rows = int(mine[0]) // d, int(mine[1]) // d
-        threads = threads_per_rank() if self.entries.compiled is not None else 1
-        self.matrix = HMatrix(self.entries, tree, blocks, tolerance, rows, threads=threads, progress=progress)
-        self._check()
-        self._tree, self._rows = tree, rows
-        place = np.argsort(self.nodes)[operators.data.contact_nodes]
-        self._node, self._slot = place, d * place[:, None] + operators.data.contact_directions
-        self._beside = self.entries.beside[place][:, None] + np.arange(self._slot.shape[1])
-        self._count = int(self.entries.beside[-1])
-        self._loads = self._operators.amplitudes
-        layout = (int(mine[1] - mine[0]), self.size)
-        self._petsc_matrix = petsc().Mat().createPython((layout, layout), context=self, comm=comm)
-        self._petsc_matrix.setUp()
-        self.solver = LinearSolver(comm, "", "iterate", ksp_type="fgmres", pc_type="python", context=self)
-        self._columns = self.given_traction(np.zeros(self._slot.shape)).columns
+    def __init__(self, rows: Sequence[BodyRows], coupling: Coupling, comm: Any) -> None:
+        self.rows, self.coupling, self.comm = rows, coupling, comm
+        self.iterations, self.reason, self.defect = 0, 0, 0.0
+        self.rank, ranks = comm.getRank(), comm.getSize()
+        self._mpi = comm.tompi4py() if ranks > 1 else None
+        spans = [[np.arange(*body.bounds[r : r + 2]) + at for at, body in zip(coupling.first, rows, strict=False)]
+                 for r in range(ranks)]  # fmt: skip
+        self._order = np.concatenate([span for of_rank in spans for span in of_rank])
+        self._counts = np.array([sum(map(len, of_rank)) for of_rank in spans])
+        self._mine, self._is_last = np.concatenate(spans[self.rank]), self.rank == ranks - 1
+        self.ends = np.cumsum([0, *(body.motions.shape[1] for body in rows)])
+        """First motion of each body among those of all."""
+        n, r = coupling.size, int(self.ends[-1])
+        self.motions, self._coordinates, self._shift = np.zeros((n, r)), np.zeros((r, r)), np.zeros((len(self._mine), r))
+        for b, body in enumerate(rows):
+            here = slice(self.ends[b], self.ends[b + 1])
+            if body.motions.shape[1]:
+                self.motions[coupling.first[b] : coupling.first[b + 1], here], factor = np.linalg.qr(body.motions)
+                self._coordinates[here, here] = np.linalg.inv(factor)
+        if r:
+            moved = [self._multiplied(q) for q in coupling.padded(self.motions).T]
+            self._shift = self.motions[self._mine] - np.column_stack(moved)
+        self._solvers: dict[int, LinearSolver] = {}
+        self._solver: LinearSolver | None = None
+        self._used: tuple[Posed, Preconditioner] | None = None
+        self.at_rest = State(np.zeros(n), np.zeros(coupling.shape), np.zeros(coupling.shape), np.zeros(r), np.zeros(r))
+        relation = Relation.given_traction(coupling.shape)
+        free = Balance.at_rest(coupling.shape, r)
+        self._free = coupling.expansion(relation, free.motion), free
+        with one_blas_thread():
+            self._open = Preconditioner(rows, coupling, self.motions, self.sum, (self.rank, ranks), self._free[0])
+            self._laws = self._open.copy()
 
-    def _check(self) -> None:
-        worst = self.matrix.error_estimate(np.random.default_rng(2019))
-        worst = worst if self._mpi is None else max(self._mpi.allgather(worst))
-        if not worst <= ALLOWED_MISS * self.tolerance:
-            raise SolverError(
-                "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {self.tolerance:g}",
-                "use another -bem_hmatrix_tol or -bem_mat_type dense",
-            )  # fmt: skip
+    # -- problems -----------------------------------------------------------------------------------------------------
 
-    def factor(self) -> None:
-        """Both levels of the preconditioner."""
-        self._local = LocalSolves(self.entries, self._tree, self._operators.mesh.x, self._rows)
-        self._coarse = CoarseLevel(self.matrix, self._tree, self._operators.mesh.node_part)
-        self._sums = self._sum(self._coarse.gather(self._columns))
-        self._local.update(self._columns)
-        self._coarse.factor(self._sums, self._columns)
+    def loads(self, shares: Array, only: int | None = None) -> tuple[Array, Array]:
+        """Factors of all columns and this rank's rows for load states of these weights (K,), of all bodies or one."""
+        parts = [body.load(shares * (only in (None, b))) for b, body in enumerate(self.rows)]
+        factors, rows = (np.concatenate(values) for values in zip(*parts, strict=True))
+        return factors, rows
 
-    # -- relations --------------------------------------------------------------------------------------------------
+    def elastic(self, loads: tuple[Array, Array], rtol: float, start: State | None = None) -> State:
+        """The bodies by themselves, moved by nothing but strain; given tractions are among the factors."""
+        expansion, balance = self._free
+        posed = Posed(expansion, np.zeros(self.coupling.shape), *loads, balance)
+        return self.solve(posed, start or self.at_rest, rtol, 0.0, self._open)
 
-    def given_traction(self, t: Array) -> Relation:
-        """t in contact is known."""
-        return Relation(Substitution.displacement(self._node, self._slot, self._beside), np.zeros_like(t), t)
-
-    def related(self, n_u: Array, n_t: Array, u_0: Array, t_0: Array) -> Relation:
-        """u = u_0 + N_u y, t = t_0 + N_t y with y in such units that its columns are of unit size."""
-        size = np.sqrt(np.sum(n_u**2 + n_t**2, axis=1, keepdims=True))
-        size = np.where(size > 0.0, size, 1.0)
-        return Relation(Substitution(self._node, self._slot, self._beside, n_u / size, n_t / size), u_0, t_0)
-
-    def by_nodes(self, z: Array) -> Array:
-        """Unknowns in the order of the mesh's nodes."""
-        result = np.empty((len(self.nodes), self.entries.components))
-        result[self.nodes] = z.reshape(result.shape)
-        return result.ravel()
-
-    # -- solves -----------------------------------------------------------------------------------------------------
-
-    def at_rest(self) -> State:
-        """Nothing moves."""
-        return State(np.zeros(self.size), np.zeros(self._slot.shape), np.zeros(self._slot.shape))
-
-    def solve(self, relation: Relation, start: State, shares: Array, rtol: float, forcing: float) -> tuple[State, float]:
-        """The solution for load states weighted by `shares` (K,), and the residual left, relative to the right-hand side.
+    def solve(
+        self, posed: Posed, start: State, rtol: float, forcing: float, preconditioner: Preconditioner | None = None
+    ) -> State:
+        """The solution near one before.
 
         The Krylov method reduces the residual at the start to `forcing` of it, but not below rtol of the right-hand side.
         """
-        columns, z = relation.columns, start.z.copy()
-        # of the relation what is nearest to the displacements and tractions before
-        both = np.concatenate([columns.n_u, columns.n_t], axis=1)
-        before = np.concatenate([start.u - relation.u_0, start.t - relation.t_0], axis=1)
-        z[self._slot] = np.einsum("mij,mj->mi", np.linalg.pinv(both), before)
-        known = self.matrix.mult(self._right_hand_side(relation, shares))
-        if self._operators.data.point.size:
-            known = known + self._operators.point_loads[self.own] @ shares
-        residual = known - self._product(columns, z)
-        scale, left = self._norm(known), self._norm(residual)
-        target = max(rtol * scale, forcing * left)
-        if left > target:
-            self._use(columns)
-            z += self._krylov(residual, target)
-            left = target
-        y = z[self._slot]
-        u, t = relation.u_0 + np.einsum("mij,mj->mi", columns.n_u, y), relation.t_0 + np.einsum("mij,mj->mi", columns.n_t, y)
-        z[self._slot] = u
-        return State(z, u, t), left / scale if scale > 0.0 else 0.0
+        preconditioner = preconditioner or self._laws
+        relation, count = posed.expansion.relation, posed.balance.count
+        known, sigma = self.coupling.known(relation, posed.offset)
+        known -= posed.factors
+        right = self._residual(posed, known, sigma, np.zeros(self.coupling.size + count))
+        x = self._start(posed, start)
+        left = self._residual(posed, known, sigma, x)
+        scale, size = self._norm(right), self._norm(left)
+        target = max(rtol * scale, forcing * size)
+        self.iterations = 0
+        if size > target:
+            with one_blas_thread():
+                preconditioner.update(posed.expansion)
+                self._used = posed, preconditioner
+                self._border = self._eliminated()
+            x += self._krylov(left, target, count)
+            size = target
+        self.defect = size / scale if scale > 0.0 else 0.0
+        return self._state(posed, known, sigma, x)
 
-    def _right_hand_side(self, relation: Relation, shares: Array) -> Array:
-        """Factors of all columns whose product is what does not depend on the unknowns."""
-        factors = np.zeros(self.matrix.shape[1])
-        factors[self._slot] = -relation.u_0
-        factors[self.size :] = self._loads @ shares
-        factors[self.size + self._beside] = relation.t_0
-        return factors
+    def _start(self, posed: Posed, start: State) -> Array:
+        """Unknowns that are nearest to a solution."""
+        coupling, motion, bodies = self.coupling, posed.balance.motion, int(self.ends[-1])
+        alpha = np.zeros(bodies + motion.shape[2])
+        common = min(len(alpha), len(start.alpha))
+        alpha[:common] = start.alpha[:common]
+        moving = (motion @ alpha[bodies:]).ravel()
+        opposite = -(coupling.opposite @ start.z[coupling.met]) - moving
+        z = start.z.copy()
+        z[coupling.secondary] = coupling.nearest(posed.expansion.relation, start.v, start.sigma, opposite)
+        multipliers = np.linalg.solve(self._coordinates, start.beta - start.alpha[:bodies]) if bodies else np.zeros(0)
+        return np.concatenate([z, multipliers, alpha[bodies:]])
 
-    def _krylov(self, residual: Array, target: float) -> Array:
-        rhs = petsc().Vec().createMPI((len(residual), self.size), comm=self.comm)
+    def _state(self, posed: Posed, known: Array, sigma: Array, x: Array) -> State:
+        coupling, bodies = self.coupling, int(self.ends[-1])
+        unknowns, beside = self._split(x)
+        factors = posed.expansion.factors @ unknowns + known
+        z, obstacles = coupling.of_unknowns(factors), beside[bodies:]
+        along = self.motions.T @ z
+        v = coupling.seen @ z[coupling.met] + (posed.balance.motion @ obstacles).ravel()
+        sigma = (posed.expansion.traction @ unknowns + sigma).reshape(coupling.shape)
+        alpha = np.concatenate([self._coordinates @ along, obstacles])
+        beta = self._coordinates @ (beside[:bodies] + along)
+        return State(z, v.reshape(coupling.shape) + posed.offset, sigma, alpha, beta)
+
+    def _split(self, x: Array) -> tuple[Array, Array]:
+        """Unknowns of P, and those of rigid motions."""
+        n, bodies = self.coupling.size, int(self.ends[-1])
+        return np.concatenate([x[:n], x[n + bodies :]]), x[n:]
+
+    # -- the operator -------------------------------------------------------------------------------------------------
+
+    def _multiplied(self, factors: Array) -> Array:
+        """This rank's rows of all bodies."""
+        columns = self.coupling.first_column
+        return np.concatenate([body.mult(factors[columns[b] : columns[b + 1]]) for b, body in enumerate(self.rows)])
+
+    def _residual(self, posed: Posed, known: Array, sigma: Array, x: Array) -> Array:
+        """This rank's rows of the right-hand side less the left."""
+        rows, border = self._left(posed, x, known, sigma)
+        balance = posed.balance
+        wanted = np.concatenate([-balance.load, balance.amplitude]) * self._border_scale(balance)
+        return self._local(posed.rows - rows, wanted - border)
+
+    def _left(self, posed: Posed, x: Array, known: Array | float = 0.0, sigma: Array | float = 0.0) -> tuple[Array, Array]:
+        unknowns, beside = self._split(x)
+        factors = posed.expansion.factors @ unknowns + known
+        rows = self._multiplied(factors)
+        bodies = int(self.ends[-1])
+        if bodies:
+            along = self.motions.T @ self.coupling.of_unknowns(factors)
+            rows = rows + self._shift @ along + self.motions[self._mine] @ beside[:bodies]
+        return rows, self._border_rows(posed, unknowns, factors, sigma)
+
+    def _border_rows(self, posed: Posed, unknowns: Array, factors: Array, sigma: Array | float = 0.0) -> Array:
+        """The rows of rigid motions, (r,)."""
+        balance = posed.balance
+        if not balance.count:
+            return np.zeros(0)
+        sigma = np.asarray(posed.expansion.traction @ unknowns + sigma)
+        along = self._coordinates @ (self.motions.T @ self.coupling.of_unknowns(factors))
+        alpha = np.concatenate([along, unknowns[self.coupling.size :]])
+        rows = np.concatenate([balance.resultant.reshape(len(balance.load), sigma.size) @ sigma, balance.held @ alpha])
+        return np.asarray(rows * self._border_scale(balance))
+
+    def _border_scale(self, balance: Balance) -> Array:
+        """Of the rows of rigid motions: as large as all those of contact together."""
+        root = np.sqrt(len(self.coupling.scale))
+        each = np.abs(balance.resultant).sum(axis=(1, 2)) * self.coupling.scale.mean()
+        return np.asarray(root * np.concatenate([1.0 / np.where(each > 0.0, each, 1.0), np.ones(len(balance.amplitude))]))
+
+    # -- Krylov -------------------------------------------------------------------------------------------------------
+
+    def _krylov(self, residual: Array, target: float, count: int) -> Array:
+        module, size = petsc(), self.coupling.size + count
+        rhs = module.Vec().createMPI((len(residual), size), comm=self.comm)
         rhs.setArray(residual)
         solution = rhs.duplicate()
         solution.set(0.0)
-        if not self.solver.kind:
-            self.solver.ksp.setGMRESRestart(RESTART)
-            self.solver.set_operator(self._petsc_matrix)
-        self.solver.ksp.setTolerances(rtol=1e-14, atol=target)
-        self.solver.solve(rhs, solution)
-        whole = self._whole(solution.getArray(readonly=True))
+        solver = self._solvers.get(count)
+        if solver is None:
+            layout = (len(residual), size)
+            matrix = module.Mat().createPython((layout, layout), context=self, comm=self.comm)
+            matrix.setUp()
+            solver = LinearSolver(self.comm, "", "iterate", ksp_type="fgmres", pc_type="python", context=self)
+            solver.ksp.setGMRESRestart(RESTART)
+            solver.set_operator(matrix)
+            matrix.destroy()
+            self._solvers[count] = solver
+        self._solver = solver
+        solver.ksp.setTolerances(rtol=1e-14, atol=target)
+        solver.solve(rhs, solution)
+        self.iterations, self.reason = solver.iterations, solver.reason
+        whole = self.whole(solution.getArray(readonly=True))
         rhs.destroy()
         solution.destroy()
         return whole
 
-    def _use(self, columns: Substitution) -> None:
-        if columns is not self._columns:
-            with one_blas_thread():
-                self._local.update(columns, CHANGED)
-                self._coarse.factor(self._sums, columns)
-            self._columns = columns
-
-    def _product(self, columns: Substitution, z: Array) -> Array:
-        return self.matrix.mult(columns.expanded(z, self._count))
-
-    def _norm(self, own: Array) -> float:
-        return float(np.sqrt(self._sum(np.array([own @ own]))[0]))
-
-    def _sum(self, values: Array) -> Array:
-        return values if self._mpi is None else np.asarray(self._mpi.allreduce(values))
-
-    def _whole(self, own: Array) -> Array:
-        if self._mpi is None:
-            return np.array(own)
-        result = np.empty(self.size)
-        self._mpi.Allgatherv(np.ascontiguousarray(own), (result, np.diff(self._bounds)))
-        return result
-
-    # -- what PETSc calls ---------------------------------------------------------------------------------------------
-
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
-        """The matrix of type python."""
-        y.setArray(self._product(self._columns, self._whole(x.getArray(readonly=True))))
+        """The matrix of type python, as PETSc calls it."""
+        assert self._used is not None
+        y.setArray(self._local(*self._left(self._used[0], self.whole(x.getArray(readonly=True)))))
 
     def apply(self, pc: Any, x: Any, y: Any) -> None:
-        """The preconditioner of type python: coarse level, then clusters."""
-        r = x.getArray(readonly=True)
-        coarse = self._coarse.solve(self._whole(r))
-        left = self._whole(r - self._product(self._columns, coarse))
-        y.setArray(coarse[self.own] + self._local.solve(left))
+        """The preconditioner of type python."""
+        assert self._used is not None
+        posed, preconditioner = self._used
+        r, (columns, inverse) = self.whole(x.getArray(readonly=True)), self._border
+        n = self.coupling.size
+        z = preconditioner.solve(r[:n], self._product)
+        beside = inverse @ (self._border_of(posed, z, np.zeros(posed.balance.count)) - r[n:])
+        y.setArray(self._local((z - columns @ beside)[self._mine], beside))
+
+    def _product(self, z: Array, beside: Array | None = None) -> Array:
+        """What unknowns of the bodies, and of rigid motions, make of the equations of the bodies, whole. Collective."""
+        assert self._used is not None
+        posed = self._used[0]
+        beside = np.zeros(posed.balance.count) if beside is None else beside
+        rows, _ = self._left(posed, np.concatenate([z, beside]))
+        return self.whole(self._local(rows, np.zeros(0)))
+
+    def _eliminated(self) -> tuple[Array, Array]:
+        """What the preconditioner makes of the columns of rigid motions (N, r), and the inverse of what the border sees."""
+        assert self._used is not None
+        posed, preconditioner = self._used
+        count, bodies = posed.balance.count, int(self.ends[-1])
+        found, units = np.zeros((self.coupling.size, count)), np.eye(count)
+        found[:, :bodies] = self.motions
+        for number, unit in enumerate(units):
+            if number >= bodies:
+                found[:, number] = self._product(np.zeros(self.coupling.size), unit)
+            # of bodies that are uncoupled rigid motions solve for themselves
+            if preconditioner is not self._open:
+                found[:, number] = preconditioner.solve(found[:, number], self._product)
+        seen = np.array([self._border_of(posed, z, -unit) for z, unit in zip(found.T, units, strict=True)])
+        return found, np.linalg.pinv(seen.reshape(count, count).T)
+
+    def _border_of(self, posed: Posed, z: Array, beside: Array) -> Array:
+        unknowns, _ = self._split(np.concatenate([z, beside]))
+        return self._border_rows(posed, unknowns, posed.expansion.factors @ unknowns)
+
+    # -- ranks --------------------------------------------------------------------------------------------------------
+
+    def _local(self, rows: Array, border: Array) -> Array:
+        """This rank's part of a vector."""
+        return np.concatenate([rows, border]) if self._is_last else rows
+
+    def whole(self, own: Array) -> Array:
+        """A vector of all unknowns, body after body, then those of rigid motions. Collective."""
+        gathered = own if self._mpi is None else np.concatenate(self._mpi.allgather(np.array(own)))
+        result = np.array(gathered)
+        result[self._order] = gathered[: len(self._order)]
+        return result
+
+    def sum(self, values: Array) -> Array:
+        """Over the ranks."""
+        return values if self._mpi is None else np.asarray(self._mpi.allreduce(values))
+
+    def _norm(self, own: Array) -> float:
+        return float(np.sqrt(self.sum(np.array([own @ own]))[0]))
+
+    @property
+    def kind(self) -> str:
+        """KSP and PC by their types; empty as long as nothing was solved."""
+        return "" if self._solver is None else self._solver.kind
 
     def view(self, matrix: Any, viewer: Any) -> None:
         """The line of -ksp_view, of the matrix and of the preconditioner."""
-        viewer.printfASCII(f"    {self.describe()}\n")
-
-    def describe(self) -> str:
-        """Tolerance and memory."""
-        return f"hmatrix {self.tolerance:g} of {self.memory() / 1e6:.0f} MB"
+        viewer.printfASCII(f"    {self.coupling.size} unknowns of {len(self.rows)} bodies, {self.memory() / 1e6:.0f} MB\n")
 
     def memory(self) -> int:
         """Bytes on all ranks."""
-        return int(self._sum(np.array([self.matrix.nbytes + self._local.nbytes], dtype=np.float64))[0])
+        own = sum(body.nbytes for body in self.rows) + self._open.nbytes + self._laws.nbytes
+        return int(self.sum(np.array([own], dtype=np.float64))[0])
 
     def close(self) -> None:
-        """Free the PETSc objects."""
-        self.solver.close()
-        self._petsc_matrix.destroy()
-        del self.matrix, self._local, self._coarse
-
-
-class OperatorEntries:
-    """Columns of A_0, and beside them those of G_Ct and of the load, as `compression.hmatrix` asks for them."""
-
-    def __init__(self, operators: BoundaryOperators) -> None:
-        self._operators, self.components = operators, operators.kernel.dim
-        rhs = operators.right_hand_sides
-        self.beside: Index = np.append(rhs.first, len(rhs.node))
-        self.compiled = operators.compiled
-
-    def fill(self, rows: Index, columns: Index, system: Array | None, beside: Array | None) -> None:
-        """As in `Entries`."""
-        self._operators.fill_columns(rows, columns, system, beside)
+        """Free the PETSc objects, and let go of the matrices."""
+        for solver in self._solvers.values():
+            solver.close()
+        self._solvers, self._used, self.rows = {}, None, []

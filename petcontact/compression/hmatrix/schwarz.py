@@ -1,8 +1,8 @@
-"""A preconditioner in two levels: overlapping clusters solved exactly, and constants on clusters for what goes far.
+"""A preconditioner in two levels: overlapping patches solved exactly, and constants on groups for what goes far.
 
-Restricted additive Schwarz: a cluster's equations are solved with those of a margin around it, and of the solution only its
-own part is kept, so that rows of the local inverse are all that is stored. The coarse level knows for each cluster, part of
-the boundary and component a constant; the levels follow one another (multiplicative).
+Restricted additive Schwarz: a patch's equations are solved with those of a margin around it, and of the solution only its
+own part is kept. The coarse level knows a constant for each group of unknowns; the levels follow one another
+(multiplicative). The matrix is A P: A has more columns than unknowns, in blocks of sources, and P is sparse and may change.
 
 References
 ----------
@@ -11,154 +11,174 @@ X.-C. Cai, M. Sarkis, SIAM J. Sci. Comput. 21 (1999) 792-797.
 
 from __future__ import annotations
 
+import copy
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
 import numpy as np
 import scipy
+from numpy.typing import NDArray
 
 from ... import native
-from ...arrays import Array, Index
-from .block_tree import Clusters
-from .entries import Entries, block
-from .matrix import HMatrix
-from .substitution import Substitution
+from ...arrays import Array, Index, Mask
 
-_local = native.function("petcontact_local_multiply", "ipppp")
+Single = NDArray[np.float32]
+_patches = native.function("petcontact_patches_multiply", "ipppp")
 
-OWN = 64
-"""Nodes of a cluster."""
-MARGIN = 0.3
-"""Of half its extent, on each side."""
-CROWDED = 300
-"""Nodes of a cluster with its margin, of which the nearest are taken."""
-COARSE = 900
-"""Unknowns of the coarse level, about, whose LU every rank has."""
+
+class Source(Protocol):
+    """Entries of A between some nodes."""
+
+    def block(self, nodes: Index) -> tuple[Array, Index]:
+        """By columns, (c, d k), and which of the source's columns these are, (c,)."""
+        ...
+
+
+@dataclass(frozen=True)
+class Patch:
+    """Unknowns that are solved for together.
+
+    Attributes
+    ----------
+    nodes : list of arrays
+        Of each source.
+    unknowns : (n,) array
+        Of these nodes, source by source: also the numbers of their equations.
+    own : (o,) array
+        Places among them of those whose solution is kept.
+    coupled : bool
+        Whether P is not the identity there.
+    """
+
+    nodes: list[Index]
+    unknowns: Index
+    own: Index
+    coupled: bool
 
 
 class LocalSolves:
-    """Rows of the inverses on clusters with margins, of those clusters that begin within some rows.
+    """Inverses on patches, in single precision: rows of the own unknowns.
 
     Parameters
     ----------
-    entries : Entries
-    tree : Clusters
-    x : (n, 3) array
-        Nodes in the order of the tree [length].
-    rows : (int, int)
-        Nodes of the rows; the clusters are cut by them.
+    sources : sequence of Source
+    first_column : (sources + 1,) array
+    patches : list of Patch
+    size : int
+        Unknowns in all.
     """
 
-    def __init__(self, entries: Entries, tree: Clusters, x: Array, rows: tuple[int, int]) -> None:
-        self.entries, self.rows, d = entries, rows, entries.components
-        search, self._nodes, self._own = scipy.spatial.cKDTree(x), list[Index](), list[tuple[int, int]]()
-        for number in tree.cut(OWN).tolist():
-            first, last = (int(np.clip(bound[number], *rows)) for bound in (tree.first, tree.last))
-            if first == last:
-                continue
-            low, high = tree.low[number], tree.high[number]
-            middle, half = 0.5 * (low + high), (0.5 + 0.5 * MARGIN) * (high - low)
-            # flat clusters get a margin off their plane, too
-            half = np.maximum(half, 0.5 * MARGIN * (high - low).max())
-            inside = np.array(search.query_ball_point(middle, float(half.max()) + 1e-300, p=np.inf), dtype=np.int64)
-            inside = inside[np.all(np.abs(x[inside] - middle) <= half * (1.0 + 1e-12), axis=1)]
-            others = inside[(inside < first) | (inside >= last)]
-            if len(others) + last - first > CROWDED:
-                gap = np.maximum(np.abs(x[others] - middle) - 0.5 * (high - low), 0.0).max(axis=1)
-                others = others[np.argsort(gap, kind="stable")[: max(0, CROWDED - (last - first))]]
-            self._nodes.append(np.sort(np.concatenate([np.arange(first, last), others])))
-            self._own.append((first, last))
-        self._inverse = [np.empty((0, 0), np.float32)] * len(self._own)
-        self._columns = [(d * nodes[:, None] + np.arange(d)).ravel() for nodes in self._nodes]
-        self._with: Substitution | None = None
-        self._table = np.zeros((len(self._own), 5), dtype=np.int64)
+    def __init__(self, sources: Sequence[Source], first_column: Index, patches: list[Patch], size: int) -> None:
+        self._sources, self._first, self._patches, self._size = sources, first_column, patches, size
+        self._inverse = [np.empty((0, 0), np.float32)] * len(patches)
+        self._kept: dict[int, list[tuple[Single, Index]]] = {}
+        self._own = [np.ascontiguousarray(patch.unknowns[patch.own]) for patch in patches]
+        self._table = np.zeros((len(patches), 5), dtype=np.int64)
+        self._work = np.empty(max([1, *(len(patch.unknowns) for patch in patches)]))
+
+    def copy(self) -> LocalSolves:
+        """One that goes its own way, and shares what has not changed."""
+        other = copy.copy(self)
+        other._inverse, other._table = list(self._inverse), self._table.copy()
+        return other
 
     @property
     def nbytes(self) -> int:
-        """Memory of the inverses [bytes]."""
-        return sum(inverse.nbytes for inverse in self._inverse)
+        """Memory of the inverses and of exact entries [bytes]."""
+        kept = sum(values.nbytes for blocks in self._kept.values() for values, _ in blocks)
+        return kept + sum(inverse.nbytes for inverse in self._inverse)
 
-    def update(self, substitution: Substitution, change: float = 0.0) -> None:
-        """Invert anew where the columns of a node have changed by more than `change`, all of them at first."""
-        old, contact = self._with, np.zeros(len(self.entries.beside), dtype=bool)
-        if old is not None:
-            moved = np.abs(substitution.n_u - old.n_u).max(axis=(1, 2)) + np.abs(substitution.n_t - old.n_t).max(axis=(1, 2))
-            contact[substitution.node[moved > change]] = True
-        d, largest = self.entries.components, 0
-        for number, (nodes, (first, last)) in enumerate(zip(self._nodes, self._own, strict=True)):
-            largest = max(largest, len(nodes))
-            if old is not None and not contact[nodes].any():
+    def update(self, expansion: scipy.sparse.csr_array, moved: Mask) -> int:
+        """Invert anew the patches that hold unknowns whose columns of P have changed; how many."""
+        place, count = np.full(expansion.shape[1], -1), 0
+        for number, patch in enumerate(self._patches):
+            if not moved[patch.unknowns].any():
                 continue
-            columns = block(self.entries, nodes, nodes)
-            system, beside = np.split(columns, [d * len(nodes)])
-            substitution.combine(nodes, system, beside, d, np.asarray(self.entries.beside))
-            own = d * np.searchsorted(nodes, first) + np.arange(d * (last - first))
-            # systemᵀ is the matrix: rows of its inverse solve with the array as it is
-            unit = np.zeros((len(system), len(own)))
-            unit[own, np.arange(len(own))] = 1.0
-            self._inverse[number] = np.ascontiguousarray(np.linalg.solve(system, unit).T, dtype=np.float32)
-            self._table[number] = (d * (first - self.rows[0]), len(own), native.pointer(self._columns[number]) or 0,
-                                   len(system), native.pointer(self._inverse[number]) or 0)  # fmt: skip
-        self._with, self._work = substitution, np.empty(max(1, d * largest))
+            n = len(patch.unknowns)
+            place[patch.unknowns] = np.arange(n)
+            # transposed: by columns of the matrix
+            system, at = np.empty((n, n), np.float32), 0
+            for values, columns in self._entries(number):
+                chosen = expansion[columns]
+                local = place[chosen.indices]
+                kept = local >= 0
+                ends = np.concatenate([[0], np.cumsum(kept)])[chosen.indptr]
+                combined = scipy.sparse.csr_array(
+                    (chosen.data[kept].astype(np.float32), local[kept], ends), shape=(len(columns), n)
+                )
+                system[:, at : at + values.shape[1]] = combined.T @ values
+                at += values.shape[1]
+            place[patch.unknowns] = -1
+            unit = np.zeros((n, len(patch.own)), np.float32)
+            unit[patch.own, np.arange(len(patch.own))] = 1.0
+            # rows of the inverse solve with the array as it is
+            self._put(number, np.ascontiguousarray(np.linalg.solve(system, unit).T))
+            count += 1
+        return count
+
+    def _entries(self, number: int) -> list[tuple[Single, Index]]:
+        """Exact entries of a patch by sources; kept where they are needed more than once."""
+        if number in self._kept:
+            return self._kept[number]
+        found = list[tuple[Single, Index]]()
+        for source, first, nodes in zip(self._sources, self._first, self._patches[number].nodes, strict=False):
+            if len(nodes):
+                values, columns = source.block(nodes)
+                found.append((values.astype(np.float32), first + columns))
+        if self._patches[number].coupled:
+            self._kept[number] = found
+        return found
+
+    def _put(self, number: int, inverse: Single) -> None:
+        patch, self._inverse[number] = self._patches[number], inverse
+        self._table[number] = (native.pointer(self._own[number]) or 0, len(patch.own), native.pointer(patch.unknowns) or 0,
+                               len(patch.unknowns), native.pointer(inverse) or 0)  # fmt: skip
 
     def solve(self, r: Array) -> Array:
-        """The own parts of all local solutions, for a residual of all rows: these rows."""
-        r, result = native.contiguous(r), np.zeros(self.entries.components * (self.rows[1] - self.rows[0]))
-        if _local is not None:
-            _local(len(self._table), *(native.pointer(a) for a in (self._table, r, result, self._work)))
+        """The own parts of the local solutions for a residual (size,); 0 where no patch is."""
+        r, result = native.contiguous(r), np.zeros(self._size)
+        if _patches is not None:
+            _patches(len(self._table), *(native.pointer(a) for a in (self._table, r, result, self._work)))
             return result
-        for (first, count, *_), columns, inverse in zip(self._table.tolist(), self._columns, self._inverse, strict=True):
-            result[first : first + count] = inverse @ r[columns]
+        for patch, own, inverse in zip(self._patches, self._own, self._inverse, strict=True):
+            result[own] = inverse @ r[patch.unknowns]
         return result
 
 
 class CoarseLevel:
-    """Constants on (cluster, part, component): R sums the equations, P repeats the values, and R A P is solved.
+    """Constants on groups of unknowns: R sums the equations, Q repeats the values, and R A P Q is solved.
 
     Parameters
     ----------
-    matrix : HMatrix
-    tree : Clusters
-    part : (n,) array
-        Of the boundary, of each node in the order of the tree.
+    group : (size,) array
+        Of each unknown, and of its equation.
+    column_group : (columns,) array
+        Of each column of A, or -1.
+    sums : (groups, column groups) array
+        Of the entries of A.
     """
 
-    def __init__(self, matrix: HMatrix, tree: Clusters, part: Index) -> None:
-        d, n = matrix.entries.components, len(part)
-        cut = tree.cut(max(OWN, OWN * int(np.ceil(d * n / OWN / COARSE))))
-        cluster = np.repeat(np.arange(len(cut)), tree.last[cut] - tree.first[cut])
-        pair = np.unique(cluster * (part.max() + 1) + part, return_inverse=True)[1]
-        self.group = (d * pair[:, None] + np.arange(d)).ravel()
-        self.count = int(self.group.max()) + 1
-        self._size = np.bincount(self.group, minlength=self.count)
-        self._beside = np.asarray(matrix.entries.beside)
-        self._matrix, self._sums = matrix, np.zeros((0, 0))
+    def __init__(self, group: Index, column_group: Index, sums: Array) -> None:
+        self.group, self._sums, self.count = group, sums, len(sums)
+        columns = np.flatnonzero(column_group >= 0)
+        ones, wide = np.ones(len(columns)), sums.shape[1]
+        gathered = scipy.sparse.csr_array((ones, (column_group[columns], columns)), shape=(wide, len(column_group)))
+        size = np.bincount(column_group[columns], minlength=wide)
+        self._mean = scipy.sparse.csr_array(scipy.sparse.diags(1.0 / np.maximum(size, 1)) @ gathered)
+        self.repeat = scipy.sparse.csr_array((np.ones(len(group)), (np.arange(len(group)), group)))
 
-    def gather(self, substitution: Substitution) -> Array:
-        """Sums of this rank's entries by groups, (groups, 2 groups): those of the unknowns and of the tractions in contact.
+    def copy(self) -> CoarseLevel:
+        """One that goes its own way."""
+        return copy.copy(self)
 
-        The whole array is their sum over the ranks.
-        """
-        d = self._matrix.entries.components
-        column = np.full(self._matrix.shape[1], -1)
-        column[: len(self.group)] = self.group
-        column[len(self.group) + substitution.beside] = self.count + self.group[substitution.slot]
-        rows = self.group[d * self._matrix.rows[0] : d * self._matrix.rows[1]]
-        return self._matrix.coarse(rows, column, (self.count, 2 * self.count))
-
-    def factor(self, sums: Array, substitution: Substitution) -> None:
-        """R A P and its LU, with the columns of contact groups combined as those of their nodes are on average."""
-        whole = sums[:, : self.count].copy()
-        group = self.group[substitution.slot]
-        met, place = np.unique(group, axis=0, return_inverse=True)
-        place = np.ravel(place)
-        number = np.bincount(place)[:, None, None]
-        mean = [np.zeros((len(met), *n.shape[1:])) for n in (substitution.n_u, substitution.n_t)]
-        for total, each in zip(mean, (substitution.n_u, substitution.n_t), strict=True):
-            np.add.at(total, place, each)
-            total /= number
-        of_u, of_t = (np.einsum("rgj,gji->rgi", sums[:, met + k * self.count], mean[k]) for k in range(2))
-        whole[:, met] = of_u - of_t
+    def factor(self, expansion: scipy.sparse.csr_array, more: Array | float = 0.0) -> None:
+        """LU, with P (columns, size) averaged over groups, and a matrix (groups, groups) that is added."""
+        grouped = (self._mean @ (expansion @ self.repeat)).T
+        whole = np.asarray(grouped @ self._sums.T).T + more
         self._lu = scipy.linalg.lu_factor(whole, overwrite_a=True, check_finite=False)
 
     def solve(self, r: Array) -> Array:
-        """P (R A P)⁻¹ R r, for a residual of all rows."""
+        """Q (R A P Q)⁻¹ R r."""
         sums = np.bincount(self.group, r, minlength=self.count)
         return np.asarray(scipy.linalg.lu_solve(self._lu, sums, check_finite=False)[self.group])

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from ...arrays import Array
 from ..linearisation import Linearisation
-from ..system import MonolithicSystem
+from ..system import MonolithicSystem, RigidModeConstraint
 
 
 class MonolithicSolver:
@@ -32,9 +34,15 @@ class MonolithicSolver:
         """S x."""
         return self.system.apply(x)
 
-    def linear_solve(self, linearised: Linearisation, rho: Array) -> tuple[Array, Array]:
-        """σ [stress] and v [length] of a linearised law, (m, k)."""
-        return self.system.linear_solve(linearised, rho, self._tolerance)
+    def linear_solve(
+        self, linearised: Linearisation, rho: Array, sigma: Array, alpha: Array
+    ) -> tuple[Array, Array, Array, Array]:
+        """σ [stress], v [length] (m, k) and α of a linearised law, and combinations of motions that it does not resist."""
+        modes = self.system.modes
+        if modes is None:
+            return *self.system.linear_solve(linearised, rho, self._tolerance, None)[:2], alpha, np.zeros((len(alpha), 0))
+        constraint = RigidModeConstraint(modes, linearised, sigma, 1.0)
+        return *self.system.linear_solve(linearised, rho, self._tolerance, constraint), constraint.free
 
     def close(self) -> None:
         """The system keeps its solvers."""

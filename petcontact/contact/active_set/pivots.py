@@ -169,23 +169,29 @@ def linear_solve(
 ) -> tuple[Array, Array, Array, Array]:
     """σ, v, α of a linearised law, from a nearby σ and α; and the push along motions that no node resists."""
     if isinstance(solver, MonolithicSolver):
-        return *solver.linear_solve(linearised, rho), alpha, np.zeros_like(alpha)
+        sigma, v, alpha, free = solver.linear_solve(linearised, rho, sigma, alpha)
+        return sigma, v, alpha, _push(modes, sigma, free)
     y = np.where(linearised.stick, sigma, -linearised.tau)
     sigma = linearised.traction(y) + linearised.constant
     v = base + solver.apply(sigma)
     if modes is not None:
         v = v + modes.motion @ alpha
     slack = np.where(linearised.stick, 0.0, (y - sigma) / rho)
-    push = np.zeros_like(alpha)
+    free = np.zeros((len(alpha), 0))
     if linearised.active.any() or modes is not None:
         dy, dalpha, free = solver.solve(linearised, rho, -(slack + v), modes, sigma)
         change = linearised.traction(dy)
         sigma, v, alpha = sigma + change, v + solver.apply(change), alpha + dalpha
         if modes is not None:
             v = v + modes.motion @ dalpha
-            if modes.defect(sigma, free) > EQUILIBRIUM:
-                push = free @ (free.T @ (modes.unbalanced(sigma) / modes.size)) / modes.size
-    return sigma, v, alpha, push
+    return sigma, v, alpha, _push(modes, sigma, free)
+
+
+def _push(modes: Modes | None, sigma: Array, free: Array) -> Array:
+    """Along which combination of some motions of unit size, (r, p), the loads push more than by round-off, (r,)."""
+    if modes is None or modes.defect(sigma, free) <= EQUILIBRIUM:
+        return np.zeros(len(free))
+    return np.asarray(free @ (free.T @ (modes.unbalanced(sigma) / modes.size)) / modes.size)
 
 
 def box_problem(

@@ -129,8 +129,8 @@ def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -
     rows = np.full(rho.size, -1)
     rows[active] = np.arange(len(active))
     place = rows.reshape(rho.shape)[mixed]
-    columns = dense[active].reshape(len(active), -1, k)[:, mixed]
-    new = np.einsum("qia,iab->qib", columns, linearised.derivative[mixed])
+    columns = dense[active[:, None], (k * mixed[:, None] + np.arange(k)).ravel()].reshape(len(active), -1, k)
+    new = np.matmul(columns.transpose(1, 0, 2), linearised.derivative[mixed]).transpose(1, 0, 2)
     slack = (np.eye(k) - linearised.derivative[mixed]) / rho[mixed][:, :, None]
     block = np.array(block)
     chosen = place >= 0

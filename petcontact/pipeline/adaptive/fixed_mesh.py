@@ -12,6 +12,7 @@ import numpy as np
 from ...errors import PetcontactError
 from ...geometry.outline import Outline
 from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
+from ...model.shapes import Superelement
 from ...refinement.contact_line import difference
 from ...refinement.marks import Body
 from ...results.solution import Solution
@@ -70,12 +71,16 @@ def carries_something(solution: Solution) -> bool:
 def _costly(solution: Solution, comm: Any) -> str:
     """Why no other mesh is solved on; empty where one is."""
     meshes = list(solution.meshes.values())
+    if any(isinstance(body.geometry, Superelement) for body in solution.problem.body):
+        return "a superelement has one mesh"
     if comm.getSize() > 1:
         return "it is estimated on one rank only"
     if any(mesh.n_nodes > CHEAP for mesh in meshes):
         return f"more than {CHEAP} nodes a body; compare with a finer mesh"
     if any(mesh.n_elements < FEWEST for mesh in meshes):
         return f"fewer than {FEWEST} elements"
+    if solution.wear is not None:
+        return "wear over cycles is not computed twice; compare with a finer mesh"
     if len(solution.steps) > MOST_INCREMENTS:
         return f"more than {MOST_INCREMENTS} increments; compare with a finer mesh, or use --adapt"
     return ""

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...bem.boundary_data import BoundaryData, free_motions
+from ...bem.boundary_data import BoundaryData
 from ...bem.particular.volume import volume_solution
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import ContactLaw
@@ -26,7 +26,7 @@ from ...model.expressions import evaluate
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
 from .interfaces import InterfaceSpec, as_problem, check_parts, interfaces_of
-from .load_states import boundary_data, check_held
+from .load_states import body_motions, boundary_data, check_held
 
 OUTWARD = 1e-9
 """Cosine between a direction and some outward normal from which on it points outward."""
@@ -54,6 +54,8 @@ class Discrete:
         State 0 is the unloaded one, state k the end of step k.
     distance : list of float
         The smallest distance or gap of each interface, infinite where nothing is faced [length].
+    wear : (M,) array
+        Coefficient of Archard's law at the nodes of all interfaces [1/stress].
     warnings : list of str
     """
 
@@ -65,6 +67,7 @@ class Discrete:
     law: ContactLaw
     data: list[BoundaryData]
     distance: list[float]
+    wear: Array
     warnings: list[str] = field(default_factory=list)
 
 
@@ -79,13 +82,7 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
     sides = interfaces_of(problem)
     if not sides:
         raise InputError('contact: no part is in contact; [[contact]] or condition = "contact" on a part says which')
-    boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
-    check_parts(problem, boundaries, sides)
-    problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
-    own = [mesh_of(problem, boundaries[b]) if make_mesh is None else make_mesh(b, problem, boundaries[b])
-           for b, problem in enumerate(problems)]  # fmt: skip
-    pairs = [PairParts((s.body, s.part), s.primary, s.direction) for s in sides if s.primary is not None]
-    meshes = matched(boundaries, own, pairs) if pairs else own
+    boundaries, meshes = meshed(problem, sides, make_mesh)
     notes: list[str] = []
     interfaces, distance = [], []
     for side in sides:
@@ -100,11 +97,50 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
         interfaces = [replace(face, held=False) for face in interfaces]
         law = _law(sides, interfaces, meshes)
         data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
+    notes += add_volume_loads(problem, meshes, data)
+    return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance,
+                    _wear(sides, interfaces, meshes), notes)  # fmt: skip
+
+
+def without_contact(problem: Problem) -> Discrete:
+    """The bodies of a problem, of which no part is in contact, on meshes; there is no law.
+
+    Raises
+    ------
+    InputError
+        As `discretise`; or if a body can move freely.
+    """
+    boundaries, meshes = meshed(problem, [], None)
+    data = [boundary_data(problem, b, mesh, []) for b, mesh in enumerate(meshes)]
+    for boundary, mesh, known in zip(boundaries, meshes, data, strict=True):
+        if body_motions(boundary, known, mesh).shape[2]:
+            check_held(known, mesh, np.zeros(0))
+    notes = add_volume_loads(problem, meshes, data)
+    return Discrete(problem, boundaries, meshes, [], [], Tresca(np.zeros(0), meshes[0].dim - 1), data, [],
+                    np.zeros(0), notes)  # fmt: skip
+
+
+def meshed(
+    problem: Problem, sides: list[InterfaceSpec], make_mesh: MeshMaker | None
+) -> tuple[list[Boundary], list[BoundaryMesh]]:
+    """Boundaries and meshes of the bodies, which match where parts face one another."""
+    boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
+    check_parts(problem, boundaries, sides)
+    problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
+    own = [mesh_of(problem, boundaries[b]) if make_mesh is None else make_mesh(b, problem, boundaries[b])
+           for b, problem in enumerate(problems)]  # fmt: skip
+    pairs = [PairParts((s.body, s.part), s.primary, s.direction) for s in sides if s.primary is not None]
+    return boundaries, matched(boundaries, own, pairs) if pairs else own
+
+
+def add_volume_loads(problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData]) -> list[str]:
+    """Put particular solutions for volume loads into the data; what is to be reported of them."""
+    notes: list[str] = []
     for b, mesh in enumerate(meshes):
         if (solution := volume_solution(problem, b, mesh)) is not None:
             data[b] = replace(data[b], volume=solution.on(mesh))
             notes += solution.notes
-    return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, notes)
+    return notes
 
 
 def _held_by_friction(
@@ -121,7 +157,7 @@ def _held_by_friction(
     ends, found = np.cumsum([0, *(len(face.nodes) for face in interfaces)]), False
     for b, (mesh, boundary) in enumerate(zip(meshes, boundaries, strict=True)):
         mine = [bound[i:j] for face, i, j in zip(interfaces, ends[:-1], ends[1:], strict=True) if face.body == b]
-        if not boundary.exterior and free_motions(data[b], mesh).shape[2]:
+        if body_motions(boundary, data[b], mesh).shape[2]:
             check_held(data[b], mesh, np.concatenate([*mine, np.zeros(0)]))
             found = True
     return found
@@ -129,8 +165,10 @@ def _held_by_friction(
 
 def with_laws_of(discrete: Discrete, problem: Problem) -> Discrete:
     """The same meshes and data with the friction, steps and obstacles of a problem of the same bodies and pairs."""
-    nodes = _contact_nodes(interfaces_of(problem), discrete.interfaces, discrete.meshes)
-    return replace(discrete, problem=problem, law=law_of(None, nodes), warnings=list(discrete.warnings))
+    sides = interfaces_of(problem)
+    nodes = _contact_nodes(sides, discrete.interfaces, discrete.meshes)
+    return replace(discrete, problem=problem, sides=sides, law=law_of(None, nodes), warnings=list(discrete.warnings),
+                   wear=_wear(sides, discrete.interfaces, discrete.meshes))  # fmt: skip
 
 
 def _interface(side: InterfaceSpec, meshes: list[BoundaryMesh], held: bool) -> tuple[Interface, float, list[str]]:
@@ -209,6 +247,15 @@ def _law(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[B
     if interfaces[0].held:
         return Tresca(bound, meshes[0].dim - 1)
     return SignoriniCoulomb(coefficient, bound, unilateral, meshes[0].dim, absent)
+
+
+def _wear(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> Array:
+    found = []
+    for side, interface in zip(sides, interfaces, strict=True):
+        mesh, m, key = meshes[side.body], len(interface.nodes), f"{side.key}.wear_coefficient"
+        value = _not_negative(side.law.wear_coefficient, mesh.variables(interface.nodes), m, key, mesh.x[interface.nodes])
+        found.append(np.zeros(m) if value is None else value)
+    return np.concatenate(found)
 
 
 def _not_negative(value: Any, names: dict[str, Array], m: int, key: str, x: Array) -> Array | None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
+from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
 from ...model.base import nearest
 from ...model.loads import loads_by_step
@@ -91,6 +92,9 @@ def check_parts(problem: Problem, boundaries: list[Boundary], sides: list[Interf
         for k, point in enumerate(body.point_force):
             _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
             _check_components(f"body {body.name!r}: point_force[{k}].force", point.force, d)
+        if isinstance(boundary, CondensedSurface) and (body.point_force or body.loads):
+            key = "point_force" if body.point_force else "loads"
+            raise InputError(f"body {body.name!r}: {key}: loads inside a superelement belong into its file, as force or u_0")
         for loads in [loads for loads in loads_by_step(problem, number) if not loads.is_none]:
             if boundary.exterior:
                 raise InputError(f"body {body.name!r}: loads: an infinite plate has no volume loads")

@@ -11,9 +11,13 @@ import numpy as np
 from ...arrays import Array, Index
 from ...bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
 from ...compliance.bodies import Interface
+from ...compliance.body.superelement import free_modes
 from ...errors import InputError
+from ...geometry.superelement import CondensedSurface
+from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
+from ...model.loads import forces_by_step
 from ...model.problem import Displacement, Problem, Symmetry, Traction
 
 FLAT = 1e-9
@@ -44,7 +48,9 @@ def boundary_data(
                 raise InputError(f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a plane face")
             frame[nodes], places = contact_frames(mesh, nodes)
             known[nodes, places[:, -1]] = False
-    forces = [np.zeros((len(body.point_force), d))]
+    points = np.array([f.at for f in body.point_force]).reshape(-1, d)
+    forces = [np.zeros_like(points), *(np.array([f.force for f in state]).reshape(points.shape)
+                                       for state in forces_by_step(problem, number))]  # fmt: skip
     cache: dict[str, tuple[Any, Array]] = {}
     for s, of_step in enumerate(conditions, 1):
         for part, condition in of_step.items():
@@ -52,7 +58,6 @@ def boundary_data(
             if part not in cache or cache[part][0] is not condition:
                 cache[part] = (condition, _given(condition, mesh, nodes, f"body {body.name!r}: {part}"))
             value[s, nodes] = cache[part][1]
-        forces.append(np.array([f.force for f in problem.point_forces(number, s, 1.0)]).reshape(forces[0].shape))
     contact = contact_nodes(interfaces, number)
     directions = np.broadcast_to(np.arange(d), (len(contact), d))
     if len(contact) and interfaces[0].held:
@@ -62,7 +67,6 @@ def boundary_data(
         for face in interfaces:
             if face.body == number:
                 value[:, face.nodes, normal[np.searchsorted(contact, face.nodes)]] = face.gap
-    points = np.array([f.at for f in body.point_force]).reshape(-1, d)
     data = BoundaryData(frame, known, value, contact, directions, points, np.array(forces))
     return without_rigid_motion(data, mesh)
 
@@ -91,6 +95,15 @@ def contact_nodes(interfaces: Sequence[Interface], number: int) -> Index:
     found = [i.nodes for i in interfaces if i.body == number]
     found += [i.primary_nodes for i in interfaces if i.primary == number and i.primary_nodes is not None]
     return np.unique(np.concatenate(found)) if found else np.empty(0, dtype=np.int64)
+
+
+def body_motions(boundary: Boundary, data: BoundaryData, mesh: BoundaryMesh) -> Array:
+    """Rigid motions (n, d, r) that neither conditions nor, of a superelement, what it stands on hold: none of an infinite
+    plate."""
+    if isinstance(boundary, CondensedSurface):
+        modes = free_modes(boundary, mesh)
+        return modes if data.traction_known.all() else modes[..., :0]
+    return np.zeros((*mesh.x.shape, 0)) if boundary.exterior else free_motions(data, mesh)
 
 
 def check_held(data: BoundaryData, mesh: BoundaryMesh, bound: Array) -> None:

@@ -11,10 +11,12 @@ from ...contact.criterion import equilibrium_defect
 from ...contact.equilibrium import unbalanced_load
 from ...contact.law_protocol import OPEN
 from ...contact.state import ContactState
+from ...geometry.superelement import CondensedSurface
+from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
 from ..discrete.discretise import Discrete
 from ..trust.warnings import unusual
-from .increment import Increment, PreparedProblem, amplitudes, changed
+from .increment import Increment, PreparedProblem, amplitudes
 
 MOTIONS = {
     2: ("along x", "along y", "to turn"),
@@ -159,7 +161,7 @@ def _ignored(problem: PreparedProblem) -> list[str]:
     for k, obstacle in enumerate(discrete.problem.obstacle):
         if all(side.obstacle != k for side in discrete.sides):
             found.append(f"obstacle {obstacle.name!r} is in no contact")
-        states = itertools.accumulate(problem.steps, changed, initial=obstacle)
+        states = itertools.accumulate(problem.steps, changed_obstacle, initial=obstacle)
         if any(load and motion != "free" for o in states for motion, load in zip(o.motions(d), o.loads(d), strict=True)):
             found.append(f"obstacle {obstacle.name!r}: a force or moment on a component whose motion is given does nothing")
     return found
@@ -170,8 +172,9 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     discrete, d, found = problem.discrete, problem.system.dim, []
     obstacles = list(discrete.problem.obstacle)
     for number, step in enumerate(problem.steps, 1):
-        obstacles = [changed(o, step) for o in obstacles]
+        obstacles = [changed_obstacle(o, step) for o in obstacles]
         loaded = any(data.loaded[number] for data in discrete.data)
+        loaded = loaded or any(isinstance(boundary, CondensedSurface) for boundary in discrete.boundaries)
         given = (motion if motion != "free" else load for o in obstacles
                  for motion, load in zip(o.motions(d), o.loads(d), strict=True))  # fmt: skip
         ends = [r for r in results if r.step == number and r.load_factor == 1.0]

@@ -69,6 +69,8 @@ class IncrementState:
         Of the obstacles; loads from outside.
     sigma : (M, k) array
         σ [stress].
+    worn : (M,) array
+        Depth by which both sides together are worn [length].
     """
 
     slip: Array
@@ -77,6 +79,7 @@ class IncrementState:
     positions: Array
     loads: Array
     sigma: Array
+    worn: Array
 
 
 @dataclass
@@ -126,7 +129,8 @@ class PreparedProblem:
         system, d = self.system, self.system.dim
         still = np.zeros((len(system.obstacle_modes), d * (d + 1) // 2))
         slip, alpha = np.zeros((system.size, d - 1)), np.zeros(system.modes.shape[1])
-        return IncrementState(slip, self.start, alpha, still, still.copy(), np.zeros((system.size, system.k)))
+        return IncrementState(slip, self.start, alpha, still, still.copy(), np.zeros((system.size, system.k)),
+                              np.zeros(system.size))  # fmt: skip
 
     def close(self) -> None:
         """Free every PETSc object."""
@@ -147,6 +151,14 @@ class Increment:
     before : IncrementState
     target : float
         Load factor in (0, 1].
+    begun : float
+        Load factor that the state before has.
+    origin : int, optional
+        Number of the step at whose end the step begins, if not the one before.
+    cycle : int
+        How many cycles are done at its end; 0 outside of cycles.
+    layer : (M,) array, optional
+        Wear on its way: the gap is opened by `layer` times p beyond what is worn before [length/stress].
     """
 
     problem: PreparedProblem
@@ -155,10 +167,18 @@ class Increment:
     obstacles: list[ObstacleMotion]
     before: IncrementState
     target: float
+    begun: float = 0.0
+    origin: int | None = None
+    cycle: int = 0
+    layer: Array | None = None
 
-    def to(self, target: float, before: IncrementState | None = None) -> Increment:
-        """The one to another load factor of the step."""
-        return replace(self, target=target, before=before or self.before)
+    def to(self, target: float) -> Increment:
+        """The one from the same state to another load factor of the step."""
+        return replace(self, target=target)
+
+    def then(self, target: float, before: IncrementState) -> Increment:
+        """The one that comes after it."""
+        return replace(self, target=target, before=before, begun=self.target)
 
     @property
     def name(self) -> str:
@@ -169,7 +189,7 @@ class Increment:
     def shares(self) -> Array:
         """Weights of the load states, (K,)."""
         shares = np.zeros(len(self.problem.system.base))
-        shares[self.number - 1] += 1.0 - self.target
+        shares[self.number - 1 if self.origin is None else self.origin] += 1.0 - self.target
         shares[self.number] += self.target
         return shares
 
@@ -189,10 +209,10 @@ class Increment:
         shift = np.zeros_like(u_0)
         shift[:, : d - 1] = -self.before.slip
         if system.k == d:
-            shift[:, -1] = -np.where(np.isfinite(system.gap), system.gap, 0.0)
+            shift[:, -1] = -np.where(np.isfinite(system.gap), system.gap, 0.0) - self.before.worn
         moved, load = np.concatenate(modes, axis=1), np.concatenate(resultant)
         rigid = Modes(moved.reshape(*u_0.shape, -1), np.concatenate(balance).reshape(-1, *u_0.shape), load)
-        return system.at(u_0 + shift, rigid, self.shares, shift)
+        return system.at(u_0 + shift, rigid, self.shares, self.layer)
 
     def solved(self, monitor: Monitor | None = None) -> ContactState:
         """The method's outcome; one that a solve's failure ended has its last iterate.
@@ -206,6 +226,7 @@ class Increment:
 
         stepped = bool(self.problem.discrete.problem.step)
         where = f"step {self.number} ({self.name}), load factor {self.target:.4g}" if stepped else ""
+        where += f", cycle {self.cycle}" if self.cycle > 1 else ""
 
         def keep(state: ContactState) -> str | None:
             last[:] = [state]
@@ -237,7 +258,8 @@ class Increment:
             feels = system.weighted(system.obstacle_modes[k]) @ outcome.sigma.ravel()
             positions[k], loads[k] = position, np.where(motion.free, load, -feels)
         slip = before.slip + outcome.v[:, : system.dim - 1]
-        return IncrementState(slip, (outcome.v, outcome.sigma), free_of_bodies, positions, loads, outcome.sigma)
+        worn = before.worn if self.layer is None else before.worn + self.layer * np.maximum(-outcome.sigma[:, -1], 0.0)
+        return IncrementState(slip, (outcome.v, outcome.sigma), free_of_bodies, positions, loads, outcome.sigma, worn)
 
 
 def amplitudes(system: ContactSystem, outcome: ContactState) -> Array:
@@ -246,12 +268,3 @@ def amplitudes(system: ContactSystem, outcome: ContactState) -> Array:
         return np.zeros(0)
     left = (outcome.v - system.u_0 - system.apply(outcome.sigma)).ravel()
     return np.asarray(system.modes.fit @ left)
-
-
-def changed(obstacle: Obstacle, step: Step) -> Obstacle:
-    """An obstacle with what a step changes of it."""
-    for change in step.obstacle:
-        if change.name == obstacle.name:
-            given = {key: getattr(change, key) for key in ("displacement", "rotation", "force", "moment")}
-            obstacle = obstacle.model_copy(update={key: value for key, value in given.items() if value is not None})
-    return obstacle

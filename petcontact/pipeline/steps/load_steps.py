@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -10,13 +11,16 @@ import numpy as np
 from ...compliance.bodies import BodiesSystem
 from ...contact.friction_law import contact_norm
 from ...contact.laws import dissipation
-from ...contact.state import ContactState
+from ...model.cycle import cycle_steps
+from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
 from ..discrete.load_states import data_from
 from ..eliminate import eliminated
+from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced, zero_energy_motions
-from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem, changed
+from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
 from .outcome import step_result
+from .wear import Tried, solved
 
 HALVINGS = 8
 """How often an increment that fails is halved."""
@@ -28,12 +32,12 @@ ENERGY_ERROR = 1e-2
 """The same of the energy dissipated, over itself or the work of all tractions on the slip."""
 LEAST_SLIP = 1e-3
 """Slip, over what the tractions move, below which its path error is relative to that."""
-Tried = tuple[Increment, ContactState, IncrementState]
 
 
 def increments(
-    problem: PreparedProblem, done: list[StepResult], monitor: Monitor | None, *, checked: bool = True
-) -> Iterator[StepResult]:
+    problem: PreparedProblem, done: list[StepResult], monitor: Monitor | None, *, checked: bool = True,
+    rows: list[Row] | None = None,
+) -> Iterator[StepResult]:  # fmt: skip
     """Increment after increment from where those done end; the last one has failed where not all steps are reached.
 
     Parameters
@@ -44,54 +48,72 @@ def increments(
     monitor : Monitor or None
     checked : bool
         Whether the ends of steps get their elastic residual.
+    rows : list of Row, optional
+        Of the cycles that are done; more are added.
     """
-    state, done = state_after(problem, done), list(done)
-    current = list(problem.discrete.problem.obstacle)
-    # known normals and no steps: less of the load is only asked for where there is no equilibrium at all of it
-    divisible = bool(problem.discrete.problem.step) or not problem.discrete.interfaces[0].held
+    state, done, rows = state_after(problem, done), list(done), [] if rows is None else rows
+    posed = problem.discrete.problem
+    current, cycle = list(posed.obstacle), cycle_steps(posed)
     for number, step in enumerate(problem.steps, 1):
-        current = [changed(o, step) for o in current]
+        current = [changed_obstacle(o, step) for o in current]
         passed = bool(done) and number < done[-1].step
         reached = max((r.load_factor for r in done if r.step == number), default=float(passed))
-        if reached >= 1.0:
-            continue
-        problem = _from_step(problem, number, done)
-        begun = state_after(problem, [r for r in done if r.step < number]) if reached > 0.0 else state
-        motions = [ObstacleMotion.of(o, begun, k, problem.system.dim) for k, o in enumerate(current)]
-        auto = step.increments == "auto"
-        whole = 1.0 if auto else 1.0 / int(step.increments)
-        # what contact can hold is convex: loads between two that it can hold need no look
-        end = Increment(problem, step, number, motions, state, 1.0)
-        size, doubt = whole, problem.system.size <= LOOKED_AT_FIRST and is_unbalanced(end)
-        while reached < 1.0 - 1e-12:
-            target = min(1.0, reached + size)
-            target = 1.0 if 1.0 - target < 1e-9 else target
-            increment = Increment(problem, step, number, motions, state, target)
-            hopeless = doubt and is_unbalanced(increment)
-            tried = None if hopeless else _attempt(increment, reached, monitor, auto=auto)
-            if tried is None:
-                doubt = True
-                size *= 0.5
-                if size >= whole * 0.5**HALVINGS and (divisible or is_unbalanced(increment)):
-                    continue
-                tried = [_solved(increment, monitor)]
-            problem.discrete.warnings += zero_energy_motions(*tried[-1][:2])
-            for each, outcome, following in tried:
-                last = not outcome.converged or each.target == 1.0
-                result = step_result(each, outcome, following, checked=last and checked)
-                done.append(result)
-                yield result
-                if result.status != "converged":
-                    return
-                state = following
-            reached = target
-            size = min(whole, 2.0 * size)
+        solving: Iterable[Tried] = ()
+        if reached < 1.0:
+            problem = _from_step(problem, number, done)
+            begun = state_after(problem, [r for r in done if r.step < number]) if reached > 0.0 else state
+            motions = [ObstacleMotion.of(o, begun, k, problem.system.dim) for k, o in enumerate(current)]
+            increment = Increment(problem, step, number, motions, state, reached, cycle=1 if number in cycle else 0)
+            solving = _step(increment, monitor)
+        if number in cycle and number == cycle[-1] and not passed:
+            solving = itertools.chain(solving, _cycled(problem, done, monitor, rows))
+        for each, outcome, following in solving:
+            last = not outcome.converged or each.target == 1.0
+            result = step_result(each, outcome, following, checked=last and checked)
+            done.append(result)
+            yield result
+            if result.status != "converged":
+                return
+            state = following
+
+
+def _cycled(problem: PreparedProblem, done: list[StepResult], monitor: Monitor | None, rows: list[Row]) -> Iterator[Tried]:
+    """The last cycle, from the end of those done."""
+    yield from later_cycles(problem, done, state_after(problem, done), monitor, rows)
+
+
+def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
+    """The increments of a step, after one that goes nowhere."""
+    problem, step, reached = increment.problem, increment.step, increment.target
+    # known normals and no steps: less of the load is only asked for where there is no equilibrium at all of it
+    divisible = bool(problem.discrete.problem.step) or not problem.discrete.interfaces[0].held
+    auto = step.increments == "auto"
+    whole = 1.0 if auto else 1.0 / int(step.increments)
+    state, end = increment.before, increment.to(1.0)
+    # what contact can hold is convex: loads between two that it can hold need no look
+    size, doubt = whole, problem.system.size <= LOOKED_AT_FIRST and is_unbalanced(end)
+    while reached < 1.0 - 1e-12:
+        target = min(1.0, reached + size)
+        target = 1.0 if 1.0 - target < 1e-9 else target
+        following = replace(increment, target=target, begun=reached, before=state)
+        hopeless = doubt and is_unbalanced(following)
+        tried = None if hopeless else _attempt(following, monitor, auto=auto)
+        if tried is None:
+            doubt = True
+            size *= 0.5
+            if size >= whole * 0.5**HALVINGS and (divisible or is_unbalanced(following)):
+                continue
+            tried = [solved(following, monitor)]
+        problem.discrete.warnings += zero_energy_motions(*tried[-1][:2])
+        yield from tried
+        reached, state = target, tried[-1][2]
+        size = min(whole, 2.0 * size)
 
 
 def first_increment(problem: PreparedProblem) -> Increment:
     """The contact problem that a problem begins with: of its first step the first increment, the whole step if "auto"."""
     step, state = problem.steps[0], problem.begun()
-    obstacles = [changed(o, step) for o in problem.discrete.problem.obstacle]
+    obstacles = [changed_obstacle(o, step) for o in problem.discrete.problem.obstacle]
     motions = [ObstacleMotion.of(o, state, k, problem.system.dim) for k, o in enumerate(obstacles)]
     return Increment(problem, step, 1, motions, state, 1.0 if step.increments == "auto" else 1.0 / int(step.increments))
 
@@ -112,7 +134,8 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
     places = [done[-1].obstacles[o.name] for o in obstacles]
     positions = np.array([np.hstack([p.displacement, p.rotation]) for p in places]).reshape(len(places), d * (d + 1) // 2)
     loads = np.array([np.hstack([p.force, p.moment]) for p in places]).reshape(len(places), d * (d + 1) // 2)
-    return IncrementState(slip, (v, sigma), done[-1].alpha, positions, loads, sigma)
+    worn = [np.zeros(len(pair.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs]
+    return IncrementState(slip, (v, sigma), done[-1].alpha, positions, loads, sigma, np.concatenate(worn))
 
 
 def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) -> PreparedProblem:
@@ -129,19 +152,20 @@ def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) ->
     return replace(problem, discrete=discrete, system=eliminated(discrete, problem.comm))
 
 
-def _attempt(increment: Increment, reached: float, monitor: Monitor | None, *, auto: bool) -> list[Tried] | None:
+def _attempt(increment: Increment, monitor: Monitor | None, *, auto: bool) -> list[Tried] | None:
     """One increment, or with "auto" two halves that agree with it; None where it fails."""
-    whole = _solved(increment, monitor)
+    whole = solved(increment, monitor)
     if whole[1].stopped:
         return [whole]
     if not whole[1].converged:
         return None
     if not auto:
         return [whole]
-    first = _solved(increment.to(0.5 * (reached + increment.target)), monitor)
+    half = increment.to(0.5 * (increment.begun + increment.target))
+    first = solved(half, monitor)
     if not first[1].converged:
         return [first] if first[1].stopped else None
-    second = _solved(increment.to(increment.target, first[2]), monitor)
+    second = solved(half.then(increment.target, first[2]), monitor)
     if not second[1].converged:
         return [first, second] if second[1].stopped else None
     return [first, second] if _agree(increment.problem.system, whole, first, second) else None
@@ -159,8 +183,3 @@ def _agree(system: BodiesSystem, whole: Tried, first: Tried, halves: Tried) -> b
     once, *twice = (float(weight @ dissipation(law, each.before.sigma, outcome.sigma, outcome.v[:, : system.dim - 1])[0])
                     for each, outcome, _ in (whole, first, halves))  # fmt: skip
     return abs(sum(twice) - once) <= ENERGY_ERROR * max(sum(twice), size * contact_norm(other, weight))
-
-
-def _solved(increment: Increment, monitor: Monitor | None) -> Tried:
-    outcome = increment.solved(monitor)
-    return increment, outcome, increment.after(outcome)

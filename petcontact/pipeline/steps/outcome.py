@@ -38,7 +38,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
         limit = max(limit, body.tolerance)
         if checked:
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
-            if not discrete.boundaries[b].exterior:
+            if discrete.boundaries[b].closed:
                 unbalanced = max(unbalanced, imbalance(body, shares, u, traction, sigma, alpha))
     tangential, *normal = natural_residuals(discrete.law, increment.system, outcome.v, outcome.sigma)
     residuals = {"normal": max(normal, default=0.0), "tangential": tangential,
@@ -46,7 +46,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
                  "elastic": elastic if checked else np.nan, "equilibrium": unbalanced if checked else np.nan,
                  "elimination": problem.digits_lost}  # fmt: skip
     residuals["overlap"], between, place = overlaps(system, increment.system, discrete.law, problem.places, outcome)
-    pairs = _pairs(increment, outcome, bodies)
+    pairs = _pairs(increment, outcome, after, bodies)
     status, reason = _judged(increment, outcome, elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
@@ -61,7 +61,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
     return StepResult(
         increment.name, increment.number, increment.target, status, reason, len(outcome.history), residuals,
         pairs, bodies, obstacles, after.alpha, float(np.max(outcome.rho)), rest,
-        outcome.history,
+        outcome.history, increment.cycle, increment.origin,
     )  # fmt: skip
 
 
@@ -103,7 +103,9 @@ def _remedy(increment: Increment) -> str:
     return f"use -{prefix}pc_type lu, or a smaller -{prefix}ksp_rtol"
 
 
-def _pairs(increment: Increment, outcome: ContactState, bodies: dict[str, BodyResult]) -> dict[str, PairResult]:
+def _pairs(
+    increment: Increment, outcome: ContactState, after: IncrementState, bodies: dict[str, BodyResult]
+) -> dict[str, PairResult]:
     discrete, system = increment.problem.discrete, increment.problem.system
     names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
@@ -120,11 +122,13 @@ def _pairs(increment: Increment, outcome: ContactState, bodies: dict[str, BodyRe
         gap = np.where(np.isfinite(face.gap), open_by + 0.0, np.inf)
         traction = np.einsum("mt,mtc->mc", sigma_t, face.tangent) + sigma_n[:, None] * face.normal
         given, turned = _on_primary(increment, face, traction)
+        wears, share = side.law.wear_coefficient is not None, side.law.wear_share
         pairs[face.name] = PairResult(
             x, face.normal, face.tangent, weight, mesh.variables(face.nodes).get("s", np.zeros(len(x))), pressure, sigma_t,
             bound[where], gap, moved + increment.before.slip[where], moved, states[where],
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
+            after.worn[where, None] * [share, 1.0 - share] if wears else None,
             tail(mesh, face.nodes, pressure[:, None]), tail(mesh, face.nodes, sigma_t),
         )  # fmt: skip
     return pairs

@@ -14,8 +14,10 @@ from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...model.bodies import Contact
+from ...model.cycle import cycle_steps
 from ...results.records import PairResult, StepResult
 from ...results.solution import Solution, read_solution
+from .cycles import Row, rows_of
 from .increment import PreparedProblem
 
 NEAREST = 4
@@ -23,8 +25,9 @@ NEAREST = 4
 NAMES = ("zero", "frictionless")
 
 
-def finished_before(problem: PreparedProblem) -> list[StepResult]:
-    """The converged increments of the file that `method.start` names, "FILE.h5" or "FILE.h5:k" for the first k.
+def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Row]]:
+    """The converged increments of the file that `method.start` names, "FILE.h5" or "FILE.h5:k" for the first k, and its
+    cycles.
 
     None where the problem has no steps: then the file gives the first iterate.
 
@@ -35,7 +38,7 @@ def finished_before(problem: PreparedProblem) -> list[StepResult]:
     """
     name = problem.discrete.problem.method.start
     if name in NAMES or not problem.discrete.problem.step:
-        return []
+        return [], []
     file, colon, count = name.rpartition(":")
     file, count = (file, count) if colon and count.isdecimal() else (name, "")
     old = _read(file, name)
@@ -49,7 +52,27 @@ def finished_before(problem: PreparedProblem) -> list[StepResult]:
     steps = [step for step in old.steps if step.status == "converged"]
     if count and not 0 < int(count) <= len(steps):
         raise InputError(f"method.start: {file} has {len(steps)} converged increments, got {name!r}")
-    return steps[: int(count)] if count else steps
+    steps = _whole_cycles(problem, file, steps[: int(count)] if count else steps)
+    return steps, rows_of(problem, old.wear, max((step.cycle for step in steps), default=0))
+
+
+def _whole_cycles(problem: PreparedProblem, file: str, steps: list[StepResult]) -> list[StepResult]:
+    """The increments up to the end of the last cycle that is whole, where more are to follow.
+
+    Raises
+    ------
+    InputError
+        If there are more cycles than the problem has.
+    """
+    posed = problem.discrete.problem
+    numbers, most = cycle_steps(posed), max((step.cycle for step in steps), default=0)
+    if posed.cycle is None or most <= 1:
+        return steps
+    if most > posed.cycle.count:
+        raise InputError(f"method.start: {file} has {most} cycles, cycle.count is {posed.cycle.count}")
+    ends = [k for k, step in enumerate(steps) if step.step == numbers[-1] and step.load_factor == 1.0]
+    whole = steps[: ends[-1] + 1]
+    return steps if whole[-1].cycle == posed.cycle.count else whole
 
 
 def first_iterate(problem: PreparedProblem) -> Start | None:

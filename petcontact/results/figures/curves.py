@@ -59,6 +59,33 @@ def draw_history(figure: Any, solution: SolutionData) -> None:
         legend_below(axes, 3)
 
 
+def draw_wear(figure: Any, solution: SolutionData) -> None:
+    """Worn volume and depth, and the largest pressure, over the cycles; over the increments where there are none."""
+    left, right = figure.subplots(1, 2)
+    units, table = solution.problem.units, solution.wear
+    deep, pressed = left.twinx(), []
+    for number, (name, last) in enumerate((name, pair) for name, pair in solution.pairs.items() if pair.wear is not None):
+        if table is not None and len(table.cycle) > 1:
+            at, depth, pressure = table.cycle, table.depth[name], table.pressure[name]
+        else:
+            pairs = [step.pairs[name] for step in solution.steps]
+            at = np.arange(1, len(pairs) + 1)
+            depth = np.array([np.zeros(len(last.x)) if pair.wear is None else pair.wear.sum(axis=1) for pair in pairs])
+            pressure = np.array([pair.pressure for pair in pairs])
+        colour = f"C{number}"
+        left.plot(at, depth @ last.weight, ".-", color=colour, lw=1.2, ms=4, label=f"{plain(name)}: volume")
+        deep.plot(at, depth.max(axis=1, initial=0.0), "--", color=colour, lw=1.0)
+        left.plot([], [], "--", color=colour, lw=1.0, label=f"{plain(name)}: depth")
+        right.plot(at, pressure.max(axis=1, initial=0.0), ".-", color=colour, lw=1.2, ms=4)
+        pressed.append(pressure.max(initial=0.0))
+    what = "increment" if table is None or len(table.cycle) < 2 else "cycle"
+    unit = units.length and f"{units.length}{'²' if solution.last.pairs[name].x.shape[1] == 2 else '³'}"
+    left.set(xlabel=what, ylabel=label("worn volume", unit), title=headed(solution, "wear"))
+    deep.set_ylabel(label("largest depth (dashed)", units.length))
+    right.set(xlabel=what, title=label("largest pressure", units.stress), ylim=(0.0, 1.05 * max(pressed) or None))
+    legend_below(left, 2)
+
+
 def _positive(values: Any) -> Array:
     array = np.array(values, dtype=float)
     return np.where(array > 0.0, array, np.nan)

@@ -14,7 +14,6 @@ from ...runtime.figure_style import (
     COLOURS,
     SHADES,
     STATES,
-    closed,
     draw_states,
     label,
     legend_below,
@@ -89,7 +88,7 @@ def place(axes: Any, solution: SolutionData) -> None:
 
 
 def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Array]]:
-    """Closed curves (k, 2), initial and deformed, one pair a loop; arcs are round."""
+    """Curves (k, 2), initial and deformed, one pair a loop; arcs are round."""
     everywhere = np.linspace(-1.0, 1.0, 7)
     number, initial, moved, deformed = [], [], [], []
     curved = mesh.curvature != 0.0
@@ -103,16 +102,22 @@ def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Arra
         initial.append(mesh.on_elements(chosen, at)[0].reshape(-1, 2))
         moved.append(np.repeat(chosen, len(xi)))
         deformed.append((mesh.on_elements(chosen, xi)[0] + factor * values).reshape(-1, 2))
-    starts = [int(loop[0]) for loop in mesh.loops()]
-    return list(zip(_curves(number, initial, starts), _curves(moved, deformed, starts), strict=True))
+    loops, ends = mesh.loops(), [mesh.end[loop[-1]][None] for loop in mesh.loops()]
+    still, moving = _curves(loops, number, initial), _curves(loops, moved, deformed)
+    return [(np.vstack([a, a[:1] if closed else end]), np.vstack([b, b[:1]]) if closed else b)
+            for a, b, end, closed in zip(still, moving, ends, _closed(mesh, loops), strict=True)]  # fmt: skip
 
 
-def _curves(numbers: list[Index], points: list[Array], starts: list[int]) -> list[Array]:
-    """Closed curves, one a loop, through points given by the number of their element."""
+def _curves(loops: list[Index], numbers: list[Index], points: list[Array]) -> list[Array]:
+    """Curves, one a loop, through points given by the number of their element."""
     number = np.concatenate(numbers)
     order = np.argsort(number, kind="stable")
-    pieces = np.split(np.concatenate(points)[order], np.searchsorted(number[order], starts[1:]))
-    return [closed([piece]) for piece in pieces]
+    return np.split(np.concatenate(points)[order], np.searchsorted(number[order], [int(loop[0]) for loop in loops[1:]]))
+
+
+def _closed(mesh: CurveMesh, loops: list[Index]) -> list[bool]:
+    """Whether each loop ends where it starts: superelements have a part of the boundary only."""
+    return [bool(np.array_equal(mesh.end[loop[-1]], mesh.start[loop[0]])) for loop in loops]
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
@@ -168,6 +173,23 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
             axes.set_ylim(-0.05 * top, 1.05 * top)
         axes.set_ylabel(label("gap", solution.problem.units.length))
         legend_beside(axes)
+
+
+def draw_profiles(figure: Any, solution: SolutionData) -> None:
+    """Pressure along each interface that wears after some of the cycles, and the worn depth of both sides, downwards."""
+    table = solution.wear
+    for axes, name, order in _panels(figure, solution):
+        s, units = solution.pairs[name].arc_length[order], solution.problem.units
+        if table is None or name not in table.depth:
+            continue
+        deep = axes.twinx()
+        for number, k in enumerate(np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))):
+            axes.plot(s, table.pressure[name][k][order], color=f"C{number}", label=f"cycle {table.cycle[k]}")
+            deep.plot(s, table.depth[name][k][order], color=f"C{number}", lw=1.0, ls="--")
+        deep.set(ylim=(2.5 * float(table.depth[name].max(initial=0.0)) or 1.0, 0.0))
+        deep.set_ylabel(label("worn depth (dashed)", units.length))
+        axes.set_ylabel(label("pressure", units.stress))
+        legend_below(axes, 3)
 
 
 def _shown(solution: SolutionData) -> list[StepResult]:

@@ -16,7 +16,7 @@ from ...runtime.figure_style import save_all
 from ..data import SolutionData
 from ..records import step_ends
 from . import plane, space
-from .curves import draw_history, draw_hysteresis
+from .curves import draw_history, draw_hysteresis, draw_wear
 from .view import View
 
 Drawings = dict[str, Callable[[Any, SolutionData], None]]
@@ -43,7 +43,8 @@ def plot_all(
     list of Path
         STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-traction.png and STEM-normal.png with a
         panel for each interface, STEM-gap.png where one opens, in space STEM-states.png; STEM-history.png, and of several
-        increments STEM-hysteresis.png.
+        increments STEM-hysteresis.png; where anything wears
+        STEM-wear.png, with cycles in the plane STEM-profiles.png.
 
     Raises
     ------
@@ -61,9 +62,13 @@ def drawings(solution: SolutionData) -> Drawings:
     ends = step_ends(solution.steps or solution.tried)
     if not any(np.any(pair.state == OPEN) for step in ends for pair in step.pairs.values()):
         del found["gap"]
+    if solution.wear is None:
+        found.pop("profiles", None)
     found["history"] = draw_history
     if len(solution.steps) > 1:
         found["hysteresis"] = draw_hysteresis
+    if any(pair.wear is not None for pair in solution.last.pairs.values()):
+        found["wear"] = draw_wear
     return found
 
 
@@ -76,7 +81,7 @@ def _of_dimension(mesh: Any) -> Drawings:
 @_of_dimension.register
 def _(mesh: CurveMesh) -> Drawings:
     return {"deformed": plane.draw_deformed, "displacement": plane.draw_displacement, "traction": plane.draw_traction,
-            "normal": plane.draw_normal, "gap": plane.draw_gap}  # fmt: skip
+            "normal": plane.draw_normal, "gap": plane.draw_gap, "profiles": plane.draw_profiles}  # fmt: skip
 
 
 @_of_dimension.register

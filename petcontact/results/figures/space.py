@@ -60,7 +60,7 @@ def figure_colours(values: Array, top: float | None = None) -> Any:
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    return ScalarMappable(Normalize(0.0, top or float(values.max()) or 1.0), "viridis")
+    return ScalarMappable(Normalize(0.0, top or float(np.nanmax(values, initial=0.0)) or 1.0), "viridis")
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:

@@ -16,7 +16,7 @@ from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.figure_style import label, legend_below, plain, save
 from ..data import SolutionData
-from ..vtu.inside import field_inside, grid_inside
+from ..vtu.inside import field_inside, filled_bodies, grid_inside
 from .plane import draw_outlines, place
 from .space import draw_panels
 from .view import View, view_of
@@ -88,7 +88,7 @@ def _draw_plane(
     figure: Any, solution: SolutionData, view: View, resolution: tuple[int, int] | None, given: Mapping[str, Field]
 ) -> None:
     axes, units, factor = figure.add_subplot(), solution.problem.units, view.factor
-    fields = {name: given.get(name) or _field(solution, name, resolution) for name in _finite(solution)}
+    fields = {name: given.get(name) or _field(solution, name, resolution) for name in filled_bodies(solution)}
     peaks = {name: largest(field, as_curve(solution.meshes[name])) for name, field in fields.items()}
     usual = max((peak.usual for peak in peaks.values()), default=0.0) or 1.0
     for field in fields.values():
@@ -107,11 +107,6 @@ def _draw_plane(
     legend_below(axes, 5)
 
 
-def _finite(solution: SolutionData) -> list[str]:
-    """The bodies whose inside can be filled: not infinite plates."""
-    return [body.name for body in solution.problem.body if not getattr(body.geometry, "exterior", False)]
-
-
 def _field(solution: SolutionData, name: str, resolution: tuple[int, int] | None) -> Field:
     mesh = as_curve(solution.meshes[name])
     size = np.ptp(mesh.start, axis=0)
@@ -127,7 +122,9 @@ def _draw_space(
         weight = np.bincount(mesh.element, mesh.weight)
         centre, normal = (np.stack([np.bincount(mesh.element, mesh.weight * column) / weight for column in field.T], axis=1)
                           for field in (mesh.x, mesh.normal))  # fmt: skip
-        values.append(solution.von_mises_at(centre - 0.5 * DEPTH * np.sqrt(weight)[:, None] * normal, name))
+        inside = centre - 0.5 * DEPTH * np.sqrt(weight)[:, None] * normal
+        known = name in filled_bodies(solution)
+        values.append(solution.von_mises_at(inside, name) if known else np.full(len(inside), np.nan))
     axes = figure.add_subplot(projection="3d")
     stress = label("von Mises stress", solution.problem.units.stress)
     draw_panels(axes, solution, np.concatenate(values), stress, view)

@@ -20,7 +20,7 @@ COARSE = 0.01
 def step_lines(increments: list[StepResult]) -> list[str]:
     """Of a step, by its increments: how far it was reached, and interfaces and obstacles at its end."""
     last = increments[-1]
-    head = f"  step {last.step} ({printable(last.name)})"
+    head = f"  step {last.step} ({printable(last.name)})" + (f", cycle {last.cycle}" if last.cycle else "")
     way = "reached" if last.status == "converged" else "failed at"
     reached = "" if (last.load_factor, way) == (1.0, "reached") else f", {way} {last.load_factor:.4g}"
     iterations, count = sum(step.iterations for step in increments), len(increments)
@@ -53,6 +53,8 @@ def _pair(name: str, pair: PairResult, dissipated: float, error: float) -> list[
         f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {slip if slip > least else 0.0:.4g}",
         f"dissipated {spent:.6g}" + (f" (error at most {error:.2g})" if spent > 0.0 and error > COARSE * spent else ""),
     ]
+    if pair.wear is not None:
+        items.append(f"worn volume {pair.worn_volume.sum():.6g}, depth {pair.worn_depth:.4g}")
     faced, count = np.isfinite(pair.gap), np.count_nonzero(closed)
     if 0 < count < min(len(p), FEW ** pair.tangent.shape[1] + 1):
         items.append(f"ONLY {count} of {len(p)} nodes closed: p is not resolved, refine the mesh there")

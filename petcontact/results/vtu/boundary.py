@@ -18,6 +18,7 @@ from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh, corner_values
 from ...mesh.tail import tail
 from ...runtime.figure_style import STATES
+from ..body_fields import BodyFields, StressState
 from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh
@@ -25,13 +26,14 @@ from .writing import in_space, unit_notes, write_mesh
 
 @dataclass(frozen=True)
 class _Values:
-    """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, and bound (n,) of the shear; and the
-    estimated error of the traction (n_elements,)."""
+    """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, bound (n,) of the shear, what evaluates
+    the stress, and the estimated error of the traction (n_elements,)."""
 
     u: Array
     traction: Array
     state: Index
     bound: Array
+    fields: BodyFields
     error: Array
 
 
@@ -41,12 +43,12 @@ def write_boundary_vtu(
     """Write the boundary values of a body after an increment, the last one by default, as a .vtu file of lines or panels.
 
     Points belong to one element each, since tractions jump from element to element; in the plane elements of higher order
-    and arcs are cut into short lines. Point data: displacement, traction; in the plane also normal, sigma_n, sigma_t (along
-    the tangent, the normal turned by +90°), friction_bound (0 off the contact) and arc_length. Cell data: the number of the
-    part, traction_error, estimated as by `mesh.tail`, and contact (-1 elsewhere, 0 stick, 1 slip, 2 open; of a panel the
-    largest of its nodes). Shear between the nodes
-    of a contact element is cut at the bound, which a polynomial may pass there. Names of parts, states and units are those
-    of the arrays of the field data (ParaView's "Information").
+    and arcs are cut into short lines. Point data: displacement, traction, stress, von_mises; in the plane also normal,
+    sigma_n, sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and arc_length. Cell
+    data: the number of the part, traction_error as `mesh.tail` estimates it, and contact (-1 elsewhere, 0 stick, 1 slip,
+    2 open; of a panel the largest of its nodes). Shear between the nodes of a contact element is cut at the bound, which a
+    polynomial may pass there. Names of parts, states and units are those of the arrays of the field data (ParaView's
+    "Information").
 
     Parameters
     ----------
@@ -73,7 +75,8 @@ def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshi
     """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an increment."""
     mesh, found = solution.meshes[name], step.bodies[name]
     error = tail(mesh, np.arange(mesh.n_nodes), found.traction)[mesh.first_node[:-1]]
-    values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes), error)
+    values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes),
+                     solution.body_fields(name, step), error)  # fmt: skip
     for pair, (owner, _) in solution.sides.items():
         if owner == name and pair in step.pairs:
             nodes, bound = solution.nodes[pair], step.pairs[pair].bound
@@ -97,9 +100,15 @@ def _(mesh: SurfaceMesh, values: _Values) -> Any:
     state = np.full(mesh.n_elements, -1)
     np.maximum.at(state, mesh.element, values.state)
     kinds = [(name, mine) for name, mine in (("quad", ~triangle), ("triangle", triangle)) if mine.any()]
+    places = np.empty((mesh.n_elements, 4, 2))
+    for batch in mesh.batches():
+        polygon = batch.elements.polygon
+        places[batch.elements.index] = polygon[:, np.minimum(np.arange(4), polygon.shape[1] - 1)]
+    stress = values.fields.on_boundary(np.repeat(np.arange(mesh.n_elements), 4), places.reshape(-1, 2))
     cells = [(name, numbers[mine, : 3 if name == "triangle" else 4]) for name, mine in kinds]
     return meshio.Mesh(
-        corners.reshape(-1, 3), cells, point_data={"displacement": u.reshape(-1, 3), "traction": traction.reshape(-1, 3)},
+        corners.reshape(-1, 3), cells,
+        point_data={"displacement": u.reshape(-1, 3), "traction": traction.reshape(-1, 3), **_stress_data(stress)},
         cell_data={name: [field[mine] for _, mine in kinds]
                    for name, field in (("part", mesh.part), ("contact", state), ("traction_error", values.error))},
     )  # fmt: skip
@@ -111,6 +120,8 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
     pieces = [_element(mesh, k, nodal, state) for k in range(mesh.n_elements)]
     counts = np.array([len(piece["x"]) for piece in pieces])
     first = np.concatenate([[0], np.cumsum(counts)])
+    stress = values.fields.on_boundary(np.repeat(np.arange(mesh.n_elements), counts),
+                                       np.concatenate([piece["place"] for piece in pieces]))  # fmt: skip
     lines = np.concatenate([
         np.column_stack([np.arange(a, b - 1), np.arange(a + 1, b)]) for a, b in itertools.pairwise(first)
     ])
@@ -127,10 +138,17 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
         point_data={
             "displacement": in_space(u), "traction": in_space(traction), "normal": in_space(normal),
             "sigma_n": sigma_n, "sigma_t": sigma_t, "friction_bound": np.where(touching, bound, 0.0), "arc_length": s,
+            **_stress_data(stress),
         },
         cell_data={"part": [np.repeat(mesh.part, counts - 1)], "contact": [cell_state],
                    "traction_error": [np.repeat(values.error, counts - 1)]},
     )  # fmt: skip
+
+
+def _stress_data(stress: StressState) -> dict[str, Array]:
+    """Point data of stresses; VTK's order of a symmetric tensor is xx, yy, zz, xy, yz, xz."""
+    i, j = [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]
+    return {"stress": stress.tensor[:, i, j], "von_mises": stress.von_mises}
 
 
 def _element(mesh: CurveMesh, k: int, nodal: Array, state: Index) -> dict[str, Array]:
@@ -145,4 +163,5 @@ def _element(mesh: CurveMesh, k: int, nodal: Array, state: Index) -> dict[str, A
     return {
         "x": place, "normal": normal, "values": basis.T @ nodal[nodes],
         "s": mesh.side_start[k] + 0.5 * (1.0 + xi) * mesh.length[k], "state": state[nodes][nearest].astype(float),
+        "place": 0.5 * (1.0 + xi),
     }  # fmt: skip

@@ -9,7 +9,7 @@ from xml.sax.saxutils import quoteattr
 from ...runtime.atomic_write import temporary_name
 from ..data import SolutionData
 from .boundary import write_boundary_vtu
-from .inside import field_inside, grid_inside, write_vtu
+from .inside import field_inside, filled_bodies, grid_inside, write_vtu
 
 
 def write_collection(
@@ -40,8 +40,7 @@ def write_collection(
         If a file cannot be written.
     """
     path = Path(path).with_suffix(".pvd")
-    infinite = {body.name for body in solution.problem.body if getattr(body.geometry, "exterior", False)}
-    grids = {name: grid_inside(mesh, resolution) for name, mesh in solution.meshes.items() if name not in infinite}
+    grids = {name: grid_inside(solution.meshes[name], resolution) for name in filled_bodies(solution)}
     written, rows = list[Path](), list[str]()
     steps = solution.steps or solution.tried
     for k, step in enumerate(steps, 1):
@@ -52,7 +51,7 @@ def write_collection(
                 files.append(path.with_name(f"{path.stem}-{k:03d}-{file_word(name)}.vtu"))
                 write_vtu(files[1], field_inside(solution, grids[name], name, step), solution.problem.units)
             written += files
-            rows += [f'    <DataSet timestep="{step.step - 1 + step.load_factor:.12g}" part="{2 * part + i}" '
+            rows += [f'    <DataSet timestep="{solution.time(step):.12g}" part="{2 * part + i}" '
                      f"file={quoteattr(file.name)}/>" for i, file in enumerate(files)]  # fmt: skip
         if progress is not None:
             progress(k / len(steps))

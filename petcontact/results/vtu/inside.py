@@ -17,7 +17,8 @@ from ...geometry.surface import winding
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
-from ...model.units import Units
+from ...model.bodies import Units
+from ...model.shapes import Superelement
 from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh
@@ -79,11 +80,18 @@ def grid_inside(mesh: BoundaryMesh, resolution: tuple[int, ...] | None) -> Grid:
     return _grid(mesh, resolution)
 
 
+def filled_bodies(solution: SolutionData) -> list[str]:
+    """The bodies whose inside is finite and known: no infinite plates, no superelements."""
+    return [body.name for body in solution.problem.body
+            if not (getattr(body.geometry, "exterior", False) or isinstance(body.geometry, Superelement))]  # fmt: skip
+
+
 def field_inside(
     solution: SolutionData, grid: Grid, body: str, step: StepResult | None = None, progress: Progress | None = None
 ) -> Field:
     """Displacement and stress of a body after an increment, the last one by default, on a grid."""
-    return Field(*grid, *solution.fields_and_normal_at(grid[0], body, step, progress))
+    state = solution.state_at(grid[0], body, step, progress=progress)
+    return Field(*grid, state.u, state.stress, state.sigma_zz)
 
 
 @functools.singledispatch

@@ -1,7 +1,7 @@
 """All increments in one file for ParaView: VTKHDF, which is HDF5 (VTK File Formats, "VTKHDF", version 2.2).
 
 One unstructured grid whose geometry is stored once: the boundaries of all bodies and the cells inside of them, with fields
-by increment. Values that a place does not have, such as tractions inside, are NaN.
+by increment. Values that a place does not have, tractions inside and stress of superelements, are NaN.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from ...runtime.atomic_write import temporary_name
 from ..data import SolutionData
 from ..records import StepResult
 from .boundary import boundary_cells
-from .inside import Grid, field_inside, grid_inside, inside_cells
+from .inside import Grid, field_inside, filled_bodies, grid_inside, inside_cells
 
 VERSION = (2, 2)
 CELL_TYPES = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12}
@@ -33,7 +33,7 @@ def write_vtkhdf(
 ) -> None:  # fmt: skip
     """Write the boundary and the inside of every body after every increment as one .vtkhdf file (ParaView 5.12 on).
 
-    Point data: displacement, stress (xx, yy, zz, xy, yz, xz) and von_mises inside, traction on the boundary, NaN elsewhere.
+    Point data: displacement, stress (xx, yy, zz, xy, yz, xz), von_mises, and traction, which is NaN inside.
     Cell data: `body` and `part` by number, `contact` (0 stick, 1 slip, 2 open; -1 elsewhere). The time of an increment is
     the number of its step less 1 plus its load factor.
 
@@ -52,8 +52,7 @@ def write_vtkhdf(
     OutputError
         If the file cannot be written.
     """
-    infinite = {body.name for body in solution.problem.body if getattr(body.geometry, "exterior", False)}
-    grids = {name: grid_inside(mesh, resolution) for name, mesh in solution.meshes.items() if name not in infinite}
+    grids = {name: grid_inside(solution.meshes[name], resolution) for name in filled_bodies(solution)}
     steps = solution.steps or solution.tried
     with temporary_name(path) as temporary, h5py.File(temporary, "w") as file:
         root = file.create_group("VTKHDF")
@@ -63,7 +62,7 @@ def write_vtkhdf(
             geometry, points, cells = _increment(solution, step, grids)
             if k == 0:
                 _write_geometry(root, geometry)
-                _write_steps(root, [step.step - 1 + step.load_factor for step in steps], points, cells)
+                _write_steps(root, [solution.time(step) for step in steps], points, cells)
             _append(root["PointData"], points)
             _append(root["CellData"], cells)
             if progress is not None:

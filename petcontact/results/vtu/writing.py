@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 
 from ...arrays import Array
-from ...model.units import Units
+from ...model.bodies import Units
 from ...runtime.atomic_write import temporary_name
 from ...runtime.terminal import printable
 

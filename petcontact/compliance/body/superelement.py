@@ -1,0 +1,235 @@
+"""A body given by a condensed stiffness or compliance of its contact surface, from any code.
+
+Displacement and traction at the nodes of the surface are related by u = u_f + S t + R α, RᵀW t + F = 0. A stiffness K on
+the points of linear faces, K u = f + f_0, gives it by their shape functions P: u = P u_K and f = PᵀW t, so that
+S = P K⁻¹ PᵀW by virtual work; of a K that leaves rigid motions free it is the inverse on the other motions. Conditions on
+parts of the surface, and normals that contact holds, are unknown tractions t_D, eliminated as in any body.
+
+More tractions than K has freedoms would not be unique: what no continuous linear field resolves, (I - Π) t, is given the
+compliance of a half space of the surface's material under one face, as polynomial pressure projection does (C. R. Dohrmann,
+P. B. Bochev, Int. J. Numer. Meth. Fluids 46, 2004). It vanishes with the size of the faces; linear tractions see none of it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from ...arrays import Array
+from ...bem.operators import BoundaryOperators
+from ...errors import InputError
+from ...geometry.rotation import rigid_motions
+from ...geometry.superelement import CondensedSurface, expect
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.panels import reference_nodes
+from .base import ElasticBody
+
+RESISTED = 1e-8
+"""Stiffness against a motion, over the largest against any, from which it is resisted."""
+
+
+@dataclass(frozen=True)
+class Condensed:
+    """u = free + S t + R α and RᵀW t + F = 0 at n nodes, in K load states; component c of node i is d i + c.
+
+    Attributes
+    ----------
+    compliance : (d n, d n) array
+        S [length/stress].
+    free : (K, d n) array
+        [length]
+    modes : (n, d, r) array
+        R [-].
+    resultant : (K, r) array
+        F of loads inside.
+    """
+
+    compliance: Array
+    free: Array
+    modes: Array
+    resultant: Array
+
+
+def shape_functions(surface: CondensedSurface, mesh: BoundaryMesh) -> scipy.sparse.csr_array:
+    """Values at the points of linear faces to values at the nodes, (n, p)."""
+    rows, columns, entries = [], [], []
+    for batch in mesh.batches():
+        points = surface.elements[batch.elements.index]
+        points = points[:, : np.count_nonzero(points[0] >= 0)]
+        if surface.dim == 2:
+            xi = mesh.xi[: mesh.first_node[1]]  # type: ignore[attr-defined]
+            shape = 0.5 * np.stack([1.0 - xi, 1.0 + xi])
+        else:
+            s, t = reference_nodes(points.shape[1], int(surface.order[batch.elements.index[0]]))[0].T
+            shape = np.stack([1.0 - s - t, s, t])
+            if points.shape[1] == 4:
+                shape = 0.25 * np.stack([(1 - s) * (1 - t), (1 + s) * (1 - t), (1 + s) * (1 + t), (1 - s) * (1 + t)])
+        count = shape.shape[1]
+        rows.append(np.repeat(batch.nodes, len(shape)))
+        columns.append(np.repeat(points, count, axis=0).ravel())
+        entries.append(np.tile(shape.T.ravel(), len(points)))
+    triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
+    return scipy.sparse.csr_array(scipy.sparse.coo_array(triples, shape=(mesh.n_nodes, len(surface.points))))
+
+
+def free_modes(surface: CondensedSurface, mesh: BoundaryMesh) -> Array:
+    """The rigid motions that the body does not resist, at the nodes, (n, d, r) [-]."""
+    if "stiffness" not in surface.arrays:
+        if "modes" not in surface.arrays:
+            return np.zeros((*mesh.x.shape, 0))
+        modes = surface.arrays["modes"]
+        return np.asarray(expect(surface, "modes", (*mesh.x.shape, modes.shape[-1])))
+    at_points = _free_at_points(surface).reshape(*surface.points.shape, -1)
+    shapes = shape_functions(surface, mesh)
+    return np.stack([shapes @ at_points[:, c] for c in range(surface.dim)], axis=1)
+
+
+def _free_at_points(surface: CondensedSurface) -> Array:
+    """Rigid motions of the points without stiffness, of about unit size, (d p, r)."""
+    stiffness, away = surface.arrays["stiffness"], surface.points - surface.points.mean(axis=0)
+    every = rigid_motions(away / np.abs(away).max()).reshape(surface.points.size, -1)
+    values, vectors = np.linalg.eigh(every.T @ stiffness @ every)
+    largest = float(np.linalg.eigvalsh(stiffness)[-1]) * len(surface.points)
+    free = vectors[:, np.abs(values) <= RESISTED * largest]
+    # translations along the axes stay what they are where they are free
+    return np.asarray(every @ (free @ np.linalg.qr(free.T)[0]) if free.shape[1] else every[:, :0])
+
+
+def condensed(surface: CondensedSurface, mesh: BoundaryMesh, states: int, half_space_compliance: float) -> Condensed:
+    """What a file says, at the nodes of its mesh; of a stiffness with the compliance of unresolved tractions (see above),
+    which is that of a half space [1/stress] times the size of the faces.
+
+    Raises
+    ------
+    InputError
+        If an array has another shape than the mesh, or the steps, want, or the stiffness is not that of a body.
+    """
+    n, d = mesh.x.shape
+    modes = free_modes(surface, mesh)
+    r = modes.shape[2]
+    if "compliance" in surface.arrays:
+        compliance = expect(surface, "compliance", (d * n, d * n))
+        free = _by_state(surface, "u_0", (n, d), states).reshape(states, d * n)
+        return Condensed(compliance, free, modes, _by_state(surface, "resultant", (r,), states))
+    motions, size = _free_at_points(surface), surface.points.size
+    scale = float(np.abs(surface.arrays["stiffness"]).max())
+    bordered = np.block([[surface.arrays["stiffness"] / scale, motions], [motions.T, np.zeros((r, r))]])
+    lowest = float(np.linalg.eigvalsh(surface.arrays["stiffness"] / scale + motions @ motions.T)[0])
+    if lowest <= RESISTED / size:
+        raise InputError(f"{surface.source}: stiffness: it resists some motion that is not rigid by {lowest:.1e} of its "
+                         "largest entry only; it must be that of a connected body, positive semi-definite")  # fmt: skip
+    flexibility = np.linalg.inv(bordered)[:size, :size] / scale
+    scalar = shape_functions(surface, mesh)
+    shapes = scipy.sparse.csr_array(scipy.sparse.kron(scalar, scipy.sparse.identity(d)))
+    force = _by_state(surface, "force", (size,), states)
+    moved = shapes @ flexibility
+    compliance = (shapes @ moved.T).T * np.repeat(mesh.weight, d)
+    compliance += np.kron(half_space_compliance * _unresolved(scalar.toarray(), mesh), np.eye(d))
+    return Condensed(compliance, (moved @ force.T).T, modes, force @ motions)
+
+
+def _unresolved(shapes: Array, mesh: BoundaryMesh) -> Array:
+    """(I - Π) h (I - Π) with the sizes h of the faces and Π on continuous linear fields, (n, n) [length]."""
+    weighted = shapes.T * mesh.weight
+    left = np.eye(mesh.n_nodes) - shapes @ np.linalg.solve(weighted @ shapes, weighted)
+    size = np.bincount(mesh.element, mesh.weight)[mesh.element] ** (1.0 / (mesh.dim - 1))
+    return np.asarray((left * size) @ left)
+
+
+def _by_state(surface: CondensedSurface, name: str, shape: tuple[int, ...], states: int) -> Array:
+    """An array that may be there, in all load states: nothing in the first one, and the same in the others if it is one."""
+    if name not in surface.arrays:
+        return np.zeros((states, *shape))
+    values = expect(surface, name, shape, (states, *shape))
+    if values.shape != shape:
+        return np.asarray(values)
+    return np.concatenate([np.zeros((1, *shape)), np.broadcast_to(values, (states - 1, *shape))])
+
+
+class SuperelementBody(ElasticBody):
+    """The surface eliminated to its contact directions.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+        Of its mesh; of them only the data and the units are used.
+    surface : CondensedSurface
+
+    Raises
+    ------
+    InputError
+        As `condensed`; or if conditions hold a body that is free in part only.
+    """
+
+    compliance: Array
+
+    def __init__(self, operators: BoundaryOperators, surface: CondensedSurface) -> None:
+        mesh, data = operators.mesh, operators.data
+        given = condensed(surface, mesh, data.states, operators.kernel.half_space_compliance)
+        known = data.traction_known.ravel()
+        r = given.modes.shape[2]
+        super().__init__(operators, given.modes if known.all() else given.modes[..., :0])
+        frame, (n, d) = data.frame, mesh.x.shape
+        compliance = np.einsum("icj,ijkl,kml->ickm", frame, given.compliance.reshape(n, d, n, d), frame, optimize=True)
+        compliance = compliance.reshape(d * n, d * n)
+        free = np.einsum("icj,sij->sic", frame, given.free.reshape(-1, n, d)).reshape(-1, d * n)
+        modes = data.components(given.modes).reshape(d * n, r)
+        balance = (modes * np.repeat(mesh.weight, d)[:, None]).T
+        value = data.value if data.rigid is None else data.value + np.einsum("icj,sij->sic", frame, data.rigid)
+        traction = np.where(data.traction_known, data.value, 0.0).reshape(-1, d * n)
+        held, contact = ~known, data.contact_unknowns
+        count = int(held.sum())
+        # columns: the load states, then a unit traction in each contact direction
+        loads = np.hstack([traction.T, np.eye(d * n)[:, contact]])
+        rest = np.hstack([free.T, np.zeros((d * n, len(contact)))])
+        resultant = np.hstack([given.resultant.T, np.zeros((r, len(contact)))])
+        moved, alpha = compliance @ loads + rest, np.zeros((r, loads.shape[1]))
+        if count:
+            border, below = modes[held], balance[:, held]
+            if r and np.linalg.matrix_rank(border) < r:
+                raise InputError(f"{surface.source}: the conditions on its parts hold the body in part only, which moves "
+                                 "freely; hold it altogether, or by contact only")  # fmt: skip
+            wanted = np.hstack([value.reshape(-1, d * n).T, np.zeros((d * n, len(contact)))])[held]
+            matrix = np.block([[compliance[np.ix_(held, held)], border], [below, np.zeros((r, r))]])
+            both = np.linalg.solve(matrix, np.vstack([wanted - moved[held], -resultant - balance @ loads]))
+            loads[held], alpha = both[:count], both[count:]
+            moved = moved + compliance[:, held] @ both[:count] + modes @ alpha
+        elif r:
+            self.resultant = (resultant + balance @ loads)[:, : data.states].T
+        self._given, self._u, self._t, self._alpha = given, moved, loads, alpha
+        self.compliance = moved[contact, data.states :]
+        self.u_0 = moved[contact, : data.states].T.reshape(-1, *data.contact_shape)
+
+    def apply(self, traction: Array) -> Array:
+        """S t."""
+        return np.asarray(self.compliance @ traction)
+
+    def boundary(self, shares: Array, traction: Array, alpha: Array) -> tuple[Array, Array]:
+        """Displacement and traction (n, d)."""
+        u, t = (self.data.vectors(field.reshape(self.mesh.x.shape)) for field in self._fields(shares, traction))
+        return (u + self.modes @ alpha if alpha.size else u), t
+
+    def unknowns(self, shares: Array, traction: Array) -> Array:
+        """Displacements where tractions are known, else tractions, and no multipliers: equilibrium is exact."""
+        u, t = self._fields(shares, traction)
+        x = np.where(self.data.traction_known.ravel(), u, t / self.operators.traction_scale)
+        return np.concatenate([x, np.zeros(self.modes.shape[2])])
+
+    def _fields(self, shares: Array, traction: Array) -> tuple[Array, Array]:
+        """Components along the frames, (d n,) each."""
+        each = np.concatenate([shares, traction.ravel()])
+        return self._u @ each, self._t @ each
+
+    def residual(self, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array) -> float:
+        """Largest defect of u = u_f + S t + R α, over the largest displacement."""
+        held = self._alpha @ np.concatenate([shares, sigma.ravel()])
+        motion = self._given.modes @ (alpha if alpha.size else held)
+        expected = (self._given.free.T @ shares + self._given.compliance @ traction.ravel()).reshape(u.shape) + motion
+        size = float(np.abs(u).max(initial=0.0)) or 1.0
+        return float(np.abs(u - expected).max()) / size
+
+    def describe(self) -> str:
+        """Where it comes from."""
+        return "superelement"

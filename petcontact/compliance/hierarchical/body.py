@@ -1,0 +1,105 @@
+"""A body in space on an H-matrix, to be solved together with the bodies that it meets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...bem.operators import BoundaryOperators
+from ...model.solver_options import Bem
+from ...runtime.petsc import stage
+from ...runtime.threads import one_blas_thread
+from ..body.base import ElasticBody
+from ..interface import ContactMaps, Interface
+from .joint import JointBodies
+from .rows import CompressedRows, CondensedRows
+from .system import MonolithicBodies
+
+
+class HierarchicalBody(ElasticBody):
+    """The boundary equations of a body on an H-matrix, to be solved with those of the bodies that it meets.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+        On a `SurfaceMesh`.
+    modes : (n, 3, r) array
+    bem : Bem
+    comm : PETSc.Comm
+    progress : callable, optional
+        Called with the share of the matrix that is built.
+
+    Raises
+    ------
+    InputError
+        If the machine's memory will not do.
+    SolverError
+        If the compressed operator misses its tolerance on random exact rows.
+    """
+
+    compliance = None
+    is_solved_jointly = True
+
+    def __init__(
+        self, operators: BoundaryOperators, modes: Array, bem: Bem, comm: Any,
+        progress: Callable[[float], None] = lambda share: None,
+    ) -> None:  # fmt: skip
+        super().__init__(operators, modes)
+        self.tolerance = bem.hmatrix_tol
+        with one_blas_thread(), stage("assemble"):
+            self.rows = CompressedRows(operators, modes, comm, bem.hmatrix_tol, progress)
+        self._joint: JointBodies | None = None
+        self._number = 0
+
+    def join(self, joint: JointBodies, number: int) -> None:
+        """Be this one of the bodies that are solved together."""
+        self._joint, self._number = joint, number
+        self.u_0 = joint.at_rest[:, joint.unknowns_of(number)] + self.data.sliding
+
+    @property
+    def joint(self) -> JointBodies:
+        """Of which this body is one."""
+        assert self._joint is not None, "a body on an H-matrix is solved with those that it meets"
+        return self._joint
+
+    def apply(self, traction: Array) -> Array:
+        """S t: one solve a column."""
+        if traction.ndim > 1:
+            return np.column_stack([self.apply(column) for column in traction.T])
+        still = np.zeros(self.data.states)
+        moved = self.joint.moved_by(self._number, traction, still).z
+        return np.asarray(moved[self.joint.unknowns_of(self._number)].ravel())
+
+    def unknowns(self, shares: Array, traction: Array) -> Array:
+        """Of the last solution, where it is that of these loads, or of one solve with the traction given."""
+        joint = self.joint
+        state = joint.solution_for(self._number, shares, traction.ravel())
+        z = self.rows.by_nodes(joint.strained(self._number, state))
+        return np.concatenate([z, joint.multipliers(self._number, state)])
+
+    def describe(self) -> str:
+        """Operator and memory."""
+        memory = "" if self._joint is None else f" of {self._joint.equations.memory() / 1e6:.0f} MB"
+        return f"mixed, hmatrix {self.tolerance:g}{memory}"
+
+    def close(self) -> None:
+        """Free the PETSc objects and let go of the matrix."""
+        if self._joint is not None:
+            self._joint.close()
+            self._joint = None
+
+
+def joined(
+    bodies: Sequence[ElasticBody], interfaces: Sequence[Interface], maps: Sequence[ContactMaps], comm: Any
+) -> MonolithicBodies:
+    """The equations of all bodies, on H-matrices or eliminated, which then know u_0."""
+    rows = [body.rows if isinstance(body, HierarchicalBody) else CondensedRows(body, comm) for body in bodies]
+    with one_blas_thread():
+        joint = MonolithicBodies(bodies, rows, interfaces, maps, comm)
+    for number, body in enumerate(bodies):
+        if isinstance(body, HierarchicalBody):
+            body.join(joint, number)
+    return joint

@@ -1,0 +1,260 @@
+"""How contact couples the unknowns of bodies: every displacement and traction there by the unknowns of a linearised law.
+
+At each node of the secondaries v and σ satisfy a linear law of which [V; W], orthonormal, is a basis:
+
+    v = v_0 + V η,   σ = σ_0 + s W η.
+
+With o the displacement that is opposite (of the primary's nodes and of free obstacles, along the same directions) and the
+unknown y = η + Vᵀo in the place of the secondary's displacement,
+
+    u = v_0 + (I - V Vᵀ) o + V y,   σ = σ_0 + s W (y - Vᵀo).
+
+Where nodes stick u = o and y is the traction; where they are open y is u, and the bodies are uncoupled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+
+from ...arrays import Array
+from ...errors import InputError
+from ..body.base import ElasticBody
+from ..interface import ContactMaps, Interface
+from .rows import BodyRows
+
+Sparse = Any
+"""scipy.sparse.csr_array, which is `matrix_of`."""
+matrix_of: Any = scipy.sparse.csr_array
+
+
+@dataclass(frozen=True)
+class Relation:
+    """A linear law at M nodes.
+
+    Attributes
+    ----------
+    v_0, sigma_0 : (M, k) arrays
+        [length], [stress]
+    of_v, of_sigma : (M, k, k) arrays
+        V and W.
+    """
+
+    v_0: Array
+    sigma_0: Array
+    of_v: Array
+    of_sigma: Array
+
+    @classmethod
+    def given_traction(cls, shape: tuple[int, int]) -> Relation:
+        """σ = 0, v unknown."""
+        eye = np.broadcast_to(np.eye(shape[1]), (*shape, shape[1]))
+        return cls(np.zeros(shape), np.zeros(shape), eye, np.zeros_like(eye))
+
+    @classmethod
+    def of(cls, v_0: Array, sigma_0: Array, n_v: Array, n_sigma: Array, scale: Array) -> Relation:
+        """v = v_0 + N_v y and σ = σ_0 + N_σ y; `scale` is s (M,)."""
+        k = v_0.shape[1]
+        both = np.concatenate([n_v, n_sigma / scale[:, None, None]], axis=1)
+        size = np.sqrt(np.sum(both**2, axis=1, keepdims=True))
+        both /= np.where(size > 0.0, size, 1.0)
+        # the orthonormal basis that is nearest, so that y keeps to its directions
+        slanted = np.abs(np.einsum("mij,mil->mjl", both, both) - np.eye(k)).max(axis=(1, 2)) > 1e-14
+        left, _, right = np.linalg.svd(both[slanted], full_matrices=False)
+        both[slanted] = left @ right
+        return cls(v_0, sigma_0, both[:, :k], both[:, k:])
+
+    @property
+    def basis(self) -> Array:
+        """[V; W], (M, 2k, k)."""
+        return np.concatenate([self.of_v, self.of_sigma], axis=1)
+
+
+@dataclass(frozen=True)
+class Expansion:
+    """Factors of all columns by the unknowns, and the traction in contact.
+
+    Attributes
+    ----------
+    relation : Relation
+    factors : (columns, N + r) sparse array
+        P: of N unknowns of the bodies, and r motions of obstacles.
+    traction : (k M, N + r) sparse array
+        [stress/length]
+    """
+
+    relation: Relation
+    factors: Sparse
+    traction: Sparse
+
+
+class Coupling:
+    """Which unknowns of which bodies meet, and the expansion of a relation between them.
+
+    Unknowns and columns are those of the first body, then those of the second, and so on.
+
+    Parameters
+    ----------
+    bodies : sequence of ElasticBody
+    rows : sequence of BodyRows
+    interfaces : sequence of Interface
+    maps : sequence of ContactMaps
+
+    Attributes
+    ----------
+    size, columns : int
+        Numbers of them.
+    first, first_column : (bodies + 1,) arrays
+        Of each body.
+    shape : (M, k)
+    scale : (M,) array
+        s [stress/length].
+    met : (q,) array
+        Unknowns that displacements in contact are, or would be.
+    secondary : (k M,) array
+        Those of them that are of the secondaries' nodes, node by node.
+    opposite : (k M, q) sparse array
+        -o by all displacements in contact; o is along the directions of the interfaces.
+
+    Raises
+    ------
+    InputError
+        If a node is a secondary twice.
+    """
+
+    def __init__(
+        self, bodies: Sequence[ElasticBody], rows: Sequence[BodyRows], interfaces: Sequence[Interface],
+        maps: Sequence[ContactMaps],
+    ) -> None:  # fmt: skip
+        sizes = [body.components * len(body.x) for body in rows]
+        self.first, self.first_column = (np.cumsum([0, *counts]) for counts in (sizes, [body.columns for body in rows]))
+        self.size, self.columns = int(self.first[-1]), int(self.first_column[-1])
+        self.met = np.concatenate([at + body.slot.ravel() for at, body in zip(self.first, rows, strict=False)])
+        columns = zip(self.first_column, rows, strict=False)
+        self._u, self._t = (np.concatenate(c) for c in zip(
+            *((at + body.slot.ravel(), at + body.beside.ravel()) for at, body in columns), strict=True))  # fmt: skip
+        directions = np.concatenate([face.directions for face in interfaces])
+        m, k = directions.shape[:2]
+        self.shape, start = (m, k), np.cumsum([0, *(body.slot.size for body in rows)])
+        node = np.concatenate([start[f.body] // k + np.searchsorted(bodies[f.body].contact, f.nodes) for f in interfaces])
+        if len(np.unique(node)) < len(node):
+            raise InputError("bem.mat_type: compressed bodies in space can be secondary once at each place; let the other "
+                             "contact have this part as its primary, or choose \"dense\"")  # fmt: skip
+        self.secondary = self.met[(k * node[:, None] + np.arange(k)).ravel()]
+        self._place = (k * node[:, None] + np.arange(k)).ravel()
+        frames = np.concatenate([body.data.contact_frame for body in bodies])[node]
+        turned = np.einsum("mad,mbd->mab", directions, frames)
+        self._turn = blocks(turned)
+        self._turn_back = blocks(turned.transpose(0, 2, 1))
+        q = len(self.met)
+        self._pick = matrix_of((np.ones(k * m), (np.arange(k * m), self._place)), shape=(k * m, q))
+        moved, carried = (scipy.sparse.hstack(parts).tocsr() for parts in zip(*(one.matrices for one in maps), strict=True))
+        self.opposite = matrix_of(moved - self._turn @ self._pick)
+        self.opposite.data[np.abs(self.opposite.data) < 1e-14] = 0.0
+        self.opposite.eliminate_zeros()
+        self.seen, self._carried = matrix_of(moved), matrix_of(carried.T)
+        # a primary's node may itself be another's secondary
+        self._depth = len(interfaces) if np.isin(self.opposite.indices, self._place).any() else 0
+        stress = np.concatenate([np.full(body.slot.size, body.scale) for body in rows])
+        self._felt = matrix_of(scipy.sparse.diags(1.0 / stress) @ self._carried)
+        softness = [1.0 / rows[face.body].scale + (0.0 if face.primary is None else 1.0 / rows[face.primary].scale)
+                    for face in interfaces]  # fmt: skip
+        self.scale = 1.0 / np.repeat(softness, [len(f.nodes) for f in interfaces])
+        free = np.ones(self.size, dtype=bool)
+        free[self.secondary] = False
+        others = np.flatnonzero(free)
+        owner = np.searchsorted(self.first, others, side="right") - 1
+        column = others - self.first[owner] + self.first_column[owner]
+        self._own = matrix_of((np.ones(len(others)), (column, others)), shape=(self.columns, self.size))
+        kept = np.flatnonzero(free[self.met])
+        self._primary = matrix_of((np.ones(len(kept)), (kept, self.met[kept])), shape=(q, self.size))
+        self._y = matrix_of((np.ones(k * m), (np.arange(k * m), self.secondary)), shape=(k * m, self.size))
+        every = np.arange(q)
+        self._to_u, self._to_t = (matrix_of((np.ones(q), (at, every)), shape=(self.columns, q))
+                                  for at in (self._u, self._t))  # fmt: skip
+        self._to_secondary = matrix_of(self._pick.T @ self._turn_back)
+        self._unknowns = np.concatenate([at + np.arange(n) for at, n in zip(self.first_column, sizes, strict=False)])
+
+    def expansion(self, relation: Relation, motion: Array) -> Expansion:
+        """P, for free motions of obstacles (M, k, r)."""
+        m, k = self.shape
+        of_v, of_sigma = blocks(relation.of_v), blocks(relation.of_sigma * self.scale[:, None, None])
+        moved = matrix_of(motion.reshape(m * k, motion.shape[2]))
+        u = _wider(self._primary, moved.shape[1])
+        y = _wider(self._y, moved.shape[1])
+        along = matrix_of(of_v @ of_v.T)
+        for _ in range(1 + self._depth):
+            opposite = -(self.opposite @ u) - _behind(moved, self.size)
+            own = of_v @ y + opposite - along @ opposite
+            u = _wider(self._primary, moved.shape[1]) + self._to_secondary @ own
+        traction = matrix_of(of_sigma @ (y - of_v.T @ opposite))
+        primary = _wider(self._own, moved.shape[1])
+        factors = primary + self._to_u @ (self._to_secondary @ own) - self._to_t @ (self._felt @ traction)
+        factors = matrix_of(factors)
+        factors.eliminate_zeros()
+        return Expansion(relation, factors, traction)
+
+    def known(self, relation: Relation, offset: Array) -> tuple[Array, Array]:
+        """Factors of all columns, and σ (k M,), where the unknowns are 0; v is `offset` (M, k) beyond the displacements."""
+        u, opposite = np.zeros(len(self.met)), np.zeros(self.scale.size * self.shape[1])
+        start = (relation.v_0 - offset).ravel()
+        for _ in range(1 + self._depth):
+            opposite = -(self.opposite @ u)
+            u = self._to_secondary @ (start + opposite - self._by(relation.of_v, self._by(relation.of_v, opposite, True)))
+        sigma = self.scale.repeat(self.shape[1]) * self._by(relation.of_sigma, self._by(relation.of_v, opposite, True))
+        sigma = relation.sigma_0.ravel() - sigma
+        return self._to_u @ u - self._to_t @ (self._felt @ sigma), sigma
+
+    def nearest(self, relation: Relation, v: Array, sigma: Array, opposite: Array) -> Array:
+        """y (k M,) of a relation that is nearest to v and σ (M, k), beside o (k M,)."""
+        left = (sigma - relation.sigma_0) / self.scale[:, None]
+        eta = self._by(relation.of_v, (v - relation.v_0).ravel(), True) + self._by(relation.of_sigma, left.ravel(), True)
+        return eta + self._by(relation.of_v, opposite, True)
+
+    def tractions(self, sigma: Array) -> Array:
+        """Factors of all columns, on the right, of the tractions on all bodies by σ (M, k)."""
+        return np.asarray(self._to_t @ (self._felt @ sigma.ravel()))
+
+    def given(self, number: int, traction: Array) -> Array:
+        """Factors of all columns, on the right, of tractions over its scale (m, k) on one body."""
+        first, last = self.first_column[number : number + 2]
+        factors = np.zeros(self.columns)
+        factors[self._t[(self._t >= first) & (self._t < last)]] = traction.ravel()
+        return factors
+
+    def of_unknowns(self, factors: Any) -> Any:
+        """Of the factors of all columns, (columns, ...), those of the columns of unknowns, (N, ...)."""
+        return factors[self._unknowns]
+
+    def padded(self, unknowns: Array) -> Array:
+        """Factors of all columns, (columns, r), out of those of the columns of unknowns, (N, r)."""
+        result = np.zeros((self.columns, unknowns.shape[1]))
+        result[self._unknowns] = unknowns
+        return result
+
+    def _by(self, each: Array, x: Array, transposed: bool = False) -> Array:
+        """Each node's matrix times its components."""
+        return np.asarray(np.einsum("mji,mj->mi" if transposed else "mij,mj->mi", each, x.reshape(self.shape))).ravel()
+
+
+def blocks(each: Array) -> Sparse:
+    """Block diagonal of (m, k, k)."""
+    m, k = each.shape[:2]
+    rows = np.ascontiguousarray(each), np.arange(m), np.arange(m + 1)
+    return matrix_of(scipy.sparse.bsr_array(rows, shape=(k * m, k * m)))
+
+
+def _wider(matrix: Sparse, more: int) -> Sparse:
+    """With columns of zeros behind."""
+    shape = matrix.shape[0], matrix.shape[1] + more
+    return matrix_of((matrix.data, matrix.indices, matrix.indptr), shape=shape)
+
+
+def _behind(matrix: Sparse, before: int) -> Sparse:
+    """With columns of zeros before."""
+    shape = matrix.shape[0], matrix.shape[1] + before
+    return matrix_of((matrix.data, matrix.indices + before, matrix.indptr), shape=shape)

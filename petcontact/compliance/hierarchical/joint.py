@@ -1,0 +1,145 @@
+"""The equations of all bodies with those of contact: solves for loads, tractions and linear laws, and the last solution."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array
+from ...contact.system import Linearisation, Modes, RigidModeConstraint
+from ...runtime.petsc import stage
+from ..body.base import ElasticBody
+from ..interface import ContactMaps, Interface
+from .coupling import Coupling, Relation
+from .equations import MixedEquations
+from .posed import Balance, Posed, State
+from .rows import BodyRows
+
+RTOL = 1e-9
+"""Residual of an elastic solve, relative to the load."""
+LOOSE = 1e-2
+"""The same at most, of small changes of a solution."""
+ROUND_OFF = 1e-12
+"""Relative difference of tractions that are the same."""
+
+
+class JointBodies:
+    """The equations of all bodies, and their last solution.
+
+    Attributes
+    ----------
+    equations : MixedEquations
+    at_rest : (K, N) array
+        Unknowns in each load state without contact tractions.
+    base : (K, M k) array
+        v there.
+    tolerance : float
+        Smallest of the compressions.
+    """
+
+    def __init__(
+        self, bodies: Sequence[ElasticBody], rows: Sequence[BodyRows], interfaces: Sequence[Interface],
+        maps: Sequence[ContactMaps], comm: Any,
+    ) -> None:  # fmt: skip
+        self._bodies, self._maps = bodies, maps
+        with stage("factor"):
+            self.equations = MixedEquations(rows, Coupling(bodies, rows, interfaces, maps), comm)
+            coupling, states = self.equations.coupling, bodies[0].data.states
+            at_rest = [self.equations.at_rest]
+            for shares in np.eye(states)[1:]:
+                at_rest.append(self.equations.elastic(self.equations.loads(shares), RTOL))
+        self.at_rest = np.array([state.z for state in at_rest])
+        self.tolerance = min(body.tolerance for body in bodies if body.is_solved_jointly)
+        self.base = np.array([coupling.seen @ z[coupling.met] for z in self.at_rest])
+        self._last, self._shares, self._unloaded = self.equations.at_rest, np.zeros(states), np.zeros(states)
+        self._corrected: State | None = None
+
+    def unknowns_of(self, number: int) -> Array:
+        """Displacements in contact of a body among all unknowns, (m, k)."""
+        return np.asarray(self.equations.coupling.first[number] + self.equations.rows[number].slot)
+
+    def moved_by(self, number: int, traction: Array, shares: Array, start: State | None = None) -> State:
+        """One body under contact tractions (k m,) and its loads."""
+        given = traction.reshape(self._bodies[number].data.contact_shape) / self.equations.rows[number].scale
+        factors, rows = self.equations.loads(shares, only=number)
+        return self.equations.elastic((factors + self.equations.coupling.given(number, given), rows), RTOL, start)
+
+    def solution_for(self, number: int, shares: Array, traction: Array) -> State:
+        """One where this body has these loads and contact tractions."""
+        if np.array_equal(shares, self._shares):
+            for state in filter(None, (self._last, self._corrected)):
+                known = self._maps[number].carried(state.sigma.ravel())
+                if np.abs(known - traction).max(initial=0.0) <= ROUND_OFF * np.abs(traction).max(initial=0.0):
+                    return state
+        return self.moved_by(number, traction, shares)
+
+    def strained(self, number: int, state: State) -> Array:
+        """The unknowns of a body without its rigid motion."""
+        equations = self.equations
+        here = slice(equations.coupling.first[number], equations.coupling.first[number + 1])
+        mine = slice(equations.ends[number], equations.ends[number + 1])
+        return np.asarray(state.z[here] - equations.rows[number].motions @ state.alpha[mine])
+
+    def multipliers(self, number: int, state: State) -> Array:
+        """Of the rigid motions of a body."""
+        return state.beta[self.equations.ends[number] : self.equations.ends[number + 1]]
+
+    def under(self, sigma: Array, rtol: float = RTOL) -> State:
+        """All bodies under σ (M, k) alone: one solve; v is S σ."""
+        factors, rows = self.equations.loads(self._unloaded)
+        return self.equations.elastic((factors + self.equations.coupling.tractions(sigma), rows), rtol)
+
+    def corrected(self, difference: Array) -> Array:
+        """S times a small change (M, k) of the last solution's σ, after which that is known, too."""
+        last, sizes = self._last, [float(np.linalg.norm(part)) for part in (self._last.sigma, difference)]
+        change = self.under(difference, min(LOOSE, RTOL * sizes[0] / sizes[1]) if sizes[1] > 0.0 else RTOL)
+        self._corrected = State(last.z + change.z, last.v + change.v, last.sigma + difference, last.alpha,
+                                last.beta + change.beta)  # fmt: skip
+        return change.v
+
+    def related(
+        self, n_v: Array, n_sigma: Array, v_0: Array, sigma_0: Array, *, offset: Array, shares: Array, balance: Balance,
+        rtol: float, forcing: float = 0.0, start: State | None = None, soft: Array | float = 0.0,
+    ) -> State:  # fmt: skip
+        """v = v_0 + N_v y and σ = σ_0 + N_σ y, from a start or the last solution; it is the last one then.
+
+        Of v the part `soft` (M, k) times σ is no displacement, and not in the solution's v.
+        """
+        coupling = self.equations.coupling
+        if np.any(soft):
+            v_0, n_v = v_0 - soft * sigma_0, n_v - np.asarray(soft)[:, :, None] * n_sigma
+        relation = Relation.of(v_0, sigma_0, n_v, n_sigma, coupling.scale)
+        posed = Posed(coupling.expansion(relation, balance.motion), offset, *self.equations.loads(shares), balance)
+        if start is not None:
+            return self.equations.solve(posed, start, rtol, forcing)
+        self._last, self._shares = self.equations.solve(posed, self._last, rtol, forcing), shares.copy()
+        self._corrected = None
+        return self._last
+
+    def balance(self, modes: Modes | None, constraint: RigidModeConstraint | None) -> Balance:
+        """Equilibrium of the motions that a law resists; others stay where they are."""
+        shape, bodies = self.equations.coupling.shape, int(self.equations.ends[-1])
+        if modes is None or constraint is None:
+            return Balance.at_rest(shape, 0)
+        now, resisted = np.zeros(len(modes.load)), constraint.resisted
+        common = min(len(now), len(self._last.alpha))
+        now[:common] = self._last.alpha[:common]
+        held = (constraint.free * modes.size[:, None]).T
+        resultant = np.tensordot(resisted.T, modes.resultant, 1)
+        return Balance(modes.motion[:, :, bodies:], resultant, resisted.T @ modes.load, held, held @ now)
+
+    def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array, soft: Array | float = 0.0) -> State:
+        """δσ + ρ δv = r without loads."""
+        eye, still = np.broadcast_to(np.eye(r.shape[1]), (*r.shape, r.shape[1])), np.zeros_like(r)
+        loaded = None if modes is None else Modes(modes.motion, modes.resultant, -work)
+        constraint = None if modes is None else RigidModeConstraint(loaded, Linearisation.all_stick(r), still, 1.0)
+        return self.related(
+            eye, -eye * rho[:, :, None], still, r, offset=still, shares=self._unloaded,
+            balance=self.balance(loaded, constraint), rtol=RTOL, start=self.equations.at_rest, soft=soft,
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """Free the PETSc objects."""
+        self.equations.close()

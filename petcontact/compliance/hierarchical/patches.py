@@ -1,0 +1,157 @@
+"""Which nodes of several bodies the preconditioner takes together: patches of both sides of a contact, and coarse groups."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import scipy
+
+from ...arrays import Array, Index
+from ...compression.hmatrix.schwarz import Patch
+from .coupling import Coupling
+from .rows import BodyRows
+
+OWN = 64
+"""Nodes of a cluster."""
+MARGIN = 0.3
+"""Of half its extent, on each side."""
+CROWDED = 150
+"""Nodes of a cluster with its margin, of which the nearest are taken."""
+COARSE = 900
+"""Unknowns of the coarse level, about, whose LU every rank has."""
+SHARE = 0.05
+"""Least part that a primary's node has in what a secondary's node faces, to come along with it."""
+
+
+class Nodes:
+    """The nodes of all bodies in one row, and which of them face one another.
+
+    Attributes
+    ----------
+    first : (bodies + 1,) array
+        Of each body.
+    leader : (n,) array
+        Of a primary's node the secondary's node that it faces most; else the node itself.
+    """
+
+    def __init__(self, rows: Sequence[BodyRows], coupling: Coupling) -> None:
+        self.rows, self._coupling = rows, coupling
+        self.first = np.cumsum([0, *(len(body.x) for body in rows)])
+        n, (m, k) = int(self.first[-1]), coupling.shape
+        met, secondary = self.of(coupling.met), self.of(coupling.secondary[::k])
+        # how much each secondary's node sees of each primary's node
+        pair = abs(coupling.opposite).tocoo()
+        faced = scipy.sparse.csr_array(scipy.sparse.coo_array((pair.data, (pair.row // k, met[pair.col])), shape=(m, n)))
+        faced.sum_duplicates()
+        seen, self.leader = faced.tocsc(), np.arange(n)
+        for node in np.flatnonzero(np.diff(seen.indptr)).tolist():
+            mine = slice(seen.indptr[node], seen.indptr[node + 1])
+            self.leader[node] = secondary[seen.indices[mine][np.argmax(seen.data[mine])]]
+        self.leader[secondary] = secondary
+        most = np.maximum(faced.max(axis=1).toarray().ravel(), 1e-300) if m else np.ones(0)
+        near = scipy.sparse.coo_array(scipy.sparse.csr_array(scipy.sparse.diags(1.0 / most) @ faced))
+        keep = near.data >= SHARE
+        one, other = secondary[near.row[keep]], near.col[keep]
+        both = np.concatenate([one, other]), np.concatenate([other, one])
+        self._partner = scipy.sparse.csr_array((np.ones(len(both[0])), both), shape=(n, n))
+        self.is_met = np.zeros(n, dtype=bool)
+        self.is_met[met] = True
+        self._search = [scipy.spatial.cKDTree(body.x) for body in rows]
+
+    def of(self, unknowns: Index) -> Index:
+        """Their nodes."""
+        body = np.searchsorted(self._coupling.first, unknowns, side="right") - 1
+        components = np.array([rows.components for rows in self.rows])[body]
+        return np.asarray(self.first[body] + (unknowns - self._coupling.first[body]) // components)
+
+    def unknowns(self, body: int, nodes: Index) -> Index:
+        """Of some nodes of a body, counted in it."""
+        components = self.rows[body].components
+        return np.asarray(self._coupling.first[body] + (components * nodes[:, None] + np.arange(components)).ravel())
+
+    def patches(self) -> list[Patch]:
+        """One a cluster: its nodes, those that face them, a margin around both, and what faces that."""
+        led = [np.empty(0, dtype=np.int64)] * int(self.first[-1])
+        follower = np.flatnonzero(self.leader != np.arange(len(self.leader)))
+        order = follower[np.argsort(self.leader[follower], kind="stable")]
+        for group in np.split(order, np.flatnonzero(np.diff(self.leader[order])) + 1):
+            if len(group):
+                led[self.leader[group[0]]] = group
+        found = []
+        for b, body in enumerate(self.rows):
+            for cluster in body.tree.cut(OWN).tolist():
+                inside = np.arange(body.tree.first[cluster], body.tree.last[cluster]) + self.first[b]
+                mine = inside[self.leader[inside] == inside]
+                if len(mine):
+                    found.append(self._patch(np.concatenate([mine, *(led[node] for node in mine)])))
+        return found
+
+    def _patch(self, own: Index) -> Patch:
+        taken = [self._around(b, own) for b in range(len(self.rows))]
+        whole = np.concatenate(taken)
+        met = whole[self.is_met[whole]]
+        partners = np.unique(self._partner[met].indices) if len(met) else met
+        nodes, unknowns, kept = list[Index](), list[Index](), list[Index]()
+        for b, here in enumerate(taken):
+            there = partners[(partners >= self.first[b]) & (partners < self.first[b + 1])]
+            every = np.union1d(here, there) - self.first[b]
+            nodes.append(every)
+            unknowns.append(self.unknowns(b, every))
+            kept.append(np.repeat(np.isin(every + self.first[b], own), self.rows[b].components))
+        return Patch(nodes, np.concatenate(unknowns), np.flatnonzero(np.concatenate(kept)), bool(len(met)))
+
+    def _around(self, b: int, own: Index) -> Index:
+        """Those of a body among some nodes, with its nearest around them."""
+        keep: Index = own[(own >= self.first[b]) & (own < self.first[b + 1])]
+        if not len(keep):
+            return keep
+        x: Array = self.rows[b].x
+        low, high = x[keep - self.first[b]].min(axis=0), x[keep - self.first[b]].max(axis=0)
+        # flat clusters get a margin off their plane, too
+        middle = 0.5 * (low + high)
+        half = np.maximum((0.5 + 0.5 * MARGIN) * (high - low), 0.5 * MARGIN * (high - low).max())
+        inside = np.array(self._search[b].query_ball_point(middle, float(half.max()) + 1e-300, p=np.inf), dtype=np.int64)
+        inside = inside[np.all(np.abs(x[inside] - middle) <= half * (1.0 + 1e-12), axis=1)]
+        others = np.setdiff1d(inside, keep - self.first[b])
+        if len(others) + len(keep) > CROWDED:
+            gap = np.maximum(np.abs(x[others] - middle) - 0.5 * (high - low), 0.0).max(axis=1)
+            others = others[np.argsort(gap, kind="stable")[: max(0, CROWDED - len(keep))]]
+        return np.asarray(np.union1d(keep, others + self.first[b]), dtype=np.int64)
+
+    def groups(self) -> tuple[Index, Index]:
+        """Of each unknown, and of each column or -1: of unknowns as these, of tractions in contact as many more.
+
+        What is faced is grouped like what faces it: else the coarse level couples the wrong nodes.
+        """
+        n = int(self.first[-1])
+        most = max(OWN, OWN * int(np.ceil(3 * n / OWN / COARSE)))
+        key = np.empty((n, 3), dtype=np.int64)
+        for b, body in enumerate(self.rows):
+            here, cut = slice(self.first[b], self.first[b + 1]), body.tree.cut(most)
+            key[here, 0] = b
+            key[here, 1] = np.repeat(np.arange(len(cut)), body.tree.last[cut] - body.tree.first[cut])
+            key[here, 2] = body.part
+        number = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+        led = self.leader != np.arange(n)
+        key[led, 1], key[led, 2] = number[self.leader[led]], -1
+        number = np.unique(key, axis=0, return_inverse=True)[1].ravel()
+        of_unknowns = [3 * np.repeat(number[self.first[b] : self.first[b + 1]], body.components)
+                       + np.tile(np.arange(body.components), len(body.x)) for b, body in enumerate(self.rows)]  # fmt: skip
+        group = np.unique(np.concatenate(of_unknowns), return_inverse=True)[1].ravel()
+        count, columns = int(group.max()) + 1, np.full(self._coupling.columns, -1)
+        for b, body in enumerate(self.rows):
+            mine, at = group[self._coupling.first[b] : self._coupling.first[b + 1]], self._coupling.first_column[b]
+            columns[at : at + len(mine)] = mine
+            columns[at + body.beside] = count + mine[body.slot]
+        return group, columns
+
+
+def sums(rows: Sequence[BodyRows], coupling: Coupling, group: Index, columns: Index) -> Array:
+    """Of this rank's entries of all bodies, (groups, column groups)."""
+    count = int(group.max()) + 1
+    result = np.zeros((count, 2 * count))
+    for b, body in enumerate(rows):
+        mine = group[coupling.first[b] : coupling.first[b + 1]]
+        result += body.coarse(mine, columns[coupling.first_column[b] : coupling.first_column[b + 1]], (count, 2 * count))
+    return result

@@ -1,0 +1,83 @@
+"""Two levels for the equations of bodies in contact: groups that go far, and patches of both sides of a contact."""
+
+from __future__ import annotations
+
+import copy
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ...arrays import Array
+from ...compression.hmatrix.schwarz import CoarseLevel, LocalSolves
+from .coupling import Coupling, Expansion
+from .patches import Nodes, sums
+from .rows import BodyRows
+
+CHANGED = 0.2
+"""Change of a node's law, whose basis is of unit size, from which its patches are inverted anew."""
+
+
+class Preconditioner:
+    """Of the equations with some expansion.
+
+    Parameters
+    ----------
+    rows : sequence of BodyRows
+    coupling : Coupling
+    motions : (N, r) array
+        Orthonormal rigid motions, along which the operator is the identity.
+    total : callable
+        Sums an array over the ranks.
+    share : (int, int)
+        This rank and their number: it has every so manieth patch.
+    expansion : Expansion
+        Of given tractions.
+    """
+
+    def __init__(
+        self, rows: Sequence[BodyRows], coupling: Coupling, motions: Array, total: Callable[[Array], Array],
+        share: tuple[int, int], expansion: Expansion,
+    ) -> None:  # fmt: skip
+        nodes = Nodes(rows, coupling)
+        group, columns = nodes.groups()
+        self._coarse = CoarseLevel(group, columns, total(sums(rows, coupling, group, columns)))
+        self._motions, self._sums = motions, np.asarray(self._coarse.repeat.T @ motions)
+        patches = nodes.patches()[share[0] :: share[1]]
+        self._local = LocalSolves(rows, coupling.first_column, patches, coupling.size)
+        self._local.update(expansion.factors, np.ones(coupling.size, dtype=bool))
+        self._coupling, self._total, self._law = coupling, total, expansion.relation.basis
+        self.expansion = expansion
+        self._factor()
+
+    def copy(self) -> Preconditioner:
+        """One that goes its own way, and shares what has not changed."""
+        other = copy.copy(self)
+        other._local, other._coarse = self._local.copy(), self._coarse.copy()
+        return other
+
+    def update(self, expansion: Expansion) -> None:
+        """Serve another expansion: the coarse level anew, patches where a law has changed by more than CHANGED."""
+        if expansion is self.expansion:
+            return
+        law = expansion.relation.basis
+        nodes = np.abs(law - self._law).max(axis=(1, 2)) > CHANGED
+        moved = np.zeros(self._coupling.size, dtype=bool)
+        moved[self._coupling.secondary.reshape(self._coupling.shape)[nodes]] = True
+        self._local.update(expansion.factors, moved)
+        self._law, self.expansion = np.where(nodes[:, None, None], law, self._law), expansion
+        self._factor()
+
+    def _factor(self) -> None:
+        factors = self.expansion.factors[:, : self._coupling.size]
+        grouped = np.asarray(self._coupling.of_unknowns(factors @ self._coarse.repeat).T @ self._motions)
+        self._coarse.factor(factors, self._sums @ grouped.T)
+
+    def solve(self, r: Array, product: Callable[[Array], Array]) -> Array:
+        """An approximate solution for the equations of the bodies (N,); `product` gives what unknowns (N,) leave of them."""
+        coarse = self._coarse.solve(r)
+        return np.asarray(coarse + self._total(self._local.solve(r - product(coarse))))
+
+    @property
+    def nbytes(self) -> int:
+        """Memory on this rank."""
+        return self._local.nbytes

@@ -1,0 +1,258 @@
+"""The discrete equations of one body as rows that can be multiplied and sampled: an H-matrix, or an eliminated body."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...bem.operators import BoundaryOperators
+from ...compression.hmatrix.block_tree import Clusters, block_tree, cluster
+from ...compression.hmatrix.entries import block
+from ...compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
+from ...errors import InputError, SolverError
+from ...mesh.surface_mesh import SurfaceMesh
+from ...runtime.memory import physical_memory
+from ...runtime.threads import threads_per_rank
+from ..body.base import ElasticBody
+
+LEAF = 64
+"""Nodes of the smallest clusters."""
+QUADRATURE = 0.1
+"""Error of far quadrature over the tolerance of the compression."""
+ALLOWED_MISS = 10.0
+"""How far a probe of exact rows may lie over the tolerance, which bounds each block by itself."""
+
+
+class BodyRows(Protocol):
+    """A z = B t + loads on some nodes of a body, in the order of a cluster tree.
+
+    Columns are those of the unknowns z, then those beside them: of the tractions in contact t, and of loads.
+
+    Attributes
+    ----------
+    components : int
+        Unknowns, and equations, a node.
+    tree : Clusters
+    x, part : (n, 3), (n,) arrays
+        Nodes [length], and their parts of the boundary.
+    bounds : (ranks + 1,) array
+        First equation of each rank.
+    columns : int
+        Of unknowns and beside.
+    slot, beside : (m, k) arrays
+        Columns of u and of t of the contact nodes, in the contact directions.
+    scale : float
+        Tractions are factors times it [stress/length].
+    motions : (size, r) array
+        Rigid motions that nothing holds, by the unknowns.
+    """
+
+    components: int
+    tree: Clusters
+    x: Array
+    part: Index
+    bounds: Index
+    columns: int
+    slot: Index
+    beside: Index
+    scale: float
+    motions: Array
+
+    def mult(self, factors: Array) -> Array:
+        """[A B] times factors of all columns: this rank's rows."""
+        ...
+
+    def block(self, nodes: Index) -> tuple[Array, Index]:
+        """Entries between some nodes by columns, (c, components k), and which columns these are."""
+        ...
+
+    def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
+        """Sums of this rank's entries by groups of rows and columns, -1 being none."""
+        ...
+
+    def load(self, shares: Array) -> tuple[Array, Array]:
+        """Factors of the columns, and this rank's rows, that the load states of these weights (K,) add on the right."""
+        ...
+
+    @property
+    def nbytes(self) -> int: ...
+
+
+class CompressedRows:
+    """The integral equations on an H-matrix; a rank has the rows of a range of nodes.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+        On a `SurfaceMesh`.
+    modes : (n, 3, r) array
+        Rigid motions that no condition holds.
+    comm : PETSc.Comm
+    tolerance : float
+    progress : callable
+        Called with the share of the matrix that is built.
+
+    Raises
+    ------
+    InputError
+        If the machine's memory will not do.
+    SolverError
+        If the compressed operator misses its tolerance on random exact rows.
+    """
+
+    def __init__(
+        self, operators: BoundaryOperators, modes: Array, comm: Any, tolerance: float, progress: Callable[[float], None]
+    ) -> None:
+        mesh, data = operators.mesh, operators.data
+        assert isinstance(mesh, SurfaceMesh)
+        low, high = np.nanmin(mesh.corners, axis=1), np.nanmax(mesh.corners, axis=1)
+        self.tree = tree = cluster(low, high, np.diff(mesh.first_node), LEAF)
+        counts = np.diff(mesh.first_node)[tree.order]
+        self.nodes = np.repeat(mesh.first_node[tree.order] - np.cumsum(counts) + counts, counts) + np.arange(mesh.n_nodes)
+        """The nodes of the mesh in the order of the tree."""
+        kernel: Any = operators.kernel
+        self._operators = BoundaryOperators(mesh.reordered(tree.order), data.reordered(self.nodes),
+                                            dataclasses.replace(kernel, tolerance=QUADRATURE * tolerance))  # fmt: skip
+        self.x, self.part = self._operators.mesh.x, self._operators.mesh.node_part
+        self._entries = OperatorEntries(self._operators)
+        self.components = d = self._entries.components
+        blocks = block_tree(tree)
+        memory = predicted_bytes(tree, blocks, tolerance, d)
+        needed, there = float(memory.sum()), physical_memory()
+        if needed > there:
+            raise InputError(f"mesh: the compressed operator of {mesh.n_nodes} nodes takes about {needed / 1e9:.0f} GB, "
+                             f"this machine has {there / 1e9:.0f}; use larger elements or bem.hmatrix_tol")  # fmt: skip
+        self.bounds = d * shared_rows(tree, memory, comm.getSize())
+        first, last = (int(bound) // d for bound in self.bounds[comm.getRank() :][:2])
+        self._own = slice(d * first, d * last)
+        threads = threads_per_rank() if self._entries.compiled is not None else 1
+        self.matrix = HMatrix(self._entries, tree, blocks, tolerance, (first, last), threads=threads, progress=progress)
+        worst = self.matrix.error_estimate(np.random.default_rng(2019))
+        worst = worst if comm.getSize() == 1 else max(comm.tompi4py().allgather(worst))
+        if not worst <= ALLOWED_MISS * tolerance:
+            raise SolverError(
+                "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {tolerance:g}",
+                "use another -bem_hmatrix_tol or -bem_mat_type dense",
+            )  # fmt: skip
+        self.columns, size = self.matrix.shape[1], d * mesh.n_nodes
+        place, k = np.argsort(self.nodes)[data.contact_nodes], data.contact_shape[1]
+        self.slot = d * place[:, None] + data.contact_directions
+        self.beside = size + self._entries.beside[place][:, None] + np.arange(k)
+        self.scale = operators.traction_scale
+        moved = data.components(modes) * data.traction_known[:, :, None]
+        self.motions = moved[self.nodes].reshape(size, -1)
+
+    def mult(self, factors: Array) -> Array:
+        """The H-matrix times a vector."""
+        return self.matrix.mult(factors)
+
+    def block(self, nodes: Index) -> tuple[Array, Index]:
+        """Exact entries."""
+        d, beside = self.components, self._entries.beside
+        more = [np.arange(beside[i], beside[i + 1]) for i in nodes.tolist()]
+        columns = np.concatenate([(d * nodes[:, None] + np.arange(d)).ravel(), d * len(self.x) + np.concatenate(more)])
+        return block(self._entries, nodes, nodes), columns
+
+    def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
+        """By products with the blocks' factors."""
+        return self.matrix.coarse(row_group[self._own], column_group, groups)
+
+    def load(self, shares: Array) -> tuple[Array, Array]:
+        """Of known data and volume loads, and of point forces."""
+        factors = np.zeros(self.columns)
+        factors[self.components * len(self.x) :] = self._operators.amplitudes @ shares
+        if not self._operators.data.point.size:
+            return factors, np.zeros(self._own.stop - self._own.start)
+        return factors, self._operators.point_loads[self._own] @ shares
+
+    def by_nodes(self, z: Array) -> Array:
+        """Unknowns (size, ...) in the order of the mesh's nodes."""
+        result = np.empty((len(self.nodes), self.components, *z.shape[1:]))
+        result[self.nodes] = z.reshape(result.shape)
+        return result.reshape(z.shape)
+
+    @property
+    def nbytes(self) -> int:
+        """Of the H-matrix, on this rank."""
+        return self.matrix.nbytes
+
+
+class CondensedRows:
+    """u = u_0 + S t of a body that is eliminated, on its contact nodes.
+
+    Parameters
+    ----------
+    body : ElasticBody
+        With a dense compliance.
+    comm : PETSc.Comm
+        Over whose ranks the rows are split.
+    """
+
+    def __init__(self, body: ElasticBody, comm: Any) -> None:
+        assert body.compliance is not None
+        x, (m, k) = body.mesh.x[body.contact], body.data.contact_shape
+        self.components, self.scale = k, body.operators.traction_scale
+        self.tree = cluster(x, x, np.ones(m, dtype=np.int64), LEAF)
+        order = self.tree.order
+        self.x, self.part = x[order], body.mesh.node_part[body.contact][order]
+        components = (k * order[:, None] + np.arange(k)).ravel()
+        self._matrix = body.compliance[components[:, None], components] * self.scale
+        self._rest = (body.u_0 - body.data.sliding).reshape(-1, m * k)[:, components]
+        ranks = comm.getSize()
+        self.bounds = k * (m * np.arange(ranks + 1) // ranks)
+        self._own = slice(*self.bounds[comm.getRank() :][:2].tolist())
+        self.columns = 2 * m * k
+        self.slot = k * np.argsort(order)[:, None] + np.arange(k)
+        self.beside = m * k + self.slot
+        self.motions = body.contact_modes[components]
+
+    def mult(self, factors: Array) -> Array:
+        """u + S t."""
+        u, t = np.split(factors, 2)
+        return np.asarray(u[self._own] + self._matrix[self._own] @ t)
+
+    def block(self, nodes: Index) -> tuple[Array, Index]:
+        """The identity, and entries of S."""
+        k = self.components
+        some = (k * nodes[:, None] + np.arange(k)).ravel()
+        values = np.concatenate([np.eye(len(some)), self._matrix[some[:, None], some].T])
+        return values, np.concatenate([some, self.columns // 2 + some])
+
+    def coarse(self, row_group: Index, column_group: Index, groups: tuple[int, int]) -> Array:
+        """By sums of columns, then of rows."""
+        result, own = np.zeros(groups), np.arange(self._own.start, self._own.stop)
+        of_u, of_t = np.split(column_group, 2)
+        both = own[(row_group[own] >= 0) & (of_u[own] >= 0)]
+        np.add.at(result, (row_group[both], of_u[both]), 1.0)
+        some, rows = np.flatnonzero(of_t >= 0), own[row_group[own] >= 0]
+        sums = np.zeros((len(rows), groups[1]))
+        np.add.at(sums.T, of_t[some], self._matrix[rows][:, some].T)
+        np.add.at(result, row_group[rows], sums)
+        return result
+
+    def load(self, shares: Array) -> tuple[Array, Array]:
+        """u_0."""
+        return np.zeros(self.columns), (shares @ self._rest)[self._own]
+
+    @property
+    def nbytes(self) -> int:
+        """Of S, which is the body's own."""
+        return 0
+
+
+class OperatorEntries:
+    """Columns of A_0, and beside them those of G_Ct and of the load, as `compression.hmatrix` asks for them."""
+
+    def __init__(self, operators: BoundaryOperators) -> None:
+        self._operators, self.components = operators, operators.kernel.dim
+        rhs = operators.right_hand_sides
+        self.beside: Index = np.append(rhs.first, len(rhs.node))
+        self.compiled = operators.compiled
+
+    def fill(self, rows: Index, columns: Index, system: Array | None, beside: Array | None) -> None:
+        """As in `Entries`."""
+        self._operators.fill_columns(rows, columns, system, beside)

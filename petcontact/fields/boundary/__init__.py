@@ -1,0 +1,1 @@
+"""Stress on the boundary of a body."""

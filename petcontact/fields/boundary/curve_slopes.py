@@ -1,0 +1,84 @@
+"""Recovered slopes along curves."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...arrays import Array, Index, Mask
+from ...geometry.arcs import end_tangents
+from ...mesh.basis import best_slopes, lagrange_slopes
+from ...mesh.curve_mesh import CurveMesh
+from ..joints import SMOOTH
+from .gradients import tangents
+
+MOST, BEYOND = 5, 2
+"""Places on an element, and on each of its neighbours."""
+CHUNK = 1 << 16
+"""Places that are evaluated at once."""
+
+
+class CurveSlopes:
+    """Slopes on curves, by interpolation along the arc length: see `recovery`.
+
+    Parameters
+    ----------
+    mesh : CurveMesh
+        n nodes, no element of order 0.
+    values : (n, k) array
+    label : (n_elements,) array
+        Only elements with one label are neighbours.
+    """
+
+    def __init__(self, mesh: CurveMesh, values: Array, label: Index) -> None:
+        self._mesh = mesh
+        before, after = mesh.neighbours()
+        runs_on = _runs_on(mesh, label, after)
+        joined_before, joined_after = runs_on[before], runs_on
+        count, half = mesh.n_elements, 0.5 * mesh.length
+        self._s = np.full((count, MOST + 2 * BEYOND), np.nan)
+        self._slope = np.zeros((*self._s.shape, values.shape[1]))
+        # the places nearest to the ends of each element: distance from the end, and slope
+        distance = np.full((2, count, BEYOND), np.nan)
+        slope = np.zeros((2, count, BEYOND, values.shape[1]))
+        for order in np.unique(mesh.order).tolist():
+            mine, z = np.flatnonzero(mesh.order == order), best_slopes(order)
+            nodes = mesh.first_node[mine][:, None] + np.arange(order + 1)
+            found = np.einsum("bz,ebk->ezk", lagrange_slopes(order, z), values[nodes]) / half[mine, None, None]
+            self._s[mine, :order], self._slope[mine, :order] = z * half[mine, None], found
+            near = min(order, BEYOND)
+            distance[:, mine, :near] = (1.0 + z[:near]) * half[mine, None]  # the zeros are symmetric
+            slope[0][mine, :near], slope[1][mine, :near] = found[:, :near], found[:, ::-1][:, :near]
+        # a second place of a neighbour where it is the only one
+        for k in range(BEYOND):
+            first, last = MOST + k, MOST + BEYOND + k
+            use_before = joined_before & ~(joined_after & (k > 0))
+            use_after = joined_after & ~(joined_before & (k > 0))
+            self._s[:, first] = np.where(use_before, -half - distance[1, before, k], np.nan)
+            self._s[:, last] = np.where(use_after, half + distance[0, after, k], np.nan)
+            self._slope[:, first], self._slope[:, last] = slope[1, before, k], slope[0, after, k]
+
+    def at(self, element: Index, place: Array) -> Array:
+        """See `Slopes.at`."""
+        parts = [self._at(element[k : k + CHUNK], place[k : k + CHUNK]) for k in range(0, max(len(element), 1), CHUNK)]
+        return np.concatenate(parts)
+
+    def _at(self, element: Index, place: Array) -> Array:
+        mesh = self._mesh
+        s, x = self._s[element], (place - 0.5) * mesh.length[element]
+        there = ~np.isnan(s)
+        s = np.where(there, s, 0.0)
+        basis = np.where(there, 1.0, 0.0)
+        for j in range(s.shape[1]):
+            others = there[:, j, None] & there
+            others[:, j] = False
+            step = np.where(others, s - s[:, j, None], 1.0)
+            basis *= np.where(others, (x - s[:, j])[:, None] / step, 1.0)
+        slope = np.einsum("qj,qjk->qk", basis, self._slope[element])
+        return np.asarray(slope[:, :, None] * tangents(mesh, element, place)[:, None])
+
+
+def _runs_on(mesh: CurveMesh, label: Index, after: Index) -> Mask:
+    """Whether the slope is smooth from each element to the one after it."""
+    first, last = end_tangents(mesh.start, mesh.end, mesh.half_angle)
+    same = (mesh.part == mesh.part[after]) & (label == label[after])
+    return np.asarray(same & (np.sum(last * first[after], axis=1) > SMOOTH))

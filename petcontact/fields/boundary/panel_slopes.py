@@ -1,0 +1,116 @@
+"""Recovered slopes on panels."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from ...arrays import Array, Index, Mask
+from ...mesh.surface_mesh import SurfaceMesh
+from .gradients import surface_gradient
+from .places import best_places
+
+SAME_SIDE = 0.7
+"""Cosine of the angle between the normals of panels on one smooth face."""
+SAMPLES = 2.0
+"""Samples over coefficients of a fit."""
+CANDIDATES = 4
+"""Samples looked at, over those that are used: the nearest ones, in the lengths of the panel, are."""
+SOFT = 0.3
+"""A sample at a distance d, in half-widths of the panel, weighs (SOFT + d)^-2."""
+INDEPENDENT = 1e-6
+"""Ratio of singular values below which samples do not determine a fit."""
+
+
+class PanelSlopes:
+    """Slopes on panels, by fits of polynomials of total degree p + 1 in the tangent plane: see `recovery`.
+
+    Parameters
+    ----------
+    mesh : SurfaceMesh
+        n nodes.
+    values : (n, k) array
+    label : (n_elements,) array
+        Only elements with one label are neighbours.
+    """
+
+    def __init__(self, mesh: SurfaceMesh, values: Array, label: Index) -> None:
+        self._mesh, self._values, self._label = mesh, values, label
+        self._owner, place = best_places(mesh)
+        self._sample = surface_gradient(mesh, values, self._owner, place).reshape(len(self._owner), -1)
+        self._x, self._normal = _points(mesh, self._owner, place)
+        self._middle, self._middle_normal = _points(mesh, *_middles(mesh))
+
+    def at(self, element: Index, place: Array) -> Array:
+        """See `Slopes.at`."""
+        mesh = self._mesh
+        result = surface_gradient(mesh, self._values, element, place)
+        groups = np.column_stack([mesh.part, self._label, mesh.order])
+        asked = np.unique(element)
+        for part, label, order in np.unique(groups[asked], axis=0).tolist():
+            of = np.flatnonzero((mesh.part[self._owner] == part) & (self._label[self._owner] == label))
+            mine = asked[np.all(groups[asked] == (part, label, order), axis=1)]
+            self._fit(result, element, place, mine, of, min(order + 1, _degree(len(of))))
+        return result
+
+    def _fit(self, result: Array, element: Index, place: Array, mine: Index, of: Index, degree: int) -> None:
+        """Replace the slopes at places of some panels of one group, where its samples `of` determine a fit."""
+        exponents = np.array([(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)])
+        count = min(len(of), int(np.ceil(SAMPLES * len(exponents))))
+        if degree < 1:
+            return
+        near = scipy.spatial.cKDTree(self._x[of]).query(self._middle[mine], k=min(len(of), CANDIDATES * count))[1]
+        near = of[near.reshape(len(mine), -1)]
+        local = self._local(mine, self._x[near])
+        distance = np.linalg.norm(local, axis=2)
+        facing = np.einsum("ncd,nd->nc", self._normal[near], self._middle_normal[mine])
+        distance[np.less(facing, SAME_SIDE)] = np.inf
+        chosen = np.argsort(distance, axis=1, kind="stable")[:, :count]
+        weight = (SOFT + np.take_along_axis(distance, chosen, axis=1)) ** -2
+        local = np.take_along_axis(local, chosen[:, :, None], axis=1)
+        samples = self._sample[np.take_along_axis(near, chosen, axis=1)]
+        u, size, v = np.linalg.svd(weight[:, :, None] * _powers(local, exponents), full_matrices=False)
+        known: Mask = np.greater(size[:, -1], INDEPENDENT * size[:, 0])
+        inverse = 1.0 / np.where(known[:, None], size, 1.0)
+        right = np.einsum("nmk,nm,nmg->nkg", u, weight, samples)
+        found = np.einsum("nkj,nk,nkg->njg", v, inverse, right)
+        rows = np.flatnonzero(np.isin(element, mine[known]))
+        panel = np.searchsorted(mine, element[rows])
+        at = self._local(mine[panel], _points(self._mesh, element[rows], place[rows])[0][:, None])[:, 0]
+        fitted = np.einsum("qj,qjg->qg", _powers(at, exponents), found[panel])
+        result[rows] = fitted.reshape(len(rows), *result.shape[1:])
+
+    def _local(self, element: Index, x: Array) -> Array:
+        """Points (n, q, 3) in the tangent plane at the middle of panels (n,), in half-widths of these, (n, q, 2)."""
+        middle = self._middle[element][:, None]
+        frame = self._mesh.tangents_to(self._middle_normal[element])
+        corners = np.einsum("ncd,nkd->nkc", frame, self._mesh.corners[element] - middle)
+        return np.asarray(np.einsum("ncd,nqd->nqc", frame, x - middle) / np.nanmax(np.abs(corners), axis=1)[:, None])
+
+
+def _degree(samples: int) -> int:
+    """The largest degree that so many samples determine, and a few more."""
+    degree = 0
+    while SAMPLES * (degree + 2) * (degree + 3) / 2 <= 1.5 * samples:
+        degree += 1
+    return degree
+
+
+def _powers(local: Array, exponents: Index) -> Array:
+    """ξ^a η^b at points (..., 2), (..., K)."""
+    return np.asarray(np.prod(np.power(local[..., None, :], exponents), axis=-1))
+
+
+def _points(mesh: SurfaceMesh, element: Index, place: Array) -> tuple[Array, Array]:
+    """Points (q, 3) and outward normals (q, 3) at places of panels."""
+    at = mesh.variables_at(element, place)
+    return np.column_stack([at[c] for c in "xyz"]), np.column_stack([at[f"n{c}"] for c in "xyz"])
+
+
+def _middles(mesh: SurfaceMesh) -> tuple[Index, Array]:
+    """Every panel, and its middle."""
+    numbers, place = np.arange(mesh.n_elements), np.empty((mesh.n_elements, 2))
+    for batch in mesh.batches():
+        reference = np.full((1, 2), 1.0 / 3.0 if batch.elements.corners.shape[1] == 3 else 0.0)
+        place[batch.elements.index] = batch.elements.mapped(reference)[:, 0]
+    return numbers, place

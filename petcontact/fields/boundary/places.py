@@ -1,0 +1,162 @@
+"""Which points lie on the boundary, and where on its elements."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import scipy
+
+from ...arrays import Array, Index
+from ...mesh.basis import best_slopes
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.curve_mesh import CurveMesh
+from ...mesh.panels import reference_nodes
+from ...mesh.surface_mesh import SurfaceMesh
+
+ON = 1e-6
+"""Points nearer to an element than this share of its size lie on it."""
+
+
+def located(mesh: BoundaryMesh, points: Array, part: str | None = None) -> tuple[Index, Array]:
+    """The elements that points lie on.
+
+    Parameters
+    ----------
+    mesh : BoundaryMesh
+    points : (m, d) array
+        [length]
+    part : str, optional
+        Only its elements: says which side of a corner is meant.
+
+    Returns
+    -------
+    element : (m,) array
+        -1 for points off the boundary. Where elements meet, the one that holds the point better.
+    place : (m,) or (m, 2) array
+        As `Hits` has them.
+    """
+    numbers = np.arange(mesh.n_elements)
+    if part is not None:
+        numbers = numbers[mesh.part == mesh.part_names.index(part)]
+    centre, radius = _spheres(mesh)
+    found = scipy.spatial.cKDTree(points).query_ball_point(centre[numbers], (1.0 + ON) * radius[numbers])
+    counts = np.array([len(rows) for rows in found], dtype=np.int64)
+    row = np.array([k for rows in found for k in rows], dtype=np.int64)
+    element = np.repeat(numbers, counts)
+    place, distance, depth = _on(mesh, element, points[row])
+    kept = np.flatnonzero((distance < ON * radius[element]) & (depth > -ON))
+    kept = kept[np.lexsort((-np.minimum(depth[kept], 1e-3), row[kept]))]
+    kept = kept[np.append(True, np.diff(row[kept]) > 0)[: len(kept)]]
+    elements, places = np.full(len(points), -1), np.zeros((len(points), *place.shape[1:]))
+    elements[row[kept]], places[row[kept]] = element[kept], place[kept]
+    return elements, places
+
+
+@functools.singledispatch
+def _spheres(mesh: Any) -> tuple[Array, Array]:
+    """Centres (n_elements, d) and radii of spheres round the elements."""
+    raise TypeError(f"no places on {type(mesh).__name__}")
+
+
+@_spheres.register
+def _(mesh: CurveMesh) -> tuple[Array, Array]:
+    middle = mesh.variables_at(np.arange(mesh.n_elements), np.full(mesh.n_elements, 0.5))
+    return np.column_stack([middle["x"], middle["y"]]), 0.5 * mesh.length
+
+
+@_spheres.register
+def _(mesh: SurfaceMesh) -> tuple[Array, Array]:
+    centre, radius = np.empty((mesh.n_elements, 3)), np.empty(mesh.n_elements)
+    for batch in mesh.batches():
+        centre[batch.elements.index], radius[batch.elements.index] = batch.elements.centre, batch.elements.size
+    return centre, radius
+
+
+@functools.singledispatch
+def _on(mesh: Any, element: Index, x: Array) -> tuple[Array, Array, Array]:
+    """Of points (q, d) next to elements (q,): place of the foot, distance to it, and how far inside the element it is, over
+    the element's size (negative outside)."""
+    raise TypeError(f"no places on {type(mesh).__name__}")
+
+
+@_on.register
+def _(mesh: CurveMesh, element: Index, x: Array) -> tuple[Array, Array, Array]:
+    along = mesh.direction[element]
+    left = np.column_stack([-along[:, 1], along[:, 0]])
+    away = x - 0.5 * (mesh.start[element] + mesh.end[element])
+    t, rise = np.sum(away * along, axis=1), np.sum(away * left, axis=1)
+    bend, half = mesh.curvature[element], mesh.half_angle[element]
+    straight = bend == 0.0
+    radius = 1.0 / np.where(straight, 1.0, bend)
+    # from the centre of the arc, which is at radius·cos(half) to the left of the chord's middle
+    across = radius * np.cos(half) - rise
+    angle = np.arctan2(np.sign(radius) * t, np.sign(radius) * across)
+    xi = np.where(straight, 2.0 * t / mesh.length[element], angle / np.where(straight, 1.0, half))
+    distance = np.abs(np.where(straight, rise, np.hypot(t, across) - np.abs(radius)))
+    return np.clip(0.5 * (1.0 + xi), 0.0, 1.0), distance, 0.5 * (1.0 - np.abs(xi))
+
+
+@_on.register
+def _(mesh: SurfaceMesh, element: Index, x: Array) -> tuple[Array, Array, Array]:
+    place, distance, depth = np.zeros((len(x), 2)), np.full(len(x), np.inf), np.full(len(x), -1.0)
+    for kind in np.unique(mesh.kind[element]):
+        mine = np.flatnonzero(mesh.kind[element] == kind)
+        place[mine], distance[mine], depth[mine] = mesh.elements(element[mine]).feet(x[mine])
+    return place, distance, depth
+
+
+@functools.singledispatch
+def best_places(mesh: Any) -> tuple[Index, Array]:
+    """Elements (q,) and places on them where slopes of the displacement are most accurate; at least one an element."""
+    raise TypeError(f"no places on {type(mesh).__name__}")
+
+
+@best_places.register
+def _(mesh: CurveMesh) -> tuple[Index, Array]:
+    found = [(np.flatnonzero(mesh.order == order), best_slopes(max(order, 1))) for order in np.unique(mesh.order).tolist()]
+    return (np.concatenate([np.repeat(mine, len(xi)) for mine, xi in found]),
+            np.concatenate([np.tile(0.5 * (1.0 + xi), len(mine)) for mine, xi in found]))  # fmt: skip
+
+
+@best_places.register
+def _(mesh: SurfaceMesh) -> tuple[Index, Array]:
+    elements, places = [], []
+    for batch in mesh.batches():
+        panels = batch.elements
+        local = panels.mapped(best_on_panel(panels.corners.shape[1], panels.order))
+        elements.append(np.repeat(panels.index, local.shape[1]))
+        places.append(local.reshape(-1, 2))
+    return np.concatenate(elements), np.concatenate(places)
+
+
+def best_on_panel(corners: int, order: int) -> Array:
+    """Places of the reference square, products of those on a line, or nodes of one order less on the triangle, (q, 2)."""
+    if corners == 3:
+        return reference_nodes(3, max(order - 1, 0))[0]
+    xi = best_slopes(max(order, 1))
+    return np.asarray(np.stack(np.meshgrid(xi, xi, indexing="ij"), axis=-1).reshape(-1, 2))
+
+
+def nodal_places(mesh: BoundaryMesh) -> tuple[Index, Array]:
+    """Elements (n,) and places of the nodes of a mesh."""
+    return mesh.element, _nodal(mesh)
+
+
+@functools.singledispatch
+def _nodal(mesh: Any) -> Array:
+    raise TypeError(f"no places on {type(mesh).__name__}")
+
+
+@_nodal.register
+def _(mesh: CurveMesh) -> Array:
+    return np.asarray(0.5 * (1.0 + mesh.xi))
+
+
+@_nodal.register
+def _(mesh: SurfaceMesh) -> Array:
+    place = np.empty((mesh.n_nodes, 2))
+    for batch in mesh.batches():
+        place[batch.nodes] = batch.elements.nodes.reshape(-1, 2)
+    return place

@@ -1,0 +1,93 @@
+"""The full stress tensor on the boundary, from the traction and from slopes of the displacement along it.
+
+With D = ∇_s u the surface gradient, P = I - n n and e = sym(P D), Hooke's law gives what the traction t leaves open
+(ν' is that of plane strain):
+
+    σ = 2µ e + ν'/(1-ν') (2µ tr e + t·n) P + t n + n t - (t·n) n n
+"""
+
+from __future__ import annotations
+
+import functools
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...model.problem import Material
+from ..smoothing import smoothed
+from .recovery import Slopes, slopes_of
+
+
+class BoundaryField:
+    """Displacement and stress on the boundary of a body.
+
+    Constant elements are made smooth first, see `smoothing`; slopes are those of `recovery`. The stress has the order
+    p + 1 of the displacement and the traction.
+
+    Parameters
+    ----------
+    mesh : BoundaryMesh
+        n nodes.
+    u, traction : (n, d) arrays
+        Displacement [length] and traction [stress] at the nodes.
+    material : Material
+    state : (n,) int array, optional
+        Of contact: slopes are taken to be smooth over nodes of one state only.
+    """
+
+    def __init__(
+        self, mesh: BoundaryMesh, u: Array, traction: Array, material: Material, state: Index | None = None
+    ) -> None:
+        self.mesh, self.material = mesh, material
+        label = np.zeros(mesh.n_elements, dtype=np.int64)
+        if state is not None:
+            low, high = (ufunc.reduceat(state, mesh.first_node[:-1]) for ufunc in (np.minimum, np.maximum))
+            # an element of several states stands alone
+            label = np.where(low == high, low, -2 - np.arange(mesh.n_elements) + min(0, int(low.min(initial=0))))
+        self._label = label
+        self._mesh, self._u, self._traction = smoothed(mesh, u, traction)
+
+    @functools.cached_property
+    def _slopes(self) -> Slopes:
+        return slopes_of(self._mesh, self._u, self._label)
+
+    def displacement(self, element: Index, place: Array) -> Array:
+        """At places of elements, as `Hits` has them, (q, d) [length]."""
+        return np.asarray(self._mesh.basis_at(element, place) @ self._u)
+
+    def stress(self, element: Index, place: Array) -> Array:
+        """At places of elements, (q, d(d+1)/2), components as of `field_at` [stress]."""
+        traction = self._mesh.basis_at(element, place) @ self._traction
+        at, d = self._mesh.variables_at(element, place), self._mesh.dim
+        normal = np.column_stack([at[f"n{axis}"] for axis in "xyz"[:d]])
+        return components(hooke(traction, normal, self._slopes.at(element, place), self.material))
+
+
+def hooke(traction: Array, normal: Array, gradient: Array, material: Material) -> Array:
+    """σ (q, d, d) of tractions and outward unit normals (q, d) and surface gradients (q, d, d) of the displacement.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from petcontact import Material
+    >>> free, up = np.zeros((1, 2)), np.array([[0.0, 1.0]])
+    >>> stretched = np.array([[[1e-3, 0.0], [0.0, 0.0]]])
+    >>> float(hooke(free, up, stretched, Material(200.0, 0.3, plane="stress"))[0, 0, 0].round(12))
+    0.2
+    """
+    mu, ratio, d = material.shear_modulus, material.plane_strain_ratio, traction.shape[1]
+    tangential = np.eye(d) - normal[:, :, None] * normal[:, None, :]
+    strain = tangential @ gradient
+    strain = 0.5 * (strain + strain.transpose(0, 2, 1))
+    across = np.sum(traction * normal, axis=1)
+    even = ratio / (1.0 - ratio) * (2.0 * mu * np.trace(strain, axis1=1, axis2=2) + across)
+    outer = traction[:, :, None] * normal[:, None, :]
+    return np.asarray(2.0 * mu * strain + even[:, None, None] * tangential + outer + outer.transpose(0, 2, 1)
+                      - across[:, None, None] * normal[:, :, None] * normal[:, None, :])  # fmt: skip
+
+
+def components(tensor: Array) -> Array:
+    """xx, yy, xy, in space xx, yy, zz, xy, xz, yz, of symmetric tensors (q, d, d), (q, d(d+1)/2)."""
+    i, j = np.triu_indices(tensor.shape[1], 1)
+    return np.hstack([np.einsum("qii->qi", tensor), tensor[:, i, j]])

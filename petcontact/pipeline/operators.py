@@ -1,0 +1,274 @@
+"""The operators of a problem in public: G and H of each body, S and u_0 of the contact, and elastic solutions by them."""
+
+from __future__ import annotations
+
+import functools
+import itertools
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array
+from ..bem.particular.volume import volume_solution
+from ..compliance.bodies import BodiesSystem
+from ..compliance.body.base import ElasticBody
+from ..errors import InputError
+from ..geometry.superelement import CondensedSurface
+from ..linalg.dense_matrix import distributed
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..model.case import load
+from ..model.problem import Problem
+from ..results.body_fields import BodyFields, StressState
+from ..results.records import BodyResult
+from ..runtime.petsc import options, petsc
+from .discrete.discretise import Discrete, discretise, without_contact
+from .discrete.interfaces import interfaces_of
+from .eliminate import eliminated, eliminated_alone
+
+
+@dataclass(frozen=True)
+class BodyOperators:
+    """One body: ½u + Hu = Gt at its n nodes, and what follows from it for contact tractions at m of them.
+
+    Component c of node i is d i + c.
+
+    Attributes
+    ----------
+    name : str
+    mesh : BoundaryMesh
+        With x, normal (n, d), weight (n,), nodes_of(part).
+    eliminated : ElasticBody
+        Its u_0 (K, m, k) and compliance (k m, k m) in the k contact directions `data.contact_frame` of the nodes `contact`.
+    """
+
+    name: str
+    mesh: BoundaryMesh
+    eliminated: ElasticBody
+    _problem: Problem
+    _number: int
+
+    @functools.cached_property
+    def G(self) -> Array:
+        """Single layer: tractions to displacements, (d n, d n) [length/stress]."""
+        return self._matrices[0]
+
+    @functools.cached_property
+    def H(self) -> Array:
+        """Double layer, the principal value without ½ I, (d n, d n) [-]."""
+        return self._matrices[1]
+
+    @functools.cached_property
+    def _matrices(self) -> tuple[Array, Array]:
+        operators, d, n = self.eliminated.operators, self.mesh.dim, self.mesh.n_nodes
+        if isinstance(self._problem.body[self._number].geometry.outline(), CondensedSurface):
+            raise InputError(f"body {self.name!r} is a superelement: it has no boundary integral operators")
+        single, double = np.zeros((n, d, n, d)), np.zeros((n, d, n, d))
+        targets = self.mesh.targets(slice(None))
+        for batch in self.mesh.batches():
+            kernel_g, kernel_h = operators.kernel.integrals(targets, batch.elements)
+            for whole, kernel in ((single, kernel_g), (double, kernel_h)):
+                assert kernel is not None
+                whole[:, :, batch.nodes] = kernel.transpose(3, 0, 2, 1)
+        return single.reshape(d * n, -1) / operators.traction_scale, double.reshape(d * n, -1)
+
+    def solve(self, sigma: Any = None, state: int = -1, alpha: Any = None) -> tuple[Array, Array]:
+        """Displacement [length] and traction [stress] (n, d) on the boundary under the loads and given contact tractions.
+
+        Parameters
+        ----------
+        sigma : (m, k) array, optional
+            Tractions in the contact directions, zero by default [stress].
+        state : int
+            0 is without loads, k the end of step k; the last one by default.
+        alpha : (r,) array, optional
+            Amplitudes of the rigid motions `eliminated.modes` that only contact holds.
+        """
+        body = self.eliminated
+        shares = np.zeros(len(body.u_0))
+        shares[state] = 1.0
+        pushed = np.zeros(body.data.contact_shape) if sigma is None else np.asarray(sigma, dtype=float)
+        return body.boundary(shares, pushed.reshape(body.data.contact_shape),
+                             np.zeros(body.modes.shape[2]) if alpha is None else np.asarray(alpha))  # fmt: skip
+
+    def state_at(self, points: Any, u: Array, traction: Array, step: int | None = None) -> StressState:
+        """Displacement and stress at points (q, d) inside or on the boundary, with the loads inside of the body at the end
+        of a step, the last one by default; see `Solution.state_at`."""
+        mesh, problem = self.mesh, self._problem
+        volume, elsewhere = volume_solution(problem, self._number, mesh), np.full(mesh.n_nodes, -1)
+        shares = {step or max(1, len(problem.step)): 1.0}
+        return BodyFields(problem, self._number, mesh, BodyResult(u, traction), volume, elsewhere, shares).at(points)
+
+    def petsc(self, name: str, comm: Any = None) -> Any:
+        """G, H or S of the contact directions as a dense PETSc Mat by rows over the ranks.
+
+        Raises
+        ------
+        InputError
+            If there is no such operator.
+        """
+        return distributed(_named(name, {"G": lambda: self.G, "H": lambda: self.H, "S": lambda: self.eliminated.compliance}),
+                           comm)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Operators:
+    """What the bodies of a problem do at its M contact nodes: v = u_0 + Sσ + Mα - gap, Eσ + f = 0.
+
+    σ are the tractions on the secondaries, v the relative displacement, in the k directions of each node: tangents, then,
+    unless all contact is bilateral under a given bound, the normal. Component c of node i is k i + c.
+
+    Attributes
+    ----------
+    problem : Problem
+    bodies : dict of BodyOperators by name
+    pairs : dict of slices by name
+        The nodes of each interface; by the name of its part against fixed ground.
+    x, normal : (M, d) arrays
+        Nodes [length], and unit normals from the secondary to the primary.
+    frame : (M, k, d) array
+        The directions.
+    weight, gap : (M,) arrays
+        Quadrature weights [length, in space area], initial gaps [length].
+    states : (K, M, k) array
+        v without contact tractions and gap: without loads, then at the end of each step [length].
+    modes : (k M, r) array
+        M: rigid motions that only contact holds [-].
+    balance : (r, k M) array
+        E.
+    resultant : (K, r) array
+        f.
+    """
+
+    problem: Problem
+    bodies: dict[str, BodyOperators]
+    pairs: dict[str, slice]
+    x: Array
+    normal: Array
+    frame: Array
+    weight: Array
+    gap: Array
+    states: Array
+    modes: Array
+    balance: Array
+    resultant: Array
+    _system: BodiesSystem | None
+
+    @functools.cached_property
+    def S(self) -> Array:
+        """The compliance of the contact, (k M, k M) [length/stress]; of compressed bodies by a product a column."""
+        return np.zeros((0, 0)) if self._system is None else np.asarray(self._system.operator.matrix())
+
+    @property
+    def u_0(self) -> Array:
+        """v under the loads of the last state without contact tractions and gap, (M, k) [length]."""
+        return np.asarray(self.states[-1])
+
+    @property
+    def body(self) -> BodyOperators:
+        """The only body.
+
+        Raises
+        ------
+        InputError
+            If there are several.
+        """
+        if len(self.bodies) > 1:
+            raise InputError(f"body: there are several, .bodies has {', '.join(self.bodies)}")
+        return next(iter(self.bodies.values()))
+
+    def apply(self, sigma: Any) -> Array:
+        """S σ, (M, k) [length], without forming S."""
+        if self._system is None:
+            raise InputError("apply: no part is in contact")
+        return np.asarray(self._system.operator.apply(np.asarray(sigma, dtype=float).reshape(len(self.x), -1)))
+
+    def petsc(self, name: str = "S", comm: Any = None) -> Any:
+        """S as a dense PETSc Mat by rows over the ranks."""
+        return distributed(_named(name, {"S": lambda: self.S}), comm)
+
+    def close(self) -> None:
+        """Free PETSc objects, if there are any."""
+        if self._system is not None:
+            self._system.close()
+
+
+def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
+    """The operators of a problem, of any dimension, number of bodies and kind of contact, or without contact.
+
+    Parameters
+    ----------
+    problem : Problem, or path of a TOML file
+        Plane bodies without `[mesh]` get their default mesh.
+    comm : PETSc.Comm, optional
+        PETSc.COMM_WORLD by default.
+
+    Returns
+    -------
+    Operators
+
+    Raises
+    ------
+    InputError
+        If the problem is ill-posed.
+    SolverError
+        If a body cannot be eliminated.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from petcontact import Displacement, Material, MeshOptions, Problem, Rectangle, Traction, operators
+    >>> bar = Problem(
+    ...     material=Material(1000.0, 0.3, "stress"), geometry=Rectangle((0, 0), (4, 1)), mesh=MeshOptions(0.5, order=2),
+    ...     boundary=[Displacement("left", (0, "free")), Traction("right", (1, 0)), Traction("top", (0, 0)),
+    ...               Displacement("bottom", ("free", 0))],
+    ... )
+    >>> body = operators(bar).body
+    >>> u, t = body.solve()
+    >>> bool(np.allclose(0.5 * u.ravel() + body.H @ u.ravel(), body.G @ t.ravel(), atol=1e-9))
+    True
+    >>> np.round(body.state_at([[2.0, 0.5]], u, t).stress, 6) + 0.0
+    array([[1., 0., 0.]])
+    """
+    problem = load(problem) if isinstance(problem, str | Path) else problem
+    comm = comm if comm is not None else petsc().COMM_WORLD
+    with options(problem.petsc):
+        if not interfaces_of(problem):
+            discrete, system = without_contact(problem), None
+            bodies = [eliminated_alone(discrete, b, comm) for b in range(len(problem.body))]
+        else:
+            discrete = discretise(problem)
+            system = eliminated(discrete, comm)
+            bodies = system.bodies
+    named = {body.name: BodyOperators(body.name, mesh, elastic, problem, b) for b, (body, mesh, elastic) in
+             enumerate(zip(problem.body, discrete.meshes, bodies, strict=True))}  # fmt: skip
+    return _of(discrete, system, named)
+
+
+def _of(discrete: Discrete, system: BodiesSystem | None, bodies: dict[str, BodyOperators]) -> Operators:
+    faces, d = discrete.interfaces, discrete.meshes[0].dim
+    if system is None:
+        states, none = len(discrete.data[0].value), np.zeros((0, d))
+        return Operators(discrete.problem, bodies, {}, none, none, np.zeros((0, d, d)), none[:, 0], none[:, 0],
+                         np.zeros((states, 0, d)), none[:, :0], none[:, :0].T, np.zeros((states, 0)), None)  # fmt: skip
+    ends = np.cumsum([0, *(len(face.nodes) for face in faces)])
+    pairs = {face.name: slice(int(a), int(b)) for face, (a, b) in zip(faces, itertools.pairwise(ends), strict=True)}
+    x, normal, frame = (
+        np.concatenate(parts) for parts in zip(*(
+            (discrete.meshes[face.body].x[face.nodes], face.normal, face.directions) for face in faces
+        ), strict=True)
+    )  # fmt: skip
+    return Operators(
+        discrete.problem, bodies, pairs, x, normal, frame, system.weight, system.gap,
+        system.base.reshape(len(system.base), -1, system.k), system.modes, system.balance, system.resultant, system,
+    )  # fmt: skip
+
+
+def _named(name: str, there: dict[str, Any]) -> Array:
+    if name not in there:
+        raise InputError(f"no operator {name!r}; there are {', '.join(there)}")
+    found = there[name]()
+    if found is None:
+        raise InputError(f"{name}: the body is compressed; take its products, or bem.mat_type = 'dense'")
+    return np.asarray(found)

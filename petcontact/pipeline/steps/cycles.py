@@ -1,0 +1,134 @@
+"""Cycles of wear: a range of load steps again and again, many cycles at once where p changes slowly.
+
+A jump over N cycles is one cycle whose increments wear as much as N of them, and slip as far as the cycle before did.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ...arrays import Array
+from ...contact.friction_law import contact_norm
+from ...model.cycle import cycle_steps
+from ...model.load_steps import changed_obstacle
+from ...results.records import StepResult, WearHistory
+from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
+from .wear import Earlier, Tried, solved, worn
+
+GROWTH, SHRINK = 2.0, 0.25
+"""Bounds of a jump over the one before."""
+AIM = 0.8
+"""Change of p that a jump aims at, over the tolerance."""
+Row = tuple[int, Array, Array]
+"""Cycles that are done, and p [stress] and the worn depth [length] then, (M,)."""
+
+
+def later_cycles(
+    problem: PreparedProblem, done: list[StepResult], state: IncrementState, monitor: Monitor | None, rows: list[Row]
+) -> Iterator[Tried]:
+    """The increments of the last cycle, after all those before it that are not done yet; of one that fails those till then.
+
+    Parameters
+    ----------
+    problem : PreparedProblem
+    done : list of StepResult
+        Up to the end of a cycle.
+    state : IncrementState
+        There.
+    monitor : Monitor or None
+    rows : list of Row
+        One is added for each jump.
+    """
+    cycle = problem.discrete.problem.cycle
+    assert cycle is not None
+    if not rows:
+        rows.append(_row(done[-1].cycle, state))
+    size, earlier, passed = 1, list[Earlier](), list[Tried]()
+    while (reached := rows[-1][0]) < cycle.count:
+        jump = min(size, cycle.count - reached)
+        tried, following = _one_cycle(problem, done, state, reached + jump, jump, earlier, monitor)
+        if not tried[-1][1].converged:
+            if jump > 1 and not tried[-1][1].stopped:
+                size = max(1, jump // 2)
+                continue
+            passed += tried
+            break
+        row = _row(reached + jump, tried[-1][2])
+        change = _change(problem, rows[-1], row) / cycle.tolerance
+        if cycle.jump == "auto":
+            if change > 1.0 and jump > 1:
+                size = max(1, int(jump * max(SHRINK, AIM / change)))
+                continue
+            size = max(1, int(jump * min(GROWTH, max(SHRINK, AIM / max(change, 1e-300)))))
+        else:
+            size = cycle.jump
+        state, earlier, passed = tried[-1][2], following, tried
+        rows.append(row)
+    yield from passed
+
+
+def _one_cycle(
+    problem: PreparedProblem, done: list[StepResult], state: IncrementState, number: int, times: int,
+    earlier: list[Earlier], monitor: Monitor | None,
+) -> tuple[list[Tried], list[Earlier]]:  # fmt: skip
+    """The increments of a cycle that wears as much as so many, up to one that fails; and what they are to the next."""
+    posed, tried, following = problem.discrete.problem, list[Tried](), list[Earlier]()
+    steps = cycle_steps(posed)
+    obstacles = list(posed.obstacle)
+    for step in posed.step[: steps[-1]]:
+        obstacles = [changed_obstacle(o, step) for o in obstacles]
+    for s in steps:
+        step = posed.step[s - 1]
+        obstacles = [changed_obstacle(o, step) for o in obstacles]
+        motions = [ObstacleMotion.of(o, state, k, problem.system.dim) for k, o in enumerate(obstacles)]
+        origin = steps[-1] if s == steps[0] else None
+        increment = Increment(problem, step, s, motions, state, 0.0, origin=origin, cycle=number)
+        for target in (r.load_factor for r in done if r.step == s and r.cycle == 1):
+            increment = increment.then(target, state)
+            if earlier:
+                found, next_ = worn(increment, earlier[len(tried)], times, monitor)
+            else:
+                found = solved(increment, monitor)
+                v, sigma = found[1].v, found[1].sigma
+                next_ = Earlier(np.linalg.norm(v[:, : problem.system.dim - 1], axis=1), ((v, sigma), (v, sigma)))
+            tried.append(found)
+            following.append(next_)
+            state = found[2]
+            if not found[1].converged:
+                return tried, following
+    return tried, following
+
+
+def _row(cycle: int, state: IncrementState) -> Row:
+    return cycle, 0.0 - state.sigma[:, -1], state.worn
+
+
+def wear_history(problem: PreparedProblem, rows: list[Row]) -> WearHistory | None:
+    """The rows, interface by interface; None where there are none."""
+    if not rows:
+        return None
+    system, wears = problem.system, [s.law.wear_coefficient is not None for s in problem.discrete.sides]
+    parts = [(face.name, where) for face, where, wear in zip(system.interfaces, system.slices, wears, strict=True) if wear]
+    cycle, pressure, depth = zip(*rows, strict=True)
+    found = [{name: np.array(values)[:, where] for name, where in parts} for values in (pressure, depth)]
+    return WearHistory(np.array(cycle), *found)
+
+
+def rows_of(problem: PreparedProblem, wear: WearHistory | None, last: int) -> list[Row]:
+    """The rows up to a cycle, of what a file holds."""
+    if wear is None:
+        return []
+    zero = {face.name: np.zeros((len(wear.cycle), len(face.nodes))) for face in problem.system.interfaces}
+    pressure, depth = (np.concatenate([{**zero, **values}[name] for name in zero], axis=1)
+                       for values in (wear.pressure, wear.depth))  # fmt: skip
+    return [(int(c), p, h) for c, p, h in zip(wear.cycle, pressure, depth, strict=True) if c <= last]
+
+
+def _change(problem: PreparedProblem, old: Row, new: Row) -> float:
+    """Of p where anything wears, over p, in L2."""
+    weight = np.where(problem.discrete.wear > 0.0, problem.system.weight, 0.0)
+    size = contact_norm(new[1][:, None], weight)
+    return contact_norm((new[1] - old[1])[:, None], weight) / size if size > 0.0 else 0.0
+

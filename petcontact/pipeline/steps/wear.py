@@ -1,0 +1,80 @@
+"""Archard's wear within an increment: h' = k p |w'| at each node, where the worn depth h opens the gap that p follows from.
+
+Slip is taken to grow evenly from the start to the end of the increment, and the depth by the singly diagonal implicit
+Runge-Kutta method of order 2 (Alexander, SIAM J. Numer. Anal. 14 (1977) 1006-1021) with γ = 1 - 1/√2:
+h₁ = h₀ + γ k|Δw| p₁ at the share γ of the increment's loads, h₂ = h₀ + k|Δw| ((1-γ) p₁ + γ p₂) at its end. Each is a
+contact problem whose gap opens by γ k|Δw| times p: S has that much more on its diagonal. The method is L-stable: an
+explicit one makes p jump from node to node where k|Δw| exceeds 2 λ_min(S_nn), this one never. Its weights are positive
+and add up to 1: depths never fall, and the volume is k times the force times the slip where that is the same everywhere.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...arrays import Array
+from ...contact.friction_law import lengths
+from ...contact.state import ContactState, Start
+from .increment import Increment, IncrementState, Monitor
+
+GAMMA = 1.0 - np.sqrt(0.5)
+Tried = tuple[Increment, ContactState, IncrementState]
+"""An increment, where its method ended, and what it hands to the next."""
+
+
+@dataclass(frozen=True)
+class Earlier:
+    """What an increment was one cycle before, which says how far it slips and where to start.
+
+    Attributes
+    ----------
+    way : (M,) array
+        |Δw| [length].
+    starts : pair of starts
+        v and σ of the two steps.
+    growth : (M,) array or 0
+        What |Δw| grew by from cycle to cycle [length].
+    """
+
+    way: Array
+    starts: tuple[Start, Start]
+    growth: Array | float = 0.0
+
+    def mean(self, times: int) -> Array:
+        """|Δw| in the middle of so many cycles to come."""
+        return np.clip(self.way + 0.5 * times * self.growth, 0.0, 2.0 * self.way)
+
+
+def solved(increment: Increment, monitor: Monitor | None) -> Tried:
+    """An increment with the wear in it, whose slip is that of the increment without."""
+    outcome = increment.solved(monitor)
+    plain = increment, outcome, increment.after(outcome)
+    wear = increment.problem.discrete.wear
+    if not (outcome.converged and wear.any()):
+        return plain
+    first = increment.before.start or (outcome.v, outcome.sigma)
+    way = _way(increment, outcome)
+    return worn(increment, Earlier(way, (first, (outcome.v, outcome.sigma))), 1, monitor)[0] if (wear * way).any() else plain
+
+
+def worn(increment: Increment, earlier: Earlier, times: int, monitor: Monitor | None) -> tuple[Tried, Earlier]:
+    """An increment with the wear of so many alike, and what it is to the same one a cycle later."""
+    whole = times * increment.problem.discrete.wear * earlier.mean(times)
+    before, (first, second) = increment.before, earlier.starts
+    middle = replace(increment, target=increment.begun + GAMMA * (increment.target - increment.begun), layer=GAMMA * whole,
+                     before=replace(before, start=first))  # fmt: skip
+    outcome = middle.solved(monitor)
+    if not outcome.converged:
+        return (middle, outcome, middle.after(outcome)), earlier
+    depth = before.worn + (1.0 - GAMMA) * whole * np.maximum(-outcome.sigma[:, -1], 0.0)
+    end = replace(increment, layer=GAMMA * whole, before=replace(before, start=second, worn=depth))
+    last = end.solved(monitor)
+    starts = (outcome.v, outcome.sigma), (last.v, last.sigma)
+    way = _way(end, last)
+    return (end, last, end.after(last)), Earlier(way, starts, (way - earlier.way) / times)
+
+
+def _way(increment: Increment, outcome: ContactState) -> Array:
+    return lengths(outcome.v[:, : increment.problem.system.dim - 1])

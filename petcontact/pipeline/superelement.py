@@ -1,0 +1,174 @@
+"""A body condensed to its contact parts, for other codes and for petcontact itself."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Index
+from ..compliance.interface import Interface
+from ..contact.laws import Tresca
+from ..errors import InputError
+from ..geometry.surface import Boundary
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.curve_mesh import CurveMesh
+from ..mesh.surface_mesh import as_surface
+from ..model.base import nearest
+from ..results.data import SolutionData
+from ..runtime.atomic_write import temporary_name, write_text
+from ..runtime.petsc import options, petsc
+from .discrete.discretise import Discrete, add_volume_loads
+from .discrete.interfaces import interfaces_of
+from .discrete.load_states import boundary_data
+from .eliminate import eliminated_alone
+
+FORMATS = (".npz", ".inp")
+
+
+@dataclass(frozen=True)
+class CondensedBody:
+    """u = u_0 + S t + R α and RᵀW t + F = 0 at the n nodes of a body's contact parts; component c of node i is d i + c.
+
+    Attributes
+    ----------
+    name : str
+        Of the body.
+    x, weight : (n, d), (n,) arrays
+        Nodes [length] and quadrature weights [length, in space area].
+    arrays : dict
+        What `read_superelement` of `geometry/superelement.py` reads: `compliance` S, `u_0`, `modes` R, `resultant` F, and
+        the faces.
+    """
+
+    name: str
+    x: Array
+    weight: Array
+    arrays: dict[str, Any]
+
+    def stiffness(self) -> Array:
+        """Nodal forces (d n, d n) for displacements: the symmetric part of W S⁻¹, on what rigid motions leave
+        [force/length]."""
+        weight = np.repeat(self.weight, self.x.shape[1])
+        motions = self.arrays["modes"].reshape(len(weight), -1)
+        flexibility, r = self.arrays["compliance"] / weight, motions.shape[1]
+        size = float(np.abs(flexibility).max())
+        bordered = np.block([[flexibility / size, motions], [motions.T, np.zeros((r, r))]])
+        whole = np.linalg.inv(bordered)[: len(weight), : len(weight)] / size
+        return np.asarray(0.5 * (whole + whole.T))
+
+    def save(self, path: str | Path) -> None:
+        """Write a .npz file, which a body of shape "superelement" takes, or the stiffness as an Abaqus .inp file.
+
+        Raises
+        ------
+        InputError
+            If the suffix is neither.
+        OutputError
+            If the file cannot be written.
+        """
+        if superelement_format(path) == ".inp":
+            write_text(path, self._abaqus())
+            return
+        with temporary_name(path) as temporary, open(temporary, "wb") as file:
+            np.savez_compressed(file, **self.arrays)
+
+    def _abaqus(self) -> str:
+        """*NODE and *MATRIX INPUT (lower triangle, row node and freedom, column node and freedom, entry)."""
+        stiffness, d = self.stiffness(), self.x.shape[1]
+        lines = [f"** petcontact: condensed stiffness of body {self.name}, symmetric part", "*NODE, NSET=CONTACT"]
+        lines += [", ".join([str(k), *(repr(float(value)) for value in point)]) for k, point in enumerate(self.x, 1)]
+        lines.append("*MATRIX INPUT, NAME=PETCONTACT, TYPE=SYMMETRIC")
+        for row, column in zip(*np.tril_indices(len(stiffness)), strict=True):
+            place = (row // d + 1, row % d + 1, column // d + 1, column % d + 1)
+            lines.append(f"{', '.join(map(str, place))}, {float(stiffness[row, column])!r}")
+        return "\n".join([*lines, "*MATRIX ASSEMBLE, STIFFNESS=PETCONTACT", ""])
+
+
+def superelement_format(path: str | Path) -> str:
+    """The format that a file name's suffix says.
+
+    Raises
+    ------
+    InputError
+        If it is none of FORMATS.
+    """
+    suffix = Path(path).suffix.lower()
+    if suffix not in FORMATS:
+        raise InputError(f"{path}: a superelement is .npz, for petcontact and numpy, or .inp, for Abaqus")
+    return suffix
+
+
+def condensed_body(solution: SolutionData, name: str | None = None, comm: Any = None) -> CondensedBody:
+    """A body of a solution on its mesh, condensed to its contact parts, whose nodes may carry tractions in all directions.
+
+    Parameters
+    ----------
+    solution : Solution
+        Of any problem; its contact, friction and load steps play no part, but the loads do.
+    name : str, optional
+        Of the body; may be left out where there is one.
+    comm : PETSc.Comm, optional
+        PETSc.COMM_WORLD by default.
+
+    Raises
+    ------
+    InputError
+        If there is no such body, or it is in no contact.
+    """
+    problem, bodies = solution.problem, list(solution.meshes)
+    if name is None and len(bodies) > 1:
+        raise InputError(f"--body: there are {', '.join(bodies)}; name the one to condense")
+    name = bodies[0] if name is None else name
+    if name not in bodies:
+        raise InputError(f"no body {name!r}{nearest(name, bodies) or '; bodies are ' + ', '.join(bodies)}")
+    number, mesh = bodies.index(name), solution.meshes[name]
+    sides = interfaces_of(problem)
+    ends = [(s.body, s.part) for s in sides] + [s.primary for s in sides if s.primary]
+    touching = [part for owner, part in ends if owner == number]
+    parts = [part for part in mesh.part_names if part in touching]
+    if not parts:
+        raise InputError(f"body {name!r} is in no contact")
+    faces = []
+    for part in parts:
+        nodes = mesh.nodes_of(part)
+        normal = mesh.normal[nodes]
+        faces.append(Interface(part, number, nodes, normal, mesh.tangents_to(normal), np.zeros(len(nodes))))
+    data = [boundary_data(problem, b, solution.meshes[other], faces) for b, other in enumerate(bodies)]
+    meshes = [solution.meshes[other] for other in bodies]
+    for step in range(2, len(problem.step) + 1):
+        if not np.array_equal(boundary_data(problem, number, mesh, faces, step).traction_known, data[number].traction_known):
+            raise InputError(f"body {name!r}: step {step} holds what is free before, or the other way round; a superelement "
+                             "has one compliance: condense the problem of one of the steps")  # fmt: skip
+    add_volume_loads(problem, meshes, data)
+    boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
+    law, nothing = Tresca(np.zeros(0), mesh.dim - 1), np.zeros(0)
+    discrete = Discrete(problem, boundaries, meshes, [], faces, law, data, [], nothing)
+    with options(problem.petsc):
+        body = eliminated_alone(discrete, number, comm if comm is not None else petsc().COMM_WORLD)
+    chosen = np.flatnonzero(np.isin(mesh.part, [mesh.part_names.index(part) for part in parts]))
+    assert body.compliance is not None
+    arrays = _faces(mesh, chosen, parts) | {
+        "compliance": body.compliance, "u_0": body.u_0, "modes": body.modes[body.contact], "resultant": body.resultant,
+    }  # fmt: skip
+    return CondensedBody(name, mesh.x[body.contact], mesh.weight[body.contact], arrays)
+
+
+def _faces(mesh: BoundaryMesh, chosen: Index, parts: list[str]) -> dict[str, Any]:
+    """Some elements of a mesh, as a superelement's file has them."""
+    if isinstance(mesh, CurveMesh):
+        corners = np.stack([mesh.start[chosen], mesh.end[chosen]], axis=1)
+        more = {key: getattr(mesh, key)[chosen] for key in ("curvature", "line", "side_start")}
+        more["unit_length"] = np.array(mesh.unit_length)
+    else:
+        corners, more = as_surface(mesh).corners[chosen], {}
+    real = ~np.isnan(corners[..., 0])
+    points, numbers = np.unique(corners[real], axis=0, return_inverse=True)
+    elements = np.full(real.shape, -1)
+    elements[real] = numbers.ravel()
+    places = {mesh.part_names.index(part): k for k, part in enumerate(parts)}
+    part = np.array([places[int(p)] for p in mesh.part[chosen]])
+    return {"points": points, "elements": elements, "order": mesh.order[chosen], "part": part,
+            "part_names": np.array(parts), **more}  # fmt: skip

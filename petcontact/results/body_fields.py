@@ -1,0 +1,159 @@
+"""Displacement and stress of one body after an increment, inside it and on its boundary."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..arrays import Array, Index
+from ..bem.particular.inside import InsideLoads
+from ..bem.particular.volume import VolumeSolution
+from ..errors import InputError
+from ..fields.boundary.places import located
+from ..fields.boundary.stress import BoundaryField
+from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, points_in, principal_stresses, von_mises
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..model.base import nearest
+from ..model.problem import Problem
+from ..model.shapes import Superelement
+from .records import BodyResult
+
+
+@dataclass(frozen=True)
+class StressState:
+    """Displacement and stress at points.
+
+    Attributes
+    ----------
+    x, u : (n, d) arrays
+        Points and displacement [length].
+    stress : (n, d(d+1)/2) array
+        xx, yy, xy, in space xx, yy, zz, xy, xz, yz [stress].
+    sigma_zz : (n,) array
+        Also in the plane [stress].
+    """
+
+    x: Array
+    u: Array
+    stress: Array
+    sigma_zz: Array
+
+    @property
+    def tensor(self) -> Array:
+        """σ of space, (n, 3, 3) [stress]."""
+        result = np.zeros((len(self.x), 3, 3))
+        if self.stress.shape[1] == 3:
+            (xx, yy, xy), zz = self.stress.T, self.sigma_zz
+        else:
+            xx, yy, zz, xy, xz, yz = self.stress.T
+            result[:, 0, 2] = result[:, 2, 0] = xz
+            result[:, 1, 2] = result[:, 2, 1] = yz
+        result[:, 0, 0], result[:, 1, 1], result[:, 2, 2] = xx, yy, zz
+        result[:, 0, 1] = result[:, 1, 0] = xy
+        return result
+
+    @property
+    def von_mises(self) -> Array:
+        """(n,) [stress]."""
+        return von_mises(self.stress, self.sigma_zz if self.stress.shape[1] == 3 else None)
+
+    @property
+    def first_principal(self) -> Array:
+        """Largest principal stress, (n,) [stress]."""
+        if self.stress.shape[1] == 3:
+            return np.asarray(np.maximum(principal_stresses(self.stress)[:, 0], self.sigma_zz))
+        return np.asarray(self.principal[:, 0])
+
+    @property
+    def principal(self) -> Array:
+        """All three principal stresses, the largest first, (n, 3) [stress]."""
+        return np.linalg.eigvalsh(self.tensor)[:, ::-1]
+
+
+@dataclass(frozen=True)
+class BodyFields:
+    """What `SolutionData` evaluates of a body after an increment.
+
+    Attributes
+    ----------
+    problem, number
+        The body is that of a number.
+    mesh : BoundaryMesh
+    found : BodyResult
+    volume : VolumeSolution, optional
+        For volume loads.
+    state : (n,) int array
+        Of contact, at the nodes: the stress on the boundary is smooth over one state only.
+    shares : dict of int to float
+        Of the loads at the ends of steps.
+    """
+
+    problem: Problem
+    number: int
+    mesh: BoundaryMesh
+    found: BodyResult
+    volume: VolumeSolution | None
+    state: Index
+    shares: dict[int, float]
+
+    @functools.cached_property
+    def _loads(self) -> InsideLoads:
+        return InsideLoads.of(self.problem, self.number, self.mesh, self.volume, self.shares)
+
+    @functools.cached_property
+    def _data(self) -> tuple[Array, Array]:
+        """u and t without those of volume loads."""
+        return self._loads.without(self.found.u, self.found.traction)
+
+    @functools.cached_property
+    def _boundary(self) -> BoundaryField:
+        return BoundaryField(self.mesh, *self._data, self.problem.body[self.number].material, self.state)
+
+    @property
+    def known(self) -> bool:
+        """Whether it is a body of one isotropic material, and no superelement, whose stress is not known."""
+        return not isinstance(self.problem.body[self.number].geometry, Superelement)
+
+    def on_boundary(self, element: Index, place: Array) -> StressState:
+        """At places of elements, as `Hits` has them; the stress of a superelement is NaN."""
+        at = self.mesh.variables_at(element, place)
+        x = np.column_stack([at[axis] for axis in "xyz"[: self.mesh.dim]])
+        u, stress = self._boundary.displacement(element, place), self._boundary.stress(element, place)
+        if not self.known:
+            stress = np.full_like(stress, np.nan)
+        return self._whole(x, u, stress, self._loads.volume_at(x))
+
+    def at(self, points: Any, part: str | None = None, progress: Progress | None = None) -> StressState:
+        """At points (m, d) inside the body and on its boundary, of which `part` says the side of a corner.
+
+        Raises
+        ------
+        InputError
+            If a point lies outside, there is no such part, or the body is a superelement.
+        """
+        if not self.known:
+            name = self.problem.body[self.number].name
+            raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
+        points = points_in(points, self.mesh.dim)
+        if part is not None and part not in self.mesh.part_names:
+            raise InputError(f"no part {part!r}{nearest(part, list(self.mesh.part_names))}")
+        element, place = located(self.mesh, points, part)
+        on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
+        material = self.problem.body[self.number].material
+        u, stress = field_at(self.mesh, *self._data, material, points[inside], progress)
+        within = self._whole(points[inside], u, stress, self._loads.at(points[inside]))
+        if not len(on):
+            return within
+        rim = self.on_boundary(element[on], place[on])
+        order = np.argsort(np.concatenate([inside, on]), kind="stable")
+        return StressState(*(np.concatenate([getattr(within, key), getattr(rim, key)])[order]
+                             for key in StressState.__annotations__))  # fmt: skip
+
+    def _whole(self, x: Array, u: Array, stress: Array, loads: tuple[Array, Array, Array]) -> StressState:
+        """With what loads in the body add."""
+        stress = stress + loads[1]
+        across = normal_stress_out_of_plane(stress, self.problem.body[self.number].material)
+        return StressState(x, u + loads[0], stress, across + loads[2])

@@ -1,0 +1,146 @@
+"""Displacement and stress of a solution anywhere in its bodies and on their boundaries."""
+
+from __future__ import annotations
+
+import functools
+from typing import Any
+
+import numpy as np
+import scipy
+
+from ..arrays import Array, Index
+from ..bem.particular.volume import VolumeSolution, volume_solution
+from ..errors import InputError
+from ..fields.boundary.places import best_places, nodal_places
+from ..fields.interior import Progress
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..model.base import nearest
+from ..model.problem import Problem
+from .body_fields import BodyFields, StressState
+from .records import StepResult
+
+
+class Evaluated:
+    """What can be evaluated of a solution; `SolutionData` has the attributes."""
+
+    problem: Problem
+    meshes: dict[str, BoundaryMesh]
+    nodes: dict[str, Index]
+    sides: dict[str, tuple[str, str]]
+
+    def increment(self, step: StepResult | int | None) -> StepResult:
+        """An increment, by its number from 1 on; the last one by default."""
+        raise NotImplementedError
+
+    def body_fields(self, body: str | None = None, step: StepResult | int | None = None) -> BodyFields:
+        """Displacement and stress of a body, the first one by default, after an increment, inside and on the boundary.
+
+        Raises
+        ------
+        InputError
+            If there is no such body or increment.
+        """
+        names, step = [each.name for each in self.problem.body], self.increment(step)
+        if body is not None and body not in names:
+            raise InputError(f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}")
+        name = names[0] if body is None else body
+        return BodyFields(self.problem, names.index(name), self.meshes[name], step.bodies[name], self._volumes[name],
+                          self.contact_states(name, step), step.shares)  # fmt: skip
+
+    def contact_states(self, body: str, step: StepResult) -> Index:
+        """State of the nodes of a body after an increment, (n,): -1 off the contact; numbers of several pairs differ.
+
+        On a primary side the states are those of the nearest nodes of the secondary.
+        """
+        mesh, states = self.meshes[body], np.full(self.meshes[body].n_nodes, -1)
+        for k, (name, pair) in enumerate(step.pairs.items()):
+            if self.sides[name][0] == body:
+                states[self.nodes[name]] = 3 * k + pair.state
+            owner, _, part = self.primaries.get(name, "").partition(".")
+            if owner == body:
+                nodes = mesh.nodes_of(part)
+                states[nodes] = 3 * k + pair.state[scipy.spatial.cKDTree(pair.x).query(mesh.x[nodes])[1]]
+        return states
+
+    @property
+    def primaries(self) -> dict[str, str]:
+        """body.part of the primary side of each interface between bodies."""
+        return {pair.name: pair.primary for pair in self.problem.contact if "." in pair.primary}
+
+    @functools.cached_property
+    def _volumes(self) -> dict[str, VolumeSolution | None]:
+        """Particular solutions for volume loads by body."""
+        return {name: volume_solution(self.problem, k, mesh) for k, (name, mesh) in enumerate(self.meshes.items())}
+
+    def state_at(
+        self, points: Any, body: str | None = None, step: StepResult | int | None = None, part: str | None = None,
+        progress: Progress | None = None,
+    ) -> StressState:  # fmt: skip
+        """Displacement and stress at points inside a body or on its boundary.
+
+        Inside they come from the representation formula, see `fields.interior.field_at`; on the boundary from the traction
+        and the slope of the displacement, see `fields.boundary.stress`.
+
+        Parameters
+        ----------
+        points : (k, d) array
+            [length]
+        body : str, optional
+            Its name; the first one by default.
+        step : StepResult or int, optional
+            An increment, or its number from 1 on as in a result file; the last one by default.
+        part : str, optional
+            Of the boundary, where a point at a corner lies on two parts.
+        progress : callable, optional
+            Called with the share of the elements that is done.
+
+        Raises
+        ------
+        InputError
+            If there is no such body, part or increment, or a point lies outside.
+        """
+        fields = self.body_fields(body, step)
+        try:
+            return fields.at(points, part, progress)
+        except InputError as error:
+            if len(self.meshes) == 1:
+                raise
+            name = self.problem.body[fields.number].name
+            others = f"; body=... names another: {', '.join(self.meshes)}" if body is None else ""
+            raise InputError(f"body {name!r}: {error}{others}") from None
+
+    def fields_at(
+        self, points: Any, body: str | None = None, step: StepResult | int | None = None, progress: Progress | None = None
+    ) -> tuple[Array, Array]:
+        """Displacement (k, d) [length] and stress (k, d(d+1)/2) [stress] there; see `state_at`."""
+        state = self.state_at(points, body, step, progress=progress)
+        return state.u, state.stress
+
+    def at(self, points: Any, body: str | None = None, step: StepResult | int | None = None) -> Array:
+        """Displacement at points (k, d) of a body, (k, d) [length]; see `state_at`."""
+        return self.state_at(points, body, step).u
+
+    def stress_at(
+        self, points: Any, body: str | None = None, step: StepResult | int | None = None, part: str | None = None
+    ) -> Array:
+        """σ_xx, σ_yy, σ_xy there (k, 3); in space xx, yy, zz, xy, xz, yz (k, 6) [stress]; see `state_at`."""
+        return self.state_at(points, body, step, part).stress
+
+    def von_mises_at(
+        self, points: Any, body: str | None = None, step: StepResult | int | None = None, part: str | None = None
+    ) -> Array:
+        """Von Mises stress at points (k, d) of a body, (k,) [stress]; see `state_at`."""
+        return self.state_at(points, body, step, part).von_mises
+
+    def boundary_state(self, body: str | None = None, step: StepResult | int | None = None) -> tuple[Index, StressState]:
+        """Elements (q,) of points of a body's boundary, and what is there: nodes, and the places between them where the
+        stress is most accurate."""
+        fields = self.body_fields(body, step)
+        nodes, best = nodal_places(fields.mesh), best_places(fields.mesh)
+        element, place = (np.concatenate(both) for both in zip(nodes, best, strict=True))
+        return element, fields.on_boundary(element, place)
+
+    def stress_on_boundary(self, body: str | None = None, step: StepResult | int | None = None) -> Array:
+        """Stress (n, 3), in space (n, 6), at the nodes of a body's boundary, components as of `stress_at` [stress]."""
+        fields = self.body_fields(body, step)
+        return fields.on_boundary(*nodal_places(fields.mesh)).stress

@@ -1,0 +1,157 @@
+"""Stress on the boundary from exact data: orders, patch tests, places, corners, states of contact."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from smooth_field import STEEL, boundary_data, exact, meshed
+
+from petcontact import Material, MeshOptions, Polygon
+from petcontact.fields.boundary.gradients import surface_gradient
+from petcontact.fields.boundary.places import best_places, located, nodal_places
+from petcontact.fields.boundary.stress import BoundaryField, components, hooke
+from petcontact.geometry.surface import BoxSurface
+from petcontact.mesh.grading import mesh_outline
+from petcontact.mesh.panelling import box_mesh
+from petcontact.mesh.surface_mesh import SurfaceMesh
+
+CUBE = BoxSurface(np.full(3, -1.0), np.ones(3))
+SOFT = Material(2.6, 0.3)
+
+
+def at(mesh, element, place):
+    found = mesh.variables_at(element, place)
+    return np.column_stack([found[c] for c in "xyz"[: mesh.dim]])
+
+
+def everywhere(mesh, count, rng):
+    """Places drawn on every element."""
+    element = np.repeat(np.arange(mesh.n_elements), count)
+    if mesh.dim == 2:
+        return element, rng.uniform(0.0, 1.0, len(element))
+    place = np.empty((len(element), 2))
+    for batch in mesh.batches():
+        quads = batch.elements.corners.shape[1] == 4
+        own = rng.uniform(-1.0, 1.0, (count, 2)) if quads else rng.dirichlet(np.ones(3), count)
+        place[np.isin(element, batch.elements.index)] = batch.elements.mapped(own[:, :2]).reshape(-1, 2)
+    return element, place
+
+
+@pytest.mark.parametrize(
+    ("order", "size", "nodes", "best"),
+    [(0, 0.05, 3e-4, 3e-4), (1, 0.1, 2e-3, 2e-3), (2, 0.2, 5e-4, 5e-4), (3, 0.2, 4e-5, 4e-5), (5, 0.4, 1e-6, 1e-6)],
+)
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+def test_exact_data_on_arcs_and_straight_sides(order, size, nodes, best, plane):
+    mesh, material = meshed(order=order, element_size=size), Material(200.0, 0.3, plane)
+    field = BoundaryField(mesh, *boundary_data(mesh, material), material)
+    for (element, place), bound in ((nodal_places(mesh), nodes), (best_places(mesh), best)):
+        stress = exact(at(mesh, element, place), material)[1]
+        assert np.abs(field.stress(element, place) - stress).max() < bound * np.abs(stress).max()
+
+
+def test_between_the_nodes_slopes_are_of_one_order_more():
+    rates = []
+    for h in (0.2, 0.1):
+        mesh = meshed(order=2, element_size=h)
+        u, traction = boundary_data(mesh)
+        errors = []
+        for places in (nodal_places(mesh), best_places(mesh)):
+            x = at(mesh, *places)
+            normal = np.column_stack([mesh.variables_at(*places)[n] for n in ("nx", "ny")])
+            plain = hooke(mesh.basis_at(*places) @ traction, normal, surface_gradient(mesh, u, *places), STEEL)
+            recovered = BoundaryField(mesh, u, traction, STEEL).stress(*places)
+            errors += [np.abs(found - exact(x)[1]).max() for found in (components(plain), recovered)]
+        rates.append(errors)
+    at_nodes, recovered_at_nodes, between, recovered_between = np.log2(np.divide(*rates))
+    assert at_nodes < 2.4 and min(recovered_at_nodes, between, recovered_between) > 2.6
+    assert rates[1][1] < 0.2 * rates[1][0]
+
+
+def kelvin(x, force=(0.3, -0.5, 1.0), source=(0.2, 0.1, 1.9)):
+    """Displacement and stress of a point force outside the cube, μ = 1, ν = 0.3."""
+
+    def moved(y):
+        r = y - np.array(source)
+        size = np.sqrt(np.sum(r * r, axis=1))[:, None]
+        return (1.8 * np.array(force) / size + r * (r @ np.array(force))[:, None] / size**3) / 4.0
+
+    slope = np.stack([moved(x + 1e-30j * axis).imag / 1e-30 for axis in np.eye(3)], axis=2)
+    strain = 0.5 * (slope + slope.transpose(0, 2, 1))
+    return moved(x), 2.0 * strain + 1.5 * np.trace(strain, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+
+
+@pytest.mark.parametrize(
+    ("order", "size", "bounds"),
+    [(1, 0.25, (3e-2, 3.1e-2, 6e-2)), (2, 0.25, (3e-3, 3e-3, 6e-3)), (3, 0.5, (6e-3, 4e-3, 8e-3))]
+)
+def test_exact_data_on_panels(order, size, bounds):
+    mesh = box_mesh(CUBE, lambda part: size, order, 1.0)
+    u, stress = kelvin(mesh.x)
+    field = BoundaryField(mesh, u, np.einsum("nij,nj->ni", stress, mesh.normal), SOFT)
+    places = nodal_places(mesh), best_places(mesh), everywhere(mesh, 4, np.random.default_rng(0))
+    for (element, place), bound in zip(places, bounds, strict=True):
+        wanted = components(kelvin(at(mesh, element, place))[1])
+        assert np.abs(field.stress(element, place) - wanted).max() < bound * np.abs(wanted).max()
+
+
+def triangles(mesh):
+    """Every panel cut in two."""
+    corners = np.concatenate([mesh.corners[:, [0, 1, 2, 3]], mesh.corners[:, [0, 2, 3, 3]]])
+    corners[:, 3] = np.nan
+    return SurfaceMesh(corners, np.tile(mesh.order, 2), np.tile(mesh.part, 2), mesh.part_names)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10**6), order=st.integers(1, 3), kind=st.sampled_from(["curve", "quads", "triangles"]))
+def test_uniform_stress_is_exact_everywhere_and_rigid_motions_add_none(seed, order, kind):
+    rng = np.random.default_rng(seed)
+    if kind == "curve":
+        body = Polygon([(0, 0), (6, 0), (rng.uniform(4, 6), 3), (rng.uniform(0, 2), 4)], ["bottom", "right", "top", "left"])
+        mesh = mesh_outline(body.outline(), MeshOptions(element_size=rng.uniform(0.3, 2.0), order=order))
+    else:
+        mesh = box_mesh(CUBE, lambda part: 0.7, order, 1.0)
+        mesh = triangles(mesh) if kind == "triangles" else mesh
+    d = mesh.dim
+    strain, turn = rng.normal(size=(2, d, d))
+    strain, turn = strain + strain.T, turn - turn.T
+    material = Material(1.0, rng.uniform(-0.5, 0.49))
+    lame = 2.0 * material.shear_modulus * material.poisson_ratio / (1.0 - 2.0 * material.poisson_ratio)
+    stress = 2.0 * material.shear_modulus * strain + lame * np.trace(strain) * np.eye(d)
+    u = mesh.x @ (strain + turn).T + rng.normal(size=d)
+    field = BoundaryField(mesh, u, mesh.normal @ stress, material, rng.integers(-1, 3, mesh.n_nodes))
+    found = field.stress(*everywhere(mesh, 3, rng))
+    wanted = components(stress[None])
+    assert np.abs(found - wanted).max() < 1e-11 * max(np.abs(wanted).max(), np.abs(u).max())
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 10**6), order=st.integers(0, 3), space=st.booleans())
+def test_points_of_the_boundary_are_found(seed, order, space):
+    rng = np.random.default_rng(seed)
+    mesh = box_mesh(CUBE, lambda part: 0.8, order, 1.0) if space else meshed(order=order, element_size=rng.uniform(0.2, 2.0))
+    element, place = everywhere(mesh, 3, rng)
+    x = at(mesh, element, place)
+    found, where = located(mesh, x)
+    assert np.all(found >= 0) and np.abs(at(mesh, found, where) - x).max() < 1e-13 * np.abs(mesh.x).max()
+    normal = np.column_stack([mesh.variables_at(element, place)[f"n{c}"] for c in "xyz"[: mesh.dim]])
+    assert np.all(located(mesh, x - 1e-3 * normal)[0] != element)
+    part = int(rng.integers(len(mesh.part_names)))
+    held = located(mesh, x, mesh.part_names[part])[0]
+    assert np.all(held[mesh.part[element] == part] >= 0) and np.all(mesh.part[held[held >= 0]] == part)
+
+
+def test_a_kink_at_the_end_of_a_state_is_not_smoothed():
+    """Slopes that jump where the state of contact changes stay apart; without the states they run into one another."""
+    mesh = meshed(order=2, element_size=0.2)
+    bottom = mesh.part_names.index("bottom")
+    kinked = np.where(mesh.node_part == bottom, np.maximum(mesh.x[:, 0] - 2.4, 0.0), 0.0)
+    u, free = np.column_stack([1e-3 * kinked, 0.0 * kinked]), np.zeros((mesh.n_nodes, 2))
+    state = np.where(mesh.node_part == bottom, np.where(mesh.x[:, 0] > 2.4, 1, 0), -1)
+    here = np.flatnonzero(mesh.node_part == bottom)
+    wanted = np.where(mesh.x[here, 0] > 2.4, 2.0 * STEEL.shear_modulus / (1.0 - STEEL.plane_strain_ratio) * 1e-3, 0.0)
+    places = mesh.element[here], nodal_places(mesh)[1][here]
+    assert np.abs(BoundaryField(mesh, u, free, STEEL, state).stress(*places)[:, 0] - wanted).max() < 1e-12
+    assert np.abs(BoundaryField(mesh, u, free, STEEL).stress(*places)[:, 0] - wanted).max() > 1e-2

@@ -1,0 +1,67 @@
+"""Cycles that do not exist, do not close, or wear nothing are refused in one line."""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+
+import pytest
+
+from petcontact import InputError
+from petcontact.model.case import parse_problem
+from petcontact.model.cycle import cycle_steps
+from petcontact.pipeline.discrete.discretise import discretise
+
+
+def problem(**changes):
+    """A block and a pad that is pressed on it, and moved to and fro."""
+    return parse_problem({
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]},
+        "mesh": {"element_size": 0.5},
+        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
+                     *({"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("left", "right"))],
+        "obstacle": [{"name": "pad", "displacement": [0.0, -0.1]}],
+        "contact": [{"name": "c", "secondary": "top", "primary": "pad", "friction_coefficient": 0.3,
+                     "wear_coefficient": 1e-3}],
+        "step": [{"name": "press"}, {"name": "push", "obstacle": [{"name": "pad", "displacement": [0.1, -0.1]}]},
+                 {"name": "pull", "obstacle": [{"name": "pad", "displacement": [-0.1, -0.1]}]},
+                 {"name": "lean", "boundary": [{"part": "left", "value": [0.01, 0.0]}]}],
+        "cycle": {"first": "push", "last": "pull", "count": 10},
+    }, "test.toml", {key.replace("__", "."): value for key, value in changes.items()}, Path())  # fmt: skip
+
+
+def test_a_cycle():
+    posed = problem()
+    assert posed.cycle.jump == "auto" and list(cycle_steps(posed)) == [2, 3]
+    assert parse_problem(tomllib.loads(posed.toml()), "test.toml", {}, Path()) == posed
+
+
+@pytest.mark.parametrize(
+    ("changes", "said"),
+    [
+        ({"cycle__count": 0}, "cycle.count: must be greater than or equal to 1"),
+        ({"cycle__count": 2.5}, "cycle.count"),
+        ({"cycle__jump": 0}, "cycle.jump: must be a whole number from 1"),
+        ({"cycle__tolerance": 0.0}, "cycle.tolerance: must be greater than 0"),
+        ({"cycle__first": "pusch"}, "cycle.first: no step 'pusch', did you mean 'push'?"),
+        ({"cycle__first": "pull", "cycle__last": "push"}, "cycle.last: step 'push' comes before step 'pull'"),
+        ({"cycle__last": "lean"}, "cycle: does not close: step 'push' ends elsewhere the second time"),
+        ({"cycle__last": "push"}, "cycle: does not close: from the second time on nothing moves in step 'push'"),
+        ({"step__2__name": "push"}, "cycle.first: 2 steps are called 'push'"),
+        ({"contact__0": {"name": "c", "secondary": "top", "primary": "pad"}}, "cycle: nothing changes from cycle to cycle"),
+        ({"contact__0__normal": "bilateral"}, "contact[0]: wear_coefficient: wear opens a gap, and bilateral parts have"),
+        ({"contact__0__wear_share": 1.5}, "contact[0].wear_share: must be less than or equal to 1"),
+    ],
+)
+def test_refused(changes, said):
+    with pytest.raises(InputError) as caught:
+        problem(**changes)
+    assert said.split(":")[0] in str(caught.value) and said.split(": ", 1)[-1] in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("value", [-1e-3, "x - 1"])
+def test_a_negative_coefficient(value):
+    with pytest.raises(InputError, match=r"contact\[0\].wear_coefficient: must be >= 0, is -"):
+        discretise(problem(contact__0__wear_coefficient=value))

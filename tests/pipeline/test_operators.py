@@ -1,0 +1,127 @@
+"""Operators in public: they are those of the solve, of every kind of problem, and elastostatics follows from them."""
+
+from __future__ import annotations
+
+import doctest
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import petcontact.pipeline.operators as module
+from petcontact import (
+    Box,
+    Displacement,
+    InputError,
+    Material,
+    MeshOptions,
+    Problem,
+    Rectangle,
+    Symmetry,
+    Traction,
+    VolumeLoads,
+    load,
+    operators,
+    solve,
+)
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+PROBLEMS = {
+    "plane, one body": ("example1", {"mesh.element_size": 0.5}),
+    "plane, bodies": ("stack", {"body.0.mesh.element_size": 0.5, "body.1.mesh.element_size": 0.5}),
+    "space, one body": ("space_b", {"mesh.element_size": 2.0, "mesh.order": 0}),
+    "space, bodies": ("space_stack", {"body.0.mesh.element_size": 1.0, "body.1.mesh.element_size": 1.0}),
+}
+
+
+@pytest.mark.parametrize("kind", PROBLEMS)
+def test_a_solution_satisfies_the_operators(kind):
+    """v = u_0 + Sσ + Mα - gap at what the solve found, and ½u + Hu = Gt in each body."""
+    name, changes = PROBLEMS[kind]
+    problem = load(CONFIGS / f"{name}.toml", changes)
+    if problem.step:
+        problem = problem.model_copy(update={"step": problem.step[:1]})
+    solution, found = solve(problem), operators(problem)
+    assert solution.converged and list(found.pairs) == list(solution.pairs)
+    sigma, slip = (np.concatenate([getattr(pair, key) for pair in solution.pairs.values()]) for key in ("sigma_t", "slip"))
+    k = found.frame.shape[1]
+    if k > sigma.shape[1]:
+        sigma = np.column_stack([sigma, -np.concatenate([pair.pressure for pair in solution.pairs.values()])])
+    moved = found.u_0 + (found.S @ sigma.ravel()).reshape(sigma.shape)
+    assert np.allclose(found.apply(sigma), moved - found.u_0, atol=1e-12 * np.abs(moved).max())
+    if not found.modes.shape[1] and not problem.obstacle:
+        assert np.allclose(moved[:, : slip.shape[1]], slip, atol=1e-9 * np.abs(moved).max())
+    assert np.array_equal(found.x, np.concatenate([pair.x for pair in solution.pairs.values()]))
+    assert found.states.shape[0] == 2 and not found.states[0].any()
+    if max(mesh.n_nodes for mesh in solution.meshes.values()) < 400:
+        for key, body in found.bodies.items():
+            u, t = solution.bodies[key].u.ravel(), solution.bodies[key].traction.ravel()
+            defect = 0.5 * u + body.H @ u - body.G @ t
+            if not body.eliminated.modes.shape[2]:
+                assert np.abs(defect).max() <= 1e-9 * np.abs(u).max()
+    matrix = found.petsc()
+    assert matrix.getSize() == found.S.shape and np.array_equal(matrix.getDenseArray(), found.S)
+    matrix.destroy()
+    found.close()
+
+
+def test_rows_of_h_sum_to_minus_a_half_and_s_is_that_of_the_body():
+    """Rigid motions need no tractions."""
+    found = operators(load(CONFIGS / "example1.toml", {"mesh.element_size": 0.5}))
+    body = found.body
+    n = body.mesh.n_nodes
+    for c in range(2):
+        motion = np.tile(np.eye(2)[c], n)
+        assert np.allclose(body.H @ motion, -0.5 * motion, atol=1e-12)
+    assert np.allclose(np.sort(np.linalg.eigvals(found.S).real)[0], np.linalg.eigvals(found.S).real.min())
+    assert body.petsc("G").getSize() == (2 * n, 2 * n)
+    with pytest.raises(InputError, match="no operator 'K'; there are G, H, S"):
+        body.petsc("K")
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_elastostatics_without_contact(dim):
+    """A bar stretched by a traction at its end, and under its own weight: linear and quadratic fields, exact at order 2."""
+    material = Material(100.0, 0.25, "stress", density=2.0)
+    if dim == 2:
+        shape, mesh = Rectangle((0, 0), (2, 1)), MeshOptions(0.5, order=2)
+        sides = [Traction("top", (0, 0)), Symmetry("bottom")]
+    else:
+        shape, mesh = Box((0, 0, 0), (2, 1, 1)), MeshOptions(0.5, order=2)
+        sides = [Traction("top", (0, 0, 0)), Symmetry("bottom"), Traction("back", (0, 0, 0)), Symmetry("front")]
+    pull = (3.0, *[0.0] * (dim - 1))
+    bar = Problem(material=material, geometry=shape, mesh=mesh,
+                  boundary=[Symmetry("left"), Traction("right", pull), *sides])  # fmt: skip
+    body = operators(bar).body
+    u, t = body.solve()
+    inside = np.full((1, dim), 0.4)
+    state = body.state_at(inside, u, t)
+    stress = state.stress
+    assert np.allclose(state.u[0], [0.4 * 0.03, *[-0.4 * 0.25 * 0.03] * (dim - 1)], atol=1e-6)
+    assert np.allclose(stress[0], [3.0, *[0.0] * (len(stress[0]) - 1)], atol=1e-4)
+    still, _ = body.solve(state=0)
+    assert not still.any()
+    if dim == 2:
+        hung = bar.model_copy(update={"loads": VolumeLoads(acceleration=(5.0, 0.0)), "boundary": (
+            Displacement("left", ("-0.0125*y**2", "free")), Traction("right", (0, 0)), *sides)})  # fmt: skip
+        body = operators(hung).body
+        stress = body.state_at(inside, *body.solve()).stress
+        assert np.allclose(stress, [[2.0 * 5.0 * (2.0 - 0.4), 0.0, 0.0]], atol=1e-6)
+
+
+def test_what_cannot_be_is_refused():
+    free = Problem(material=Material(1.0, 0.3), geometry=Rectangle((0, 0), (1, 1)), mesh=MeshOptions(0.5),
+                   boundary=[Traction(part, (0, 0)) for part in ("left", "right", "top", "bottom")])  # fmt: skip
+    with pytest.raises(InputError, match="the body can translate along"):
+        operators(free)
+    held = free.model_copy(update={"boundary": (Displacement("left", (0, 0)), *free.boundary[1:])})
+    found = operators(held)
+    assert found.S.shape == (0, 0) and not found.pairs
+    with pytest.raises(InputError, match="no part is in contact"):
+        found.apply([])
+    with pytest.raises(InputError, match="there are several"):
+        _ = operators(CONFIGS / "stack.toml").body
+
+
+def test_its_example_runs():
+    assert doctest.testmod(module).failed == 0

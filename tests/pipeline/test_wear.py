@@ -1,0 +1,209 @@
+"""Wear: closed forms, tables of an explicit scheme with small jumps, and what any scheme keeps."""
+
+from __future__ import annotations
+
+import functools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from petcontact import read_result, solve
+from petcontact.model.case import parse_problem
+from petcontact.pipeline.run import prepare, run
+from petcontact.sweep.problems import run_case, shares_elimination
+from petcontact.sweep.quantities import row_of
+
+NU = 0.499
+LOAD = np.pi / (4.0 * (1.0 - NU**2))
+"""Pi E*/4: contact on |x| < 1 for a parabola of radius 1."""
+FRICTION, STROKE = 0.4, 100.0
+
+
+def parabola(size, order, wear, cycle, *, shear=None, width=1.4, **changes):
+    """A rigid parabola on a block of 40 x 20 that hardly couples; it is moved to and fro by STROKE, or drawn by ± shear."""
+    vertices = [[-20, -20], [20, -20], [20, 0], [width, 0], [0.6, 0], [-0.6, 0], [-width, 0], [-20, 0]]
+    parts = ["bottom", "right", "land", "contact", "contact", "contact", "land", "left"]
+    forth = {"displacement": [STROKE, "free"]} if shear is None else {"force": [shear, -LOAD]}
+    back = {"displacement": [0.0, "free"]} if shear is None else {"force": [-shear, -LOAD]}
+    pad = {"displacement": [0.0 if shear is None else "free", "free"], "force": [0.0, -LOAD]}
+    return parse_problem({
+        "material": {"young_modulus": 1.0, "poisson_ratio": NU},
+        "geometry": {"shape": "polygon", "vertices": vertices, "parts": parts},
+        "mesh": {"element_size": 2.5, "element_sizes": {"contact": size}, "order": order},
+        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]},
+                     *({"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("right", "land", "left"))],
+        "obstacle": [{"name": "pad", **pad}],
+        "contact": [{"name": "c", "secondary": "contact", "primary": "pad", "gap": "x**2/2", "wear_coefficient": wear,
+                     **({} if shear is None else {"friction_coefficient": FRICTION})}],
+        "step": [{"name": "press"}, {"name": "push", "obstacle": [{"name": "pad", **forth}]},
+                 {"name": "pull", "obstacle": [{"name": "pad", **back}]}],
+        "cycle": {"first": "push", "last": "pull", **cycle},
+    }, "test", changes, Path())  # fmt: skip
+
+
+def gross_slip(jumps, size=0.06, order=0):
+    """k s = 0.5 in so many jumps."""
+    return parabola(size, order, 0.25 / jumps / STROKE, {"count": jumps, "jump": 1})
+
+
+@functools.cache
+def partial_slip(size, order, count, jump, tolerance=0.02):
+    """20 of k times cycles, Q = ±0.64 µP: stick in |x| < 0.6."""
+    cycle = {"count": count, "jump": jump, "tolerance": tolerance}
+    return solve(parabola(size, order, 20.0 / count, cycle, shear=0.64 * FRICTION * LOAD))
+
+
+def volume(solution, name="c"):
+    return solution.wear.depth[name] @ solution.pairs[name].weight
+
+
+def middle(solution):
+    """Pressure in the middle after each jump."""
+    return solution.wear.pressure["c"][:, np.argsort(np.abs(solution.pairs["c"].x[:, 0]))[:2]].mean(axis=1)
+
+
+def confined(wear, cycles=20, dim=2, **changes):
+    """A block between rollers under a flat pad that slides over it: p and slip are even."""
+    corners = ("lower_left", "upper_right") if dim == 2 else ("lower", "upper")
+    geometry = dict(zip(corners, ([0.0] * dim, [2.0, *[1.0] * (dim - 1)]), strict=True))
+    sides = ("left", "right") if dim == 2 else ("left", "right", "front", "back")
+    rest = [0.0] * (dim - 2)
+    return parse_problem({
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "geometry": {"shape": "rectangle" if dim == 2 else "box", **geometry},
+        "mesh": {"element_size": 0.5 if dim == 2 else 1.0, "order": 2 if dim == 2 else 1},
+        "boundary": [{"part": part, "condition": "symmetry"} for part in ("bottom", *sides)],
+        "obstacle": [{"name": "pad", "displacement": [0.0, *rest, "free"], "force": [0.0, *rest, -0.5]}],
+        "contact": [{"name": "c", "secondary": "top", "primary": "pad", "wear_coefficient": wear, "wear_share": 0.25}],
+        "step": [{"name": "press"}, {"name": "push", "obstacle": [{"name": "pad", "displacement": [0.3, *rest, "free"]}]},
+                 {"name": "pull", "obstacle": [{"name": "pad", "displacement": [0.0, *rest, "free"]}]}],
+        "cycle": {"first": "push", "last": "pull", "count": cycles},
+    }, "test", changes, Path())  # fmt: skip
+
+
+@pytest.mark.parametrize("dim", [2, 3])
+def test_the_volume_is_k_times_force_times_slip_at_every_moment(dim):
+    solution = solve(confined(1e-2, dim=dim, **{"step.1.increments": 3}))
+    assert solution.converged and solution.wear.cycle[-1] == 20
+    assert volume(solution) == pytest.approx(1e-2 * 0.5 * 0.6 * solution.wear.cycle, rel=1e-12)
+    pair = solution.pairs["c"]
+    assert pair.worn_volume == pytest.approx(1e-2 * 0.5 * 0.6 * 20 * np.array([0.25, 0.75]), rel=1e-12)
+    first = [step.pairs["c"].worn_volume.sum() for step in solution.steps[:4]]
+    assert first == pytest.approx(1e-2 * 0.5 * np.array([0.0, 0.1, 0.2, 0.3]), rel=1e-12, abs=1e-16)
+    # an even depth lets the pad down and changes nothing else
+    assert np.ptp(pair.pressure) < 1e-12 and solution.last.obstacles["pad"].displacement[-1] == pytest.approx(
+        solution.steps[0].obstacles["pad"].displacement[-1] - pair.worn_depth, rel=1e-12)  # fmt: skip
+
+
+def test_gross_slip_in_few_jumps():
+    """p_0 of an explicit scheme in 400 jumps; five jumps against twenty in L2."""
+    few, more = (solve(gross_slip(jumps)) for jumps in (5, 20))
+    assert middle(few) == pytest.approx([0.6382, 0.6113, 0.5863, 0.5635, 0.5416], rel=1e-3)
+    apart = few.wear.pressure["c"][-1] - more.wear.pressure["c"][-1]
+    assert np.linalg.norm(apart) < 2e-3 * np.linalg.norm(more.wear.pressure["c"][-1])
+    # the explicit scheme would have had to take 2.2 λ_min here, and is off by 39 %
+    assert volume(few) == pytest.approx(0.1 * LOAD * few.wear.cycle, rel=1e-4)
+
+
+TABLE = {1: (0.68336, 0.02965), 2: (0.70164, 0.06291), 4: (0.73382, 0.12409), 6: (0.74999, 0.15652), 10: (0.75740, 0.17170),
+         20: (0.75817, 0.17380)}  # fmt: skip
+"""p(0) and V by k times cycles: constant elements of 0.03, explicit, 200 jumps."""
+
+
+@pytest.mark.parametrize("jump", ["auto", pytest.param(50, marks=pytest.mark.slow)])
+def test_partial_slip_over_cycles(jump):
+    solution = partial_slip(0.03, 0, 10_000, jump)
+    assert solution.converged and (jump != "auto" or len(solution.wear.cycle) < 100)
+    done = solution.wear.cycle * 20.0 / 10_000
+    for cycles, (pressure, worn) in TABLE.items():
+        assert np.interp(cycles, done, middle(solution)) == pytest.approx(pressure, rel=1e-2)
+        assert np.interp(cycles, done, volume(solution)) == pytest.approx(worn, rel=3e-2)
+
+
+def test_the_limit_of_partial_slip():
+    """The stick zone keeps its parabola and carries all: p = E*/2R √(c²-x²) + P_1/(π√(c²-x²))."""
+    solution = partial_slip(0.06, 2, 10_000, "auto", 0.1)
+    c, modulus, pair = 0.6, 1.0 / (1.0 - NU**2), solution.pairs["c"]
+    rest = LOAD - 0.25 * np.pi * modulus * c**2
+    x, depth = np.abs(pair.x[:, 0]), pair.wear.sum(axis=1)
+    inside = x < 0.9 * c
+    root = np.sqrt(c**2 - x[inside] ** 2)
+    exact = 0.5 * modulus * root + rest / (np.pi * root)
+    assert np.linalg.norm(pair.pressure[inside] - exact) < 5e-3 * np.linalg.norm(exact)
+    assert middle(solution)[-1] == pytest.approx(0.75455, rel=3e-3)
+    assert volume(solution)[-1] == pytest.approx(0.16862, rel=1e-2)
+    assert x[depth > 1e-3].max() == pytest.approx(1.2457, abs=0.06) and depth[x < c].max() < 1e-4
+
+
+def test_jumps_that_explicit_schemes_do_not_survive():
+    """k N = 2, forty times λ_min: no p that jumps from node to node, and the same end."""
+    far = partial_slip(0.06, 0, 10, 1)
+    near = partial_slip(0.06, 0, 10_000, "auto", 0.1)
+    assert volume(far)[-1] == pytest.approx(volume(near)[-1], rel=1e-2)
+    order = np.argsort(far.pairs["c"].x[:, 0])
+    for pressure in far.wear.pressure["c"][1:, order]:
+        bends = np.diff(pressure, 2)
+        alternating = (bends[1:] * bends[:-1] < 0.0) & (np.abs(bends[1:]) > 0.05) & (np.abs(bends[:-1]) > 0.05)
+        # the two edges of the stick zone only
+        assert np.count_nonzero(alternating[1:] & alternating[:-1]) <= 4
+
+
+def test_without_a_cycle_the_steps_themselves_wear():
+    """Of Coulomb friction: k times what it dissipates over µ."""
+    increments = {"step.1.increments": 8, "step.2.increments": 16}
+    problem = parabola(0.12, 0, 2e-3, {"count": 1}, shear=0.9 * FRICTION * LOAD, **increments)
+    solution = solve(problem.model_copy(update={"cycle": None}))
+    assert solution.converged and solution.wear is None
+    spent = np.cumsum([step.pairs["c"].dissipated for step in solution.steps[1:]])
+    worn = np.array([step.pairs["c"].worn_volume.sum() for step in solution.steps[1:]])
+    assert np.all(np.diff(worn) > 0.0)
+    assert worn[7::8] == pytest.approx(2e-3 / FRICTION * spent[7::8], rel=1e-2)
+
+
+def test_files_and_restart(tmp_path):
+    problem = parabola(0.2, 0, 2.0 / 300, {"count": 300}, shear=0.64 * FRICTION * LOAD)
+    half = problem.model_copy(update={"cycle": problem.cycle.model_copy(update={"count": 70})})
+    first, whole = solve(half), solve(problem)
+    first.save(tmp_path / "half.h5")
+    again = read_result(tmp_path / "half.h5")
+    assert again.verdict() == first.verdict() and "cycle 70" in again.verdict()
+    assert np.array_equal(again.wear.depth["c"], first.wear.depth["c"])
+    assert np.array_equal(again.wear.cycle, first.wear.cycle)
+    assert np.array_equal(again.pairs["c"].wear, first.pairs["c"].wear)
+    method = problem.method.model_copy(update={"start": str(tmp_path / "half.h5")})
+    on = solve(problem.model_copy(update={"method": method}))
+    assert [step.cycle for step in on.steps] == [0, 1, 1, 70, 70, 300, 300]
+    assert volume(on)[-1] == pytest.approx(volume(whole)[-1], rel=5e-3)
+    assert np.all(np.diff(on.wear.cycle) > 0) and 70 in on.wear.cycle
+    # the same file once more is nothing to do
+    on.save(tmp_path / "on.h5")
+    method = problem.method.model_copy(update={"start": str(tmp_path / "on.h5")})
+    assert solve(problem.model_copy(update={"method": method})).wear.cycle.tolist() == on.wear.cycle.tolist()
+
+
+def test_a_jump_that_fails_keeps_what_was_before():
+    calls = []
+
+    def monitor(state):
+        calls.append(state.where)
+        return "enough" if len(calls) > 60 else None
+
+    problem = parabola(0.2, 0, 2.0 / 300, {"count": 300}, shear=0.64 * FRICTION * LOAD)
+    solution = solve(problem, monitor=monitor)
+    assert solution.status == "failed" and solution.reason.startswith("enough") and "cycle" in calls[-1]
+    assert solution.last.cycle == solution.wear.cycle[-1] > 1
+
+
+def test_a_sweep_over_wear_shares_the_elimination():
+    assert shares_elimination("contact.0.wear_coefficient", 1e-3) and shares_elimination("cycle.count", 5)
+    problem = confined(1e-2)
+    prepared = prepare(problem)
+    try:
+        found = run_case(prepared, confined(3e-2, 40))
+        assert volume(run(prepared))[-1] == pytest.approx(1e-2 * 0.3 * 20, rel=1e-12)
+    finally:
+        prepared.close()
+    row = row_of("a", {}, found)
+    assert row["worn_volume"] == pytest.approx(3e-2 * 0.3 * 40, rel=1e-12) and row["max_pressure"] == pytest.approx(0.25)
+    assert row["worn_depth"] == pytest.approx(0.5 * row["worn_volume"], rel=1e-12)

@@ -1,0 +1,118 @@
+"""Stress on the boundary of solved problems against closed forms: rings, holes, contact edges, volume loads, corners."""
+
+from __future__ import annotations
+
+import h5py
+import numpy as np
+import pytest
+from verification.test_exact_blocks import GIVEN, exact, solved
+from verification.test_exact_solutions import METHOD, STEEL, Kirsch, Lame
+from verification.test_volume_loads import ALPHA, E, M, ring_problem, spinning_ring, steel
+
+from petcontact import (
+    Contact,
+    Displacement,
+    InputError,
+    MeshOptions,
+    Problem,
+    Rectangle,
+    Step,
+    Symmetry,
+    Traction,
+    VolumeLoads,
+    read_solution,
+    solve,
+)
+from petcontact.fields.boundary.places import best_places
+
+
+@pytest.mark.parametrize(("problem", "between", "nodes"), [(Lame, 1e-4, 1.1e-4), (Kirsch, 2e-4, 2e-4)])
+def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
+    """Nodal stress in the file, too, and points given by coordinates."""
+    solution = solve(Problem(material=STEEL, geometry=problem.body, mesh=MeshOptions(element_size=0.2, order=3),
+                             boundary=problem.boundary, method=METHOD))  # fmt: skip
+    mesh = solution.mesh
+    at = mesh.variables_at(*best_places(mesh))
+    x = np.column_stack([at["x"], at["y"]])
+    stress = problem.exact(x)[1]
+    assert np.abs(solution.stress_at(x) - stress).max() < between * np.abs(stress).max()
+    solution.save(tmp_path / "r.h5")
+    with h5py.File(tmp_path / "r.h5") as file:
+        stored = file["boundary/stress"][()]
+        assert file["boundary/stress"] == file["steps/1/body/body/stress"]
+    exact_nodes = problem.exact(mesh.x)[1]
+    assert np.abs(stored - exact_nodes).max() < nodes * np.abs(exact_nodes).max()
+    again = read_solution(tmp_path / "r.h5").stress_on_boundary()
+    assert np.abs(again - stored).max() < 1e-10 * np.abs(stored).max()
+
+
+@pytest.mark.parametrize("mesh, bound", [
+    ({"order": 3, "levels": 4}, 1.4e-3), ({"order": 4, "levels": 6}, 3e-4),
+    pytest.param({"order": 5, "levels": 8}, 1e-4, marks=pytest.mark.slow),
+])  # fmt: skip
+def test_stress_along_contact_graded_to_its_edges(mesh, bound):
+    """σ_xx under Cattaneo's tractions, on the secondary and on the primary."""
+    solution = solved(**mesh, grading=0.3, graded_points=GIVEN)
+    for body, part, side in (("lower", "top", 1.0), ("upper", "bottom", -1.0)):
+        own = solution.meshes[body]
+        element, place = best_places(own)
+        here = own.part[element] == own.part_names.index(part)
+        at = own.variables_at(element[here], place[here])
+        x = np.column_stack([at["x"], at["y"]])
+        wanted = exact(side * x)[1]
+        found = solution.stress_at(x, body, part=part)[:, 0]
+        assert np.abs(found - wanted).max() < bound * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+def test_a_rotating_ring(plane):
+    """Hoop stress on both rims and along the line of symmetry, whose traction is contact's."""
+    solution = solve(ring_problem(plane))
+    x = solution.mesh.x
+    r = np.hypot(*x.T)
+    stress = solution.stress_on_boundary()
+    e, nu = (E, 0.3) if plane == "stress" else (E / (1.0 - 0.3**2), 0.3 / 0.7)
+    moved, radial = spinning_ring(r, 1.0, 2.0, 3.0, plane)
+    hoop = e * moved / r + nu * radial
+    assert np.abs(stress[:, 0] + stress[:, 1] - hoop - radial).max() < 1e-4 * hoop.max()
+    middle = solution.state_at([[1.0, 0.0], [0.0, 2.0]])
+    zz = 0.0 if plane == "stress" else 0.3 * middle.stress[:, :2].sum(axis=1)
+    assert np.allclose(middle.sigma_zz, zz)
+
+
+def test_heat():
+    """A clamped block has -EαT/(1-2ν) everywhere, a free one under a linear rise none: on the boundary as inside."""
+    clamped = solve(Problem(
+        material=steel(), geometry=Rectangle((0, 0), (2, 1)), mesh=MeshOptions(element_size=0.5, order=2),
+        boundary=[Contact("bottom"), *(Displacement(part, (0, 0)) for part in ("left", "right", "top"))],
+        loads=VolumeLoads(temperature=40.0),
+    ))  # fmt: skip
+    state = clamped.state_at([[0.0, 0.3], [1.3, 1.0], [1.0, 0.5]])
+    pressed = -E * ALPHA * 40.0 / 0.4
+    assert np.allclose(state.stress, [pressed, pressed, 0.0], rtol=1e-11, atol=1e-11 * -pressed)
+    assert np.allclose(state.sigma_zz, pressed, rtol=1e-11)
+    free = solve(Problem(
+        material=steel(), geometry=Rectangle((0, 0), (2, 1)), mesh=MeshOptions(element_size=0.5, order=2),
+        boundary=[Contact("bottom"), Displacement("left", ("-0.5*0.052*y**2", "free")),
+                  *(Traction(part, (0, 0)) for part in ("right", "top"))],
+        loads=VolumeLoads(temperature="40*(1+x)"),
+    ))  # fmt: skip
+    assert np.abs(free.stress_on_boundary()).max() < 1e-10 * M * ALPHA * 40.0
+
+
+def test_both_sides_of_a_corner_and_what_is_refused():
+    """Pulled along x between rollers in steps: at a corner each part has its own stress, here the same."""
+    block = Problem(
+        material=STEEL, geometry=Rectangle((0, 0), (2, 1)), mesh=MeshOptions(element_size=0.5, order=1),
+        boundary=[Symmetry("left"), Contact("bottom"), Traction("right", (3.0, 0)), Traction("top", (0, 0))],
+        step=[Step("half", increments=2), Step("whole")],
+    )  # fmt: skip
+    solution = solve(block)
+    for part in ("right", "top"):
+        assert np.allclose(solution.stress_at([[2.0, 1.0]], part=part), [3.0, 0.0, 0.0], atol=1e-11)
+    assert np.allclose(solution.stress_at([[2.0, 0.4], [1.0, 0.5]], step=1), [1.5, 0.0, 0.0], atol=1e-11)
+    assert np.allclose(solution.at([[2.0, 1.0]]), [[6.0 * (1 - 0.3**2) / 200.0, -3.0 * 0.3 * 1.3 / 200.0]])
+    with pytest.raises(InputError, match="no part 'rigth', did you mean 'right'"):
+        solution.stress_at([[2.0, 1.0]], part="rigth")
+    with pytest.raises(InputError, match="does not lie inside"):
+        solution.stress_at([[2.0, 1.001]])
