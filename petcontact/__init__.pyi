@@ -10,6 +10,7 @@ from .model.bodies import Contact as Contact
 from .model.bodies import Displacement as Displacement
 from .model.bodies import Material as Material
 from .model.bodies import Pair as Pair
+from .model.bodies import Periodic as Periodic
 from .model.bodies import Symmetry as Symmetry
 from .model.bodies import Traction as Traction
 from .model.bodies import Units as Units

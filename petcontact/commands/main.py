@@ -24,10 +24,13 @@ COMMANDS = {
     "plot": "draw the figures of a result file",
     "export": "tables of a result as CSV, or all of its increments as one .vtkhdf file for ParaView",
     "field": "displacement and stress inside the body: .vtu for ParaView, and a figure",
+    "fatigue": "fatigue parameters over a cycle of load steps, on and below the surface: table and figure",
     "schema": "JSON Schema of config files, for editors",
     "help": "chapters of the manual",
     "doctor": "check versions, MPI, BLAS threads, HDF5 and fonts of this installation",
 }
+READING = {"export", "fatigue", "field", "plot"}
+"""Those of the folder `reading`: they read a result file."""
 SHORT = {"-o", "-n", "-h"}
 
 
@@ -120,7 +123,8 @@ def _command(arguments: Sequence[str]) -> int:
             parser.parse_all(ours)
         near = difflib.get_close_matches(name, COMMANDS, n=1)
         parser.error(f"unknown command {name!r}" + (f", did you mean {near[0]!r}?" if near else ""))
-    module = importlib.import_module(f".{name}", __package__)
+    folder = "reading." if name in READING else ""
+    module = importlib.import_module(f".{folder}{name}", __package__)
     command = Parser(prog=f"petcontact {name}", description=module.__doc__,
                      formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
     module.add_arguments(command)

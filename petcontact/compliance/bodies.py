@@ -93,6 +93,10 @@ class BodiesSystem:
             modes.append(maps.seen(body.contact_modes))
             balance.append(maps.felt(body.balance.T).T)
             resultant.append(body.resultant)
+        for where, face in zip(self.slices, interfaces, strict=True):
+            if face.jump is not None:
+                at = slice(self.k * where.start, self.k * where.stop)
+                self.base[:, at] += np.einsum("mtc,sc->smt", face.directions, face.jump).reshape(states, -1)
         self.modes, self.balance = np.concatenate(modes, axis=1), np.concatenate(balance)
         self.resultant = np.concatenate(resultant, axis=1)
         self.obstacle_modes = [self._obstacle_modes(k, centre, x) for k, centre in enumerate(centres)]

@@ -43,6 +43,8 @@ class Interface:
         To the primary along n, whatever the gap is given as; infinite where nothing is faced [length].
     sag : float
         Height of curved faces over the elements that stand for them, where it is in the gap [length].
+    jump : (K, d) array, optional
+        What the primary is displaced beyond the secondary in each load state [length].
     held : bool
         Whether u_n = gap is data of the body, and the tangents alone are contact directions.
     """
@@ -60,6 +62,7 @@ class Interface:
     obstacle: int | None = None
     distance: Array | None = None
     sag: float = 0.0
+    jump: Array | None = None
     held: bool = False
 
     @property

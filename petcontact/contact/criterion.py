@@ -115,10 +115,13 @@ def natural_residuals(
     displaced, worst = moves(law, system, v), np.zeros(len(law.groups))
     least = system.u_0 if len(law.groups) == 1 else displaced  # where all nodes stick v is round-off
     rho = np.array(np.broadcast_to(balanced(law, system, v, sigma), sigma.shape))
+    # what a rigid obstacle that is bonded to a body does to it is a motion, and strains it all the same
+    strained = displaced if system.modes is None else system.apply(sigma)
     for pair in pairs:
         weight = system.weight[pair]
         for group in law.groups:
-            moved = max(contact_norm(displaced[pair, group], weight), FLOOR * contact_norm(least[pair], weight))
+            moved = max(contact_norm(displaced[pair, group], weight), FLOOR * contact_norm(least[pair], weight),
+                        FLOOR * contact_norm(strained[pair, group], weight))  # fmt: skip
             traction = contact_norm(sigma[pair, group], weight) or contact_norm(sigma[pair], weight)
             if moved > 0.0 and traction > 0.0:
                 rho[pair, group] = traction / moved

@@ -156,6 +156,11 @@ class SignoriniCoulomb:
             np.where(present & ~self.unilateral, np.inf, 0.0), np.where(present, np.inf, 0.0),
         )  # fmt: skip
 
+    @property
+    def jumps(self) -> bool:
+        """Whether friction somewhere falls from a bound to 0 at once where contact opens: then there may be no solution."""
+        return bool(np.any(self.unilateral & ~self._coulomb & np.isfinite(self.bound) & (self.bound > 0.0)))
+
     def bound_at(self, sigma: Array) -> Array:
         """r(p)."""
         return self.radius(-sigma[:, -1])

@@ -108,7 +108,8 @@ def points_in(points: Any, dim: int) -> Array:
 
 
 def field_at(
-    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None
+    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None,
+    *, outside: float | None = None,
 ) -> tuple[Array, Array]:
     """Displacement and stress at points inside the body, by Somigliana's identities.
 
@@ -128,6 +129,8 @@ def field_at(
         Inside the body, not on its boundary [length].
     progress : callable, optional
         Told the share of the elements that has been integrated, as often as it grows.
+    outside : float, optional
+        What points outside the body get; without it they are refused.
 
     Returns
     -------
@@ -170,10 +173,11 @@ def field_at(
             for total, part in zip((displacement, stress, wound), found, strict=True):
                 total[rows] += part
     _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
-    outside = np.flatnonzero(~(wound > 0.5))
-    if len(outside):
-        place = ", ".join(f"{value:g}" for value in points[outside[0]])
-        raise InputError(f"points: ({place}) does not lie inside the body ({len(outside)} of {len(points)} do not)")
+    beyond = np.flatnonzero(~(wound > 0.5))
+    if len(beyond) and outside is None:
+        place = ", ".join(f"{value:g}" for value in points[beyond[0]])
+        raise InputError(f"points: ({place}) does not lie inside the body ({len(beyond)} of {len(points)} do not)")
+    displacement[beyond] = stress[beyond] = outside
     return displacement, kernel.traction_scale * stress
 
 

@@ -1,14 +1,21 @@
-"""The manual: Markdown, a chapter a file, and configs to start from; installed with the package."""
+"""The manual: Markdown, a chapter a file, and configs to start from; installed with the package.
+
+A chapter is there as soon as its file is: ORDER only says which ones are read first. Folders hold pages of a chapter.
+"""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
 from importlib.resources import files
+from importlib.resources.abc import Traversable
 
 ORDER = (
-    "tutorial", "config", "contact", "loads", "wear", "space", "operators", "methods", "options", "sweeps", "fields",
-    "export", "python", "paper", "verification", "accuracy", "speed", "reliability", "gallery", "glossary", "extending",
-    "changes",
+    "tutorial", "recipes", "config", "contact", "loads", "wear", "space", "operators", "methods", "options", "sweeps",
+    "fields", "fatigue", "export", "python", "paper", "verification", "cases", "accuracy", "speed", "reliability",
+    "gallery", "glossary", "extending", "changes",
 )  # fmt: skip
+SUFFIX = ".md"
 
 
 def installed(name: str) -> str:
@@ -17,10 +24,42 @@ def installed(name: str) -> str:
 
 
 def chapter(topic: str) -> str:
-    """The text of a chapter, Markdown."""
-    return installed(f"{topic}.md")
+    """The text of a chapter, or of a page of one such as cases/b01_greco; Markdown."""
+    return installed(f"{topic}{SUFFIX}")
 
 
 def topics() -> dict[str, str]:
-    """Chapters in the order in which one would read them, with their titles."""
-    return {name: chapter(name).splitlines()[0].lstrip("# ") for name in ORDER}
+    """Chapters in the order in which one would read them, others after them by name; with their titles."""
+    found = sorted(_pages(files(__package__)))
+    order = [*(name for name in ORDER if name in found), *(name for name in found if name not in ORDER)]
+    return {name: _title(name) for name in order}
+
+
+def pages() -> dict[str, str]:
+    """Chapters and the pages in folders beside them, FOLDER/NAME, with their titles."""
+    found = dict(topics())
+    for folder in files(__package__).iterdir():
+        if folder.is_dir():
+            found |= {f"{folder.name}/{name}": _title(f"{folder.name}/{name}") for name in sorted(_pages(folder))}
+    return found
+
+
+def places(words: str) -> dict[str, list[tuple[int, str]]]:
+    """Lines of all pages that have these words, in any case, with their numbers; by page, that with most of them first.
+
+    Examples
+    --------
+    >>> number, line = places("von Mises stress")["fields"][0]
+    """
+    wanted = re.compile(re.escape(words), re.IGNORECASE)
+    lines = {name: enumerate(chapter(name).splitlines(), 1) for name in pages()}
+    found = {name: [(number, line.strip()) for number, line in each if wanted.search(line)] for name, each in lines.items()}
+    return dict(sorted(((name, hits) for name, hits in found.items() if hits), key=lambda item: -len(item[1])))
+
+
+def _pages(folder: Traversable) -> Iterator[str]:
+    return (path.name.removesuffix(SUFFIX) for path in folder.iterdir() if path.name.endswith(SUFFIX))
+
+
+def _title(name: str) -> str:
+    return chapter(name).splitlines()[0].lstrip("# ")

@@ -88,10 +88,6 @@ class Material(Model):
         return self.poisson_ratio / (1.0 + self.poisson_ratio) if self.plane == "stress" else self.poisson_ratio
 
 
-Component = Expression
-"""Or "free"."""
-
-
 class Displacement(Model):
     """u = value on the part; a component that is "free" carries no traction (a roller).
 
@@ -107,7 +103,7 @@ class Displacement(Model):
 
     part: str
     condition: Literal["displacement"] = pydantic.Field(default="displacement", kw_only=True)
-    value: Annotated[tuple[Component, ...], Vector]
+    value: Annotated[tuple[Expression, ...], Vector]
 
 
 class Traction(Model):
@@ -150,6 +146,27 @@ class Symmetry(Model):
 
     part: str
     condition: Literal["symmetry"] = pydantic.Field(default="symmetry", kw_only=True)
+
+
+class Periodic(Model):
+    """Two sides of a plane body of which one is the other moved along: u(partner) = u(part) + jump, with opposite tractions.
+
+    Attributes
+    ----------
+    part : str
+        Name of the part.
+    condition : "periodic"
+        What is known on the part.
+    partner : str
+        Name of the other part, which has no condition of its own.
+    jump : vector
+        What u grows by from the part to its partner; 0 by default [length].
+    """
+
+    part: str
+    condition: Literal["periodic"] = pydantic.Field(default="periodic", kw_only=True)
+    partner: str
+    jump: tuple[Finite, Finite] = (0.0, 0.0)
 
 
 Normal = Literal["bilateral", "unilateral", "bonded"]
@@ -212,7 +229,7 @@ class Contact(Model):
         return self.normal == "bilateral" and self.gap == 0.0 and self.friction_coefficient is None
 
 
-Condition = Annotated[Displacement | Traction | Symmetry | Contact, pydantic.Field(discriminator="condition")]
+Condition = Annotated[Displacement | Traction | Symmetry | Periodic | Contact, pydantic.Field(discriminator="condition")]
 Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh | Superelement, pydantic.Field(discriminator="shape")]
 
 

@@ -9,7 +9,7 @@ import pydantic
 
 from ..errors import InputError
 from .base import Expression, Finite, Model, Name, Vector, nearest
-from .bodies import Body, Displacement, Traction
+from .bodies import Body, Displacement, Periodic, Traction
 from .loads import LoadsChange, check_material
 
 
@@ -129,7 +129,7 @@ class BoundaryChange(Model):
     part : str
         Name of the part.
     value, pressure : as in the condition
-        As in the condition that it changes.
+        As in the condition that it changes; of a periodic one value is its jump.
     """
 
     body: str | None = pydantic.Field(default=None, kw_only=True)
@@ -204,7 +204,7 @@ class Step(Model):
     loads: tuple[LoadsChange, ...] = ()
 
 
-def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction:
+def changed_condition(body: Body, change: Any, key: str) -> Displacement | Traction | Periodic:
     """The condition of a part with the values of a step.
 
     Raises
@@ -213,10 +213,14 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
         If the part has no such condition, or it would become another kind.
     """
     old = body.condition(change.part)
-    if not isinstance(old, Displacement | Traction):
-        names = [c.part for c in body.boundary if isinstance(c, Displacement | Traction)]
+    if not isinstance(old, Displacement | Traction | Periodic):
+        names = [c.part for c in body.boundary if isinstance(c, Displacement | Traction | Periodic)]
         hint = nearest(change.part, names) or f"; those of body {body.name!r} are {', '.join(names) or 'none'}"
         raise ValueError(f"{key}.part: no displacement or traction condition on {change.part!r}{hint}")
+    if isinstance(old, Periodic):
+        if not all(isinstance(component, float) for component in change.value or ("",)) or len(change.value) != 2:
+            raise ValueError(f"{key}.value: the condition of {change.part!r} is periodic, give its jump, two numbers")
+        return Periodic(old.part, old.partner, change.value)
     if isinstance(old, Traction):
         return Traction(part=old.part, value=change.value, pressure=change.pressure)
     if change.pressure is not None:

@@ -18,6 +18,7 @@ from .bodies import (
     Material,
     Normal,
     Pair,
+    Periodic,
     Symmetry,
     Traction,
     Units,
@@ -202,7 +203,7 @@ class Problem(Setting):
             raise ValueError(f"{key}: {what}, got {text!r}{hint}")
         return bodies.index(name), part
 
-    def conditions(self, number: int) -> list[dict[str, Displacement | Traction | Symmetry]]:
+    def conditions(self, number: int) -> list[dict[str, Displacement | Traction | Symmetry | Periodic]]:
         """Conditions of a body by part at the end of each step (of one, where there are none); what a step leaves alone
         stays the same object."""
         body, names = self.body[number], [body.name for body in self.body]
@@ -301,5 +302,5 @@ def _distinct(key: str, names: list[str]) -> None:
 
 __all__ = [
     "ONE_BODY", "OWN", "Body", "Condition", "Contact", "Cycle", "Displacement", "Geometry", "Material", "Normal", "Obstacle",
-    "OneBody", "Pair", "PointForce", "Problem", "Symmetry", "Traction", "VolumeLoads", "changed_condition",
+    "OneBody", "Pair", "Periodic", "PointForce", "Problem", "Symmetry", "Traction", "VolumeLoads", "changed_condition",
 ]  # fmt: skip

@@ -34,7 +34,7 @@ def html_table(caption: str, rows: list[tuple[str, str]]) -> str:
 def _body(body: Body) -> str:
     """Shape, material and the conditions of the parts."""
     parts = {kind: [c.part for c in body.boundary if c.condition == kind]
-             for kind in ("displacement", "traction", "symmetry")}  # fmt: skip
+             for kind in ("displacement", "traction", "symmetry", "periodic")}  # fmt: skip
     given = [f"{kind} on {', '.join(names)}" for kind, names in parts.items() if names]
     given += [f"contact on {c.part}, {_law(c)}" for c in body.boundary if isinstance(c, Contact)]
     given += [f"{len(body.point_force)} point forces"] * bool(body.point_force)

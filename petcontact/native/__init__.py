@@ -16,6 +16,7 @@ import ctypes
 import functools
 import os
 import struct
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -25,6 +26,8 @@ from numpy.typing import NDArray
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
+INTERFACE = 0x912514E4
+"""`petcontact_interface` of the C files beside this one; a library of others expects other arguments."""
 FILLER = "pipippp"
 """Arguments of a function of C that fills columns of an operator: what it knows, rows, columns, and two blocks."""
 Compiled = Callable[..., None]
@@ -35,12 +38,22 @@ _TYPES = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
 def _library() -> ctypes.CDLL | None:
     asked = os.environ.get(VARIABLE, "1")
     path = Path(__file__).with_name("_kernels" + SUFFIX) if asked in ("0", "1", "") else Path(asked)
-    return ctypes.CDLL(str(path)) if asked != "0" and path.exists() else None
+    if asked == "0" or not path.exists():
+        return None
+    found = ctypes.CDLL(str(path))
+    interface = getattr(found, "petcontact_interface", None)
+    if interface is not None:
+        interface.restype = ctypes.c_int64
+    if interface is None or interface() != INTERFACE:
+        print(f"petcontact: {path} was built from other C files and is not used; scripts/setup builds it again",
+              file=sys.stderr)  # fmt: skip
+        return None
+    return found
 
 
 @functools.cache
 def function(name: str, arguments: str) -> Compiled | None:
-    """A function of the library, or None where there is none (or one that was built before the function was written).
+    """A function of the library, or None where there is none.
 
     Parameters
     ----------
@@ -91,4 +104,5 @@ def describe() -> str:
         name = ctypes.create_string_buffer(32)
         level(ctypes.addressof(name))
         return f"compiled ({name.value.decode()})"
-    return f"numpy ({VARIABLE}=0)" if os.environ.get(VARIABLE, "1") == "0" else "numpy (not compiled)"
+    switched_off = os.environ.get(VARIABLE, "1") == "0"
+    return f"numpy ({VARIABLE}=0)" if switched_off else "numpy (not compiled, or from other C files)"

@@ -7,7 +7,7 @@ import math
 
 from ..geometry.outline import Outline, Side
 from ..mesh.grading import at_ends, turn
-from ..model.problem import Contact, Problem, Symmetry, Traction
+from ..model.problem import Contact, Periodic, Problem, Symmetry, Traction
 from .corner_exponents import CLAMPED, FREE, SLIDING, SideKind, corner_exponent
 
 
@@ -28,6 +28,8 @@ def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, fl
             return _of_contact(condition)
         if isinstance(condition, Symmetry):
             return (SLIDING,)
+        if isinstance(condition, Periodic):
+            return (CLAMPED,)
         free = [component == "free" for component in condition.value]
         if all(free) or not any(free):
             return (FREE if all(free) else CLAMPED,)

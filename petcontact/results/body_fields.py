@@ -126,8 +126,12 @@ class BodyFields:
             stress = np.full_like(stress, np.nan)
         return self._whole(x, u, stress, self._loads.volume_at(x))
 
-    def at(self, points: Any, part: str | None = None, progress: Progress | None = None) -> StressState:
+    def at(
+        self, points: Any, part: str | None = None, progress: Progress | None = None, outside: float | None = None
+    ) -> StressState:
         """At points (m, d) inside the body and on its boundary, of which `part` says the side of a corner.
+
+        Points outside get a given value, or are refused.
 
         Raises
         ------
@@ -143,7 +147,7 @@ class BodyFields:
         element, place = located(self.mesh, points, part)
         on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
         material = self.problem.body[self.number].material
-        u, stress = field_at(self.mesh, *self._data, material, points[inside], progress)
+        u, stress = field_at(self.mesh, *self._data, material, points[inside], progress, outside=outside)
         within = self._whole(points[inside], u, stress, self._loads.at(points[inside]))
         if not len(on):
             return within

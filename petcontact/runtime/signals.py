@@ -9,6 +9,8 @@ from collections.abc import Iterator
 from types import FrameType
 from typing import Any
 
+from ..errors import PetcontactError
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGXCPU)
 """Ctrl-C, the batch system, the terminal that is closed, the limit of processor time (a soft one: there is time to save)."""
 
@@ -75,6 +77,35 @@ def deferred() -> Iterator[None]:
             number = _pending.pop()
             _pending.clear()
             raise Interrupted(number)
+
+
+class BrokenOff(PetcontactError):
+    """A block of `answering` that a signal broke off."""
+
+
+@contextlib.contextmanager
+def answering(comm: Any) -> Iterator[None]:
+    """Within the block no signal that is held back waits, where one rank runs alone: nothing there is to be kept.
+
+    Raises
+    ------
+    BrokenOff
+        Where a signal did so, which whoever holds signals back is asked for next.
+    """
+    global _deferring
+    if comm.getSize() > 1 or not _deferring or threading.current_thread() is not threading.main_thread():
+        yield
+        return
+    held, _deferring = _deferring, 0
+    try:
+        if _pending:
+            raise Interrupted(_pending.pop())
+        yield
+    except Interrupted as interrupted:
+        _pending.append(interrupted.number)
+        raise BrokenOff(f"interrupted by {interrupted.name}") from None
+    finally:
+        _deferring = held
 
 
 class Stop:

@@ -10,7 +10,7 @@ import pytest
 
 from petcontact.commands.init import KINDS
 from petcontact.commands.main import main
-from petcontact.manual import ORDER
+from petcontact.manual import ORDER, chapter
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -52,3 +52,26 @@ def test_help_lists_and_shows_chapters(capsys):
     assert "young_modulus" in capsys.readouterr().out
     assert main(["help", "confg"]) == 2
     assert "did you mean 'config'" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("words", ["material", "von_mises", "torque", "limit load", "contact"])
+def test_help_searches_all_chapters(words, capsys):
+    """Chapter, number of the line and its text, with the words in sight, in 80 columns."""
+    assert main(["help", "--search", words]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert max(map(len, lines)) <= 80
+    found, name = 0, ""
+    for line in lines:
+        number, _, text = line.strip().partition("  ")
+        if line and not line.startswith(" "):
+            name = line.split()[0]
+        elif number.isdigit():
+            found += 1
+            assert words.lower() in text.lower()
+            assert text.removeprefix("...")[:20] in chapter(name).splitlines()[int(number) - 1]
+    assert found and (words != "torque" or "recipes" in "\n".join(lines))
+
+
+def test_help_of_several_words_is_a_search(capsys):
+    assert main(["help", "von", "Mises"]) == 0
+    assert "von Mises" in capsys.readouterr().out

@@ -60,8 +60,8 @@ def test_a_case_survives_its_own_toml():
         ("boundary.0.friction_bound", 10**400, "boundary[0].friction_bound: must be a finite number"),
         ("boundary.0.part", ..., "boundary[0].part: this key is required"),
         ("boundary.0.friction_bund", 1, "boundary[0].friction_bund: unknown key, did you mean 'friction_bound'?"),
-        ("boundary.0.condition", "contakt", "boundary[0].condition: must be one of 'contact', 'displacement', 'symmetry',"
-         " 'traction', got 'contakt', did you mean 'contact'?"),
+        ("boundary.0.condition", "contakt", "boundary[0].condition: must be one of 'contact', 'displacement', 'periodic',"
+         " 'symmetry', 'traction', got 'contakt', did you mean 'contact'?"),
         ("boundary.0.condition", ..., "boundary[0].condition: this key is required, must be one of 'contact'"),
         ("boundary.1.value", [0.0], "boundary[1].value: array must have at least 2 items"),
         ("boundary.1.value", [0.0, 0.0, 0.0, 0.0], "boundary[1].value: array must have at most 3 items"),

@@ -257,8 +257,8 @@ def test_a_monitor_that_says_stop_ends_the_climb(comm):
         return "enough" if calls.count(1) == 3 else None
 
     solution = adapt(example(1, **NEWTON), 1e-6, comm=comm, monitor=monitor)
-    assert solution.status == "failed" and solution.reason == "enough"
-    assert len(solution.info["levels"]) == 3 and solution.iterations == 1
+    assert solution.status == "not converged" and solution.reason == "enough (on the mesh after the last)"
+    assert len(solution.info["levels"]) == 2 and len(calls) > 2
     assert solution.elastic_residual < 1e-10 and solution.info["estimated_error"] > 1e-6
 
 

@@ -20,7 +20,9 @@ from conftest import example
 from petcontact import MeshOptions, SolverError, read_result, read_solution, solve, write_solution
 from petcontact.commands.main import main
 from petcontact.compliance.body.dense import DenseRows
+from petcontact.contact.active_set import pivots as newton
 from petcontact.pipeline import run as pipeline
+from petcontact.pipeline.adaptive import climb
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.steps import load_steps
 from petcontact.runtime.signals import Interrupted, deferred, install, stopping
@@ -121,6 +123,32 @@ def test_a_stop_is_told_of_signals_from_its_first_question_on(comm):
 def with_rho(solution, rho):
     return dataclasses.replace(solution, steps=[dataclasses.replace(solution.last, rho=rho)])
 
+BLOCKS = """
+[[body]]
+name = "upper"
+material = { young_modulus = 100.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [0.5, 1], upper_right = [1.5, 2] }
+[[body.boundary]]
+part = "top"
+condition = "displacement"
+value = [0.0, -0.01]
+[[body]]
+name = "lower"
+material = { young_modulus = 100.0, poisson_ratio = 0.3 }
+geometry = { shape = "rectangle", lower_left = [0, 0], upper_right = [2, 1] }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0]
+[[contact]]
+name = "pair"
+secondary = "upper.bottom"
+primary = "lower.top"
+friction_coefficient = 0.3
+[[step]]
+increments = 2
+"""
+
 
 @pytest.mark.parametrize(("module", "where"), [(load_steps, "step_result"), (pipeline, "warnings_of")])
 def test_a_signal_after_the_iteration_keeps_the_solution(tmp_path, monkeypatch, capsys, module, where):
@@ -161,6 +189,36 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
     assert len(rest.steps) == len(whole.steps)
     for name, pair in whole.last.pairs.items():
         assert np.allclose(rest.last.pairs[name].sigma_t, pair.sigma_t, atol=1e-12 * np.abs(pair.pressure).max())
+
+
+@pytest.mark.parametrize("level", [2, 3])
+@pytest.mark.parametrize("where", ["elimination", "iteration"])
+def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(tmp_path, monkeypatch, capsys, level, where):
+    """At once in an elimination, which may take long, and after the iteration under way: all steps of the mesh before."""
+    made, original = [], {"elimination": climb.prepare, "iteration": newton.linear_solve}
+
+    def eliminated(*words, **keys):
+        made.append(1)
+        if where == "elimination" and len(made) == level:
+            os.kill(os.getpid(), signal.SIGTERM)
+            raise AssertionError("the signal waits")
+        return original["elimination"](*words, **keys)
+
+    def solved(*words, **keys):
+        if where == "iteration" and len(made) == level:
+            os.kill(os.getpid(), signal.SIGTERM)
+        return original["iteration"](*words, **keys)
+
+    monkeypatch.setattr(climb, "prepare", eliminated)
+    monkeypatch.setattr(newton, "linear_solve", solved)
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "stack.toml").write_text(BLOCKS)
+    assert main(["solve", "stack.toml", "--no-figures", "--accuracy", "1e-5"]) == 143
+    assert "interrupted by SIGTERM; the solution is saved in stack.h5" in capsys.readouterr().err
+    kept = read_result(tmp_path / "stack.h5")
+    assert kept.status == "not converged" and kept.reason.startswith("interrupted by SIGTERM")
+    assert kept.reason.endswith("(on the mesh after the last)")
+    assert len(kept.steps) == 2 and all(step.status == "converged" for step in kept.steps) and len(made) == level
 
 
 # --- kill -9 -------------------------------------------------------------------------------------------------------

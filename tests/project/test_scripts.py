@@ -101,12 +101,12 @@ def test_petsc4py_is_no_hard_dependency():
 SMALLEST = {
     "benchmark": "--quick", "benchmark_methods.py": "--sizes 20",
     "benchmark_space": "growth --sizes 2.0 --ours", "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
-    "verify_contact": "--pairs 1 --floors 0", "mutate": "--list",
+    "verify_contact": "--pairs 1 --floors 0", "mutate": "--list", "verification": "B10 B19",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
 LONG = {"verify": "--h 1.6", "verify_space": "--quick", "attack": "--quick"}
-NEED_MORE = {"compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
-"""What needs other solvers or checkouts, or takes long at any size: their modules and words are looked at."""
+NEED_MORE = {"docs", "compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
+"""What needs other packages, solvers or checkouts, or takes long at any size: their modules and words are looked at."""
 
 
 def measured(script: str, words: str) -> str:

@@ -7,12 +7,13 @@ from dataclasses import dataclass
 from typing import Any
 
 from ...arrays import Array
-from ...geometry.outline import Outline
+from ...geometry.outline import Outline, as_outline
 from ...geometry.surface import Boundary, BoxSurface
 from ..boundary_mesh import BoundaryMesh
 from .box_faces import face_projection, grid_lines, mesh_of_lines
 from .common_breakpoints import match
 from .curve_sides import curve_projection, mesh_of_sides, side_meshes
+from .periodic import translated_sides
 
 KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]] = {
     Outline: (side_meshes, mesh_of_sides, curve_projection), BoxSurface: (grid_lines, mesh_of_lines, face_projection)
@@ -22,24 +23,34 @@ KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., An
 
 @dataclass(frozen=True)
 class PairParts:
-    """Two parts that face one another, (body, part) each, and the direction if it is given."""
+    """Two parts that face one another, (body, part) each, and the direction if it is given; or of which one is the other of
+    the same body moved along."""
 
     secondary: tuple[int, str]
     primary: tuple[int, str]
     direction: Array | None
+    periodic: bool = False
 
 
 def matched(
     boundaries: Sequence[Boundary], meshes: Sequence[BoundaryMesh], pairs: Sequence[PairParts]
 ) -> list[BoundaryMesh]:
-    """The meshes with joints that agree, as far as the boundaries are of a kind that can be cut anew."""
+    """The meshes with joints that agree, as far as the boundaries are of a kind that can be cut anew.
+
+    Raises
+    ------
+    InputError
+        If periodic parts are not one the other moved along.
+    """
     kinds = [KINDS.get(type(boundary)) for boundary in boundaries]
     joints = [kind[0](*given) if kind else [] for kind, *given in zip(kinds, boundaries, meshes, strict=True)]
     projections = []
     for pair in pairs:
         (a, part), (b, other) = pair.secondary, pair.primary
         kind = kinds[a]
-        if kind is not None and kind is kinds[b]:
+        if pair.periodic:
+            projections.append(translated_sides(a, as_outline(boundaries[a], "periodic"), part, other))
+        elif kind is not None and kind is kinds[b]:
             projections.append(kind[2]((a, boundaries[a], part), (b, boundaries[b], other), pair.direction))
     match(joints, [projection for projection in projections if projection is not None])
     return [kind[1](boundary, sides) if kind else mesh

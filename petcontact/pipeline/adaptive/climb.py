@@ -24,7 +24,8 @@ from ...refinement.levels import Level, check_accuracy
 from ...refinement.marks import Body, LevelMesh
 from ...results.solution import Solution
 from ...runtime.petsc import petsc
-from ..discrete.discretise import Discrete, discretise
+from ...runtime.signals import BrokenOff, answering
+from ..discrete.discretise import Discrete, MeshMaker, discretise
 from ..discrete.interfaces import interfaces_of
 from ..run import prepare, run
 from ..steps.increment import Monitor, PreparedProblem
@@ -103,10 +104,12 @@ class AdaptiveSolve:
             for attempt in range(quantity.attempts):
                 try:
                     solution = self._solved(level)
-                except SolverError as error:
+                except (SolverError, BrokenOff) as error:
                     if not self.solutions:
                         raise
                     return f"{error} (on the mesh after the last)"
+                if solution.status == "failed" and self.solutions:
+                    return f"{solution.reason} (on the mesh after the last)"
                 self.solutions.append(solution)
                 if solution.status != "converged":
                     return ""
@@ -130,6 +133,17 @@ class AdaptiveSolve:
             self.missed = max(self.missed, made.missed)
             return made.mesh
 
+        with answering(self.comm):
+            discrete, problem = self._prepared(make)
+        try:
+            solution = run(replace(problem, start=self.quantity.start(problem)), monitor=self.monitor)
+        finally:
+            problem.close()
+        self.discrete = discrete
+        return replace(solution, problem=self.problem)
+
+    def _prepared(self, make: MeshMaker) -> tuple[Discrete, PreparedProblem]:
+        """The problem on the meshes that are made for it, eliminated."""
         began = time.perf_counter()
         discrete = discretise(self.problem, make, self.law)
         if self.problem.bem.mat_type == "auto" and max(mesh.n_nodes for mesh in discrete.meshes) <= DENSE_NODES:
@@ -138,12 +152,7 @@ class AdaptiveSolve:
         seconds = time.perf_counter() - began
         problem = prepare(discrete.problem, self.comm, discrete)
         problem.timings["mesh"] += seconds
-        try:
-            solution = run(replace(problem, start=self.quantity.start(problem)), monitor=self.monitor)
-        finally:
-            problem.close()
-        self.discrete = discrete
-        return replace(solution, problem=self.problem)
+        return discrete, problem
 
 
 def adapt(
@@ -189,7 +198,7 @@ def adapt(
     trouble = work.climb(accuracy)
     solution = work.solutions[-1]
     own = rule is not None or method is not None or problem.method.resolved_name != "semismooth-newton"
-    if own and solution.status == "converged" and work.discrete is not None:
+    if own and not trouble and solution.status == "converged" and work.discrete is not None:
         last = replace(work.discrete, problem=problem)
         prepared = prepare(problem, comm, last, method=method, rule=rule)
         try:

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
+import scipy
 
 from ...arrays import Array, Mask
 from ...bem.boundary_data import BoundaryData
@@ -21,6 +22,7 @@ from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.contact_search import face
 from ...mesh.pairs.matching import PairParts, matched
+from ...mesh.pairs.periodic import partner_nodes
 from ...mesh.pairs.ray_casting import along
 from ...model.expressions import evaluate
 from ...model.problem import Problem
@@ -86,6 +88,10 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
     notes: list[str] = []
     interfaces, distance = [], []
     for side in sides:
+        if side.periodic:
+            interfaces.append(_periodic(problem, side, meshes[side.body]))
+            distance.append(0.0)
+            continue
         interface, smallest, mismatch = _interface(side, meshes, all(side.holds_normal for side in sides))
         interfaces.append(interface)
         distance.append(smallest)
@@ -129,7 +135,7 @@ def meshed(
     problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
     own = [mesh_of(problem, boundaries[b]) if make_mesh is None else make_mesh(b, problem, boundaries[b])
            for b, problem in enumerate(problems)]  # fmt: skip
-    pairs = [PairParts((s.body, s.part), s.primary, s.direction) for s in sides if s.primary is not None]
+    pairs = [PairParts((s.body, s.part), s.primary, s.direction, s.periodic) for s in sides if s.primary is not None]
     return boundaries, matched(boundaries, own, pairs) if pairs else own
 
 
@@ -206,6 +212,16 @@ def _interface(side: InterfaceSpec, meshes: list[BoundaryMesh], held: bool) -> t
     sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else 0.0
     return Interface(side.name, side.body, nodes, normal, tangent, gap, side.primary[0], facing.primary, facing.values,
                      facing.loads, None, facing.distance, sag), smallest, notes  # fmt: skip
+
+
+def _periodic(problem: Problem, side: InterfaceSpec, mesh: BoundaryMesh) -> Interface:
+    """Its sides stay together but for the jump, and carry opposite tractions: node by node, whatever lies between."""
+    assert side.primary is not None
+    nodes, partner = mesh.nodes_of(side.part), partner_nodes(mesh, side.part, side.primary[1])
+    normal, gap, same = mesh.normal[nodes], np.zeros(len(nodes)), scipy.sparse.csr_array(scipy.sparse.identity(len(nodes)))
+    jump = np.array([(0.0, 0.0), *(getattr(state[side.part], "jump", ()) for state in problem.conditions(side.body))])
+    return Interface(side.name, side.body, nodes, normal, mesh.tangents_to(normal), gap, side.body, partner, same, same,
+                     jump=jump)  # fmt: skip
 
 
 def _with_law(

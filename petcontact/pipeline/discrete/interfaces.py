@@ -14,7 +14,7 @@ from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
 from ...model.base import nearest
 from ...model.loads import loads_by_step
-from ...model.problem import ONE_BODY, Body, Contact, Problem, Traction
+from ...model.problem import ONE_BODY, Body, Contact, Periodic, Problem, Traction
 
 
 @dataclass(frozen=True)
@@ -33,6 +33,8 @@ class InterfaceSpec:
     law : Contact or Pair
         Whose normal, gap and friction it has.
     direction : (d,) array, optional
+    periodic : bool
+        Whether the primary is the secondary moved along.
     """
 
     name: str
@@ -43,6 +45,7 @@ class InterfaceSpec:
     obstacle: int | None
     law: Any
     direction: Array | None
+    periodic: bool = False
 
     @property
     def holds_normal(self) -> bool:
@@ -60,11 +63,16 @@ def interfaces_of(problem: Problem) -> list[InterfaceSpec]:
     several = len(problem.body) > 1 or problem.body[0].name != ONE_BODY
     for b, body in enumerate(problem.body):
         for k, condition in enumerate(body.boundary):
-            if isinstance(condition, Contact):
+            if isinstance(condition, Contact | Periodic):
                 name = f"{body.name}.{condition.part}" if several else condition.part
                 key = f"body[{b}].boundary[{k}]" if several else f"boundary[{k}]"
                 place = f"{key} ({condition.part})"
-                result.append(InterfaceSpec(name, place, b, condition.part, None, None, condition, None))
+                if isinstance(condition, Periodic):
+                    bonded = Contact(condition.part, normal="bonded")
+                    partner = b, condition.partner
+                    result.append(InterfaceSpec(name, place, b, condition.part, partner, None, bonded, None, True))
+                else:
+                    result.append(InterfaceSpec(name, place, b, condition.part, None, None, condition, None))
     obstacles = [o.name for o in problem.obstacle]
     for k, pair in enumerate(problem.contact):
         key = f"contact[{k}]"
@@ -116,9 +124,12 @@ def check_parts(problem: Problem, boundaries: list[Boundary], sides: list[Interf
                 raise InputError(f"body {body.name!r}: boundary[{k}].part: {condition.part!r} has a condition already")
             taken.append(condition.part)
         for side in sides:
-            if isinstance(side.law, Contact):
+            if side.primary is None and isinstance(side.law, Contact):
                 continue
-            for what, number, part in (("secondary", side.body, side.part), ("primary", *(side.primary or (-1, "")))):
+            if side.periodic and d > 2:
+                raise InputError(f"{side.key}: periodic sides are those of plane bodies")
+            ends = [("secondary", side.body, side.part), ("primary", *(side.primary or (-1, "")))]
+            for what, number, part in [("partner", *ends[1][1:])] if side.periodic else ends:
                 if number != b:
                     continue
                 _known_part(f"{side.key}.{what}: body {body.name!r}", part, boundary.parts)
@@ -154,7 +165,7 @@ def as_problem(body: Body, boundary: Boundary, sides: list[InterfaceSpec], numbe
             gap = 0.0 if law.gap == "geometry" else law.gap
             touching[side.part] = Contact(part=side.part, **given, gap=gap)
     # messages count the conditions as the body's own
-    conditions: list[Any] = [touching.pop(c.part) if isinstance(c, Contact) else c for c in body.boundary]
+    conditions: list[Any] = [touching.pop(c.part) if isinstance(c, Contact | Periodic) else c for c in body.boundary]
     conditions += [touching[part] for part in boundary.parts if part in touching]
     named = {c.part for c in conditions}
     conditions += [Traction(part=part, value=(0.0,) * boundary.dim) for part in boundary.parts if part not in named]

@@ -18,7 +18,7 @@ from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
 from ...model.loads import forces_by_step
-from ...model.problem import Displacement, Problem, Symmetry, Traction
+from ...model.problem import Displacement, Periodic, Problem, Symmetry, Traction
 
 FLAT = 1e-9
 """Difference of the normals of a plane face."""
@@ -133,8 +133,10 @@ def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> N
         raise InputError(f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components")
 
 
-def _given(condition: Displacement | Traction | Symmetry, mesh: BoundaryMesh, nodes: Index, key: str) -> Array:
-    if isinstance(condition, Symmetry):
+def _given(
+    condition: Displacement | Traction | Symmetry | Periodic, mesh: BoundaryMesh, nodes: Index, key: str
+) -> Array:
+    if isinstance(condition, Symmetry | Periodic):
         return np.zeros((len(nodes), mesh.dim))
     names, count = mesh.variables(nodes), len(nodes)
     if isinstance(condition, Traction) and condition.pressure is not None:

@@ -23,6 +23,8 @@ MOTIONS = {
     3: ("along x", "along y", "along z", "to turn about x", "to turn about y", "to turn about z"),
 }  # fmt: skip
 """Of an obstacle, by the number of dimensions."""
+JUMPS = "; a friction_bound falls to 0 where contact opens: there may be no solution, give a friction_coefficient"
+"""What is added where nothing else says why there is none."""
 JAM = 1e-3
 """Pressure, over the largest that there was, that stays where nothing jams."""
 IMBALANCE = 1e-3
@@ -72,7 +74,8 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     problem, system, end = increment.problem, increment.system, increment.to(1.0)
     law, steps = problem.discrete.law, problem.discrete.problem.step
     push = unbalanced_load(system.modes, law)
-    of_step = f" of step {increment.step.name!r}" if steps else ""
+    unsure = JUMPS if push is None and getattr(law, "jumps", False) else ""
+    of_step = f" of step {increment.step.name or increment.number!r}" if steps else ""
     where = f" at load factor {increment.target:.4g}{of_step}" if steps or increment.target < 1.0 else ""
     if push is None and (push := unbalanced_load(end.system.modes, law)) is not None:
         where = f" at the end{of_step}, of which {increment.target:.4g} was tried"
@@ -82,8 +85,8 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     if push is None:
         push = _run_away(increment, outcome)
     if push is None:
-        return f"{outcome.reason}{where}"
-    return f"no equilibrium{where}: {_pushed(increment, push)}"
+        return f"{outcome.reason}{where}{unsure}"
+    return f"no equilibrium{where}: {_pushed(increment, push)}{unsure}"
 
 
 def _run_away(increment: Increment, outcome: ContactState) -> Array | None:
@@ -168,8 +171,11 @@ def _ignored(problem: PreparedProblem) -> list[str]:
 
 
 def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
-    """Pairs that stay pressed at the end of a step that took all loads away, though no gap is negative."""
-    discrete, d, found = problem.discrete, problem.system.dim, []
+    """Pairs that stay pressed at the end of a step that took all loads away; an overlap of bodies is a load, too."""
+    discrete, d = problem.discrete, problem.system.dim
+    found: list[str] = []
+    if any(interface.gap.min(initial=np.inf) < 0.0 for interface in discrete.interfaces):
+        return found
     obstacles = list(discrete.problem.obstacle)
     for number, step in enumerate(problem.steps, 1):
         obstacles = [changed_obstacle(o, step) for o in obstacles]
@@ -180,10 +186,10 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
         ends = [r for r in results if r.step == number and r.load_factor == 1.0]
         if loaded or any(given) or not ends:
             continue
-        for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
+        for side in discrete.sides:
             pressed = max(float(r.pairs[side.name].pressure.max(initial=0.0)) for r in results)
             left = float(ends[0].pairs[side.name].pressure.max(initial=0.0))
-            if interface.gap.min(initial=np.inf) >= 0.0 and left > JAM * pressed:
+            if left > JAM * pressed:
                 found.append(f"pair {side.name!r} stays pressed after step {step.name!r} took all loads away: it jams, and "
                              "what stays depends on the path; unload in several increments")  # fmt: skip
     return found

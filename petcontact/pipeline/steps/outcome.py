@@ -47,10 +47,10 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
                  "elimination": problem.digits_lost}  # fmt: skip
     residuals["overlap"], between, place = overlaps(system, increment.system, discrete.law, problem.places, outcome)
     pairs = _pairs(increment, outcome, after, bodies)
-    status, reason = _judged(increment, outcome, elastic, limit)
+    status, reason = _judged(increment, outcome, absurd(discrete, bodies), elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
-    if status == "converged" and (doubt := absurd(discrete, bodies) or objection(residuals, between, place)):
+    if status == "converged" and (doubt := objection(residuals, between, place)):
         status, reason = "not converged", doubt
     obstacles = {
         o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],
@@ -65,12 +65,14 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
     )  # fmt: skip
 
 
-def _judged(increment: Increment, outcome: ContactState, elastic: float, limit: float) -> tuple[str, str]:
-    """Status and reason."""
+def _judged(increment: Increment, outcome: ContactState, moved: str, elastic: float, limit: float) -> tuple[str, str]:
+    """Status and reason; `moved`: why displacements are not accepted, whose digits no residual is judged by."""
     if outcome.stopped:
         return "failed", outcome.reason
     if not outcome.converged:
         return "not converged", failure(increment, outcome)
+    if moved:
+        return "not converged", moved
     if not elastic <= limit:
         return "failed", f"check: elastic residual {elastic:.1e} > {limit:g}; {_remedy(increment)}"
     excess = bound_excess(increment.problem.discrete.law, outcome.sigma)
@@ -136,7 +138,7 @@ def _pairs(
 
 def _on_primary(increment: Increment, face: Interface, traction: Array) -> tuple[Array | None, Axial | None]:
     """Force and moment on the body of the primary, by its own nodes, for tractions (m, d) on the secondary."""
-    if face.primary is None or face.primary_nodes is None or face.loads is None:
+    if face.primary is None or face.primary_nodes is None or face.loads is None or face.jump is not None:
         return None, None
     mesh = increment.problem.discrete.meshes[face.primary]
     force = -mesh.weight[face.primary_nodes, None] * (face.loads @ traction)

@@ -67,23 +67,24 @@ class Places:
         touched = np.zeros(self.mesh.n_elements, dtype=bool)
         touched[self.mesh.element[self.nodes[(states != OPEN) | ~faced]]] = True
         over = np.where(touched[self.element[number]], -np.inf, values @ closer - distance).reshape(len(self.faces), -1)
-        best, deepest = np.argmax(over, axis=1), over.max(axis=1, initial=-np.inf)
-        least = np.where(np.isfinite(over), over, np.inf).min(axis=1, initial=np.inf)
-        asked = np.flatnonzero(2.0 * deepest > least)
-        if not len(asked):
-            return 0.0, np.full(self.mesh.dim, np.nan)
-        deepest, at = deepest[asked], share.reshape(len(self.faces), -1, share.shape[1])[asked, best[asked]]
-        around, reach = 2.0 * _grid(CLOSER, share.shape[1]) - 1.0, 1.0 / (self.faces.SAMPLES - 1)
-        owner = np.repeat(asked, len(around))
+        share, asked = share.reshape(*over.shape, -1), np.arange(len(self.faces))
+        around, reach = 2.0 * _grid(CLOSER, share.shape[2]) - 1.0, 1.0 / (self.faces.SAMPLES - 1)
+        worst, place = 0.0, np.full(self.mesh.dim, np.nan)
         for _ in range(ROUNDS):
-            near = np.clip(at[:, None] + reach * around, 0.0, 1.0)
-            values, distance = self._looked_at(owner, near.reshape(len(owner), -1))
-            over = (values @ closer - distance).reshape(len(asked), -1)
-            best, reach = np.argmax(over, axis=1), 0.5 * reach
-            at, deepest = near[np.arange(len(asked)), best], np.maximum(deepest, over.max(axis=1))
-        worst = int(np.argmax(deepest))
-        place = self.faces.spread(asked[worst : worst + 1], at[worst : worst + 1])
-        return max(0.0, float(deepest[worst])), self.faces.at(asked[worst : worst + 1], place)[0][0]
+            best, deepest = np.argmax(over, axis=1), over.max(axis=1)
+            least = np.where(np.isfinite(over), over, np.inf).min(axis=1)
+            at = share[np.arange(len(asked)), best]
+            if deepest.max(initial=0.0) > worst:
+                k = int(np.argmax(deepest))
+                worst, where = float(deepest[k]), self.faces.spread(asked[k : k + 1], at[k : k + 1])
+                place = self.faces.at(asked[k : k + 1], where)[0][0]
+            room = 2.0 * deepest > worst + least
+            if not room.any():
+                break
+            asked, share = asked[room], np.clip(at[room, None] + reach * around, 0.0, 1.0)
+            values, distance = self._looked_at(np.repeat(asked, len(around)), share.reshape(-1, share.shape[2]))
+            over, reach = (values @ closer - distance).reshape(len(asked), -1), 0.5 * reach
+        return worst, place
 
     @functools.cached_property
     def _grid(self) -> tuple[Index, Array, scipy.sparse.csr_array, Array]:

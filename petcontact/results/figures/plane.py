@@ -177,11 +177,10 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
 
 def draw_profiles(figure: Any, solution: SolutionData) -> None:
     """Pressure along each interface that wears after some of the cycles, and the worn depth of both sides, downwards."""
-    table = solution.wear
-    for axes, name, order in _panels(figure, solution):
-        s, units = solution.pairs[name].arc_length[order], solution.problem.units
-        if table is None or name not in table.depth:
-            continue
+    table, units = solution.wear, solution.problem.units
+    assert table is not None
+    for axes, name, order in _panels(figure, solution, list(table.depth)):
+        s = solution.pairs[name].arc_length[order]
         deep = axes.twinx()
         for number, k in enumerate(np.unique(np.linspace(0, len(table.cycle) - 1, CURVES).round().astype(int))):
             axes.plot(s, table.pressure[name][k][order], color=f"C{number}", label=f"cycle {table.cycle[k]}")
@@ -198,9 +197,9 @@ def _shown(solution: SolutionData) -> list[StepResult]:
     return ends if len(ends) <= CURVES else [*ends[: CURVES - 1], ends[-1]]
 
 
-def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, Index]]:
+def _panels(figure: Any, solution: SolutionData, names: list[str] | None = None) -> list[tuple[Any, str, Index]]:
     """One panel an interface, its states at the end behind it, its name, and its nodes in order along it."""
-    names = list(solution.pairs)
+    names = names or list(solution.pairs)
     if len(names) > 1:
         figure.set_figheight(1.2 + 2.6 * len(names))
     panels = []

@@ -110,7 +110,8 @@ class SweepFolder:
             sweep = Sweep(index["source"], index["sweep"], index["problems"])
             return sweep, Identity(sweep, index["identity"])
         except (OSError, ValueError, KeyError, TypeError, AttributeError, InputError) as error:
-            raise ResultError(f"{self.path}: not the folder or results.h5 of a sweep ({error})") from None
+            why = f"{self.index.name}: {error.strerror}" if isinstance(error, OSError) else error
+            raise ResultError(f"{self.path}: not the folder or results.h5 of a sweep ({why})") from None
 
 
 def remove(path: Path) -> None:

@@ -9,7 +9,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ...errors import InputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -27,13 +27,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
-    from ..results.figures.stress import deformed_figure
-    from ..results.vtu.boundary import write_boundary_vtu
-    from ..results.vtu.collection import file_word, write_collection
-    from ..runtime.atomic_write import check_target
-    from ..runtime.figure_style import figure_format
-    from ..runtime.terminal import StatusLine
-    from ..sweep.store.case_table import read_case
+    from ...results.figures.stress import deformed_figure
+    from ...results.vtu.boundary import write_boundary_vtu
+    from ...results.vtu.collection import file_word, write_collection
+    from ...runtime.atomic_write import check_target
+    from ...runtime.figure_style import figure_format
+    from ...runtime.terminal import StatusLine
+    from ...sweep.store.case_table import read_case
 
     resolution = grid(arguments.grid) if arguments.grid else None
     output = Path(arguments.output or Path(arguments.result).with_suffix(".vtu").name)
@@ -67,8 +67,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 def one_field(output: Path, solution: Any, resolution: Any, progress: Any) -> dict[str, Any]:
     """Write the field of the only increment of the only body, and say how large its stress is; the field by body."""
-    from ..fields.peak import peak_of
-    from ..results.vtu.inside import field_inside, grid_inside, write_vtu
+    from ...fields.peak import peak_of
+    from ...results.vtu.inside import field_inside, grid_inside, write_vtu
 
     ((name, mesh),) = solution.meshes.items()
     field = field_inside(solution, grid_inside(mesh, resolution), name, progress=progress)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import argparse
 from pathlib import Path
 
-from ..errors import InputError
-from ..runtime.figure_style import FORMATS
+from ...errors import InputError
+from ...runtime.figure_style import FORMATS
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -21,15 +21,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Draw; needs no PETSc."""
-    from ..results.figures.plots import plot_all
-    from ..sweep.store.case_table import read_case
+    from ...results.figures.plots import plot_all
+    from ...sweep.store.case_table import read_case
 
     if arguments.animate:
         _check_animation(arguments)
     for name in arguments.result:
         solution = read_case(name, arguments.case)
         if arguments.animate:
-            from ..results.figures.animation import animate
+            from ...results.figures.animation import animate
 
             print(animate(solution, arguments.animate))
             continue
@@ -41,8 +41,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 def _check_animation(arguments: argparse.Namespace) -> None:
     """Refuse a file that could not be written, and several results, before any is read."""
-    from ..results.figures.animation import animation_format
-    from ..runtime.atomic_write import check_target
+    from ...results.figures.animation import animation_format
+    from ...runtime.atomic_write import check_target
 
     animation_format(arguments.animate)
     check_target(Path(arguments.animate), replace=True, inputs=arguments.result)

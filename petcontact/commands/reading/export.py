@@ -13,7 +13,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
-from ..errors import InputError
+from ...errors import InputError
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -33,8 +33,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Write; only superelements need PETSc."""
-    from ..runtime.atomic_write import check_target
-    from ..sweep.store.case_table import read_case
+    from ...runtime.atomic_write import check_target
+    from ...sweep.store.case_table import read_case
 
     if not (arguments.csv or arguments.vtkhdf or arguments.superelement):
         raise InputError("export: nothing to write; --csv DIR writes tables, --vtkhdf FILE.vtkhdf fields for ParaView, "
@@ -44,13 +44,13 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             raise InputError(f"{arguments.vtkhdf}: must end in .vtkhdf, which tells ParaView what it is")
         check_target(Path(arguments.vtkhdf), replace=True, inputs=[arguments.result])
     if arguments.superelement:
-        from ..pipeline.superelement import superelement_format
+        from ...pipeline.superelement import superelement_format
 
         superelement_format(arguments.superelement)
         check_target(Path(arguments.superelement), replace=True, inputs=[arguments.result])
     solution = read_case(arguments.result, arguments.case)
     if arguments.csv:
-        from ..results.tables import write_tables
+        from ...results.tables import write_tables
 
         for path in write_tables(solution, arguments.csv, arguments.table, _steps(arguments.step, solution)):
             print(path)
@@ -63,8 +63,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 
 def _superelement(arguments: argparse.Namespace, solution: Any, petsc_words: list[str]) -> None:
-    from ..pipeline.superelement import condensed_body
-    from ..runtime.petsc import initialise, petsc
+    from ...pipeline.superelement import condensed_body
+    from ...runtime.petsc import initialise, petsc
 
     initialise(petsc_words)
     comm = petsc().COMM_WORLD
@@ -86,8 +86,8 @@ def _steps(word: str | None, solution: Any) -> list[int]:
 
 
 def _fields(arguments: argparse.Namespace, solution: Any) -> None:
-    from ..results.vtu.vtkhdf import write_vtkhdf
-    from ..runtime.terminal import StatusLine
+    from ...results.vtu.vtkhdf import write_vtkhdf
+    from ...runtime.terminal import StatusLine
     from .field import grid
 
     status = StatusLine(sys.stderr.isatty())

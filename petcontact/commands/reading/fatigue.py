@@ -1,0 +1,103 @@
+"""Fatigue parameters over a cycle of load steps, on the surface of the bodies and below it.
+
+petcontact fatigue RESULT.h5 --first push --last pull --parameter smith-watson-topper --depth 0.5 -o out.csv
+"""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+
+import numpy as np
+
+from ...errors import InputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `petcontact fatigue`."""
+    parser.add_argument("result", metavar="RESULT.h5", help="a result file")
+    parser.add_argument("--parameter", metavar="NAME", default="smith-watson-topper",
+                        help="smith-watson-topper (default), findley, crossland, dang-van, ruiz-1, ruiz-2")  # fmt: skip
+    parser.add_argument("--first", metavar="STEP", help="name of the step that the cycle begins with (default: the first)")
+    parser.add_argument("--last", metavar="STEP", help="name of the step that it ends with (default: the last)")
+    parser.add_argument("--depth", metavar="LENGTH", default="0", help="how far below the surface, too (default: 0)")
+    parser.add_argument("--sensitivity", metavar="NUMBER", help="k of findley, alpha of crossland and dang-van")
+    parser.add_argument("--limit", metavar="STRESS", help="what the parameter may be: the largest value is given over it")
+    parser.add_argument("--life", metavar="S,B,E,C",
+                        help="sigma_f', b, epsilon_f', c: cycles to failure by smith-watson-topper")  # fmt: skip
+    parser.add_argument("--body", metavar="NAME", action="append", help="only this body; may be repeated")
+    parser.add_argument("--part", metavar="NAME", action="append",
+                        help="this part of the surface instead of those in contact; may be repeated")  # fmt: skip
+    parser.add_argument("-o", "--output", metavar="FILE.csv", help="a table, a row a place")
+    parser.add_argument("--figure", metavar="FILE.png", help="also draw it (.png, .pdf or .svg)")
+    parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
+
+
+def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
+    """Evaluate, print and write; needs no PETSc."""
+    from ...fatigue.evaluate import cycles_to_failure, fatigue, table
+    from ...fatigue.figure import fatigue_figure
+    from ...results.tables import csv_text
+    from ...runtime.atomic_write import check_target, write_text
+    from ...runtime.figure_style import figure_format
+    from ...sweep.store.case_table import read_case
+
+    depth, sensitivity, limit = (_number(arguments, key) for key in ("depth", "sensitivity", "limit"))
+    life = _life(arguments.life, arguments.parameter) if arguments.life else None
+    if arguments.output and Path(arguments.output).suffix.lower() != ".csv":
+        raise InputError(f"{arguments.output}: a table is written as .csv")
+    if arguments.figure:
+        figure_format(arguments.figure)
+    for name in filter(None, (arguments.output, arguments.figure)):
+        check_target(Path(name), replace=True, inputs=[arguments.result])
+    solution = read_case(arguments.result, arguments.case)
+    result = fatigue(
+        solution, arguments.parameter, first=arguments.first, last=arguments.last, depth=depth or 0.0,
+        sensitivity=sensitivity, bodies=arguments.body, parts=arguments.part,
+    )  # fmt: skip
+    found, k = result.largest
+    sites, value = found.sites, float(found.value[k])
+    places = sum(len(one.value) for one in result.found)
+    print(f"{result.parameter}: {result.increments} increments, {places} places")
+    where = ", ".join(f"{c:.6g}" for c in np.where(np.abs(sites.x[k]) < 1e-12 * np.abs(sites.x).max(), 0.0, sites.x[k]))
+    deep = f", {sites.depth[k]:.4g} below it" if sites.depth[k] else ""
+    print(f"  largest {value:.6g} at ({where}), {sites.body}.{sites.part[k]}{deep}")
+    if found.normal is not None:
+        n = found.normal[k]
+        print(f"  critical plane: normal ({', '.join(f'{c + 0.0:.4f}' for c in n.round(4))})")
+    if limit is not None:
+        print(f"  over the limit {limit:g}: {value / limit:.4g}")
+    if life is not None:
+        material = next(body.material for body in solution.problem.body if body.name == sites.body)
+        print(f"  cycles to failure: {cycles_to_failure(value, material.young_modulus, life):.4g}")
+    if arguments.output:
+        write_text(arguments.output, csv_text(table(result)))
+        print(arguments.output)
+    if arguments.figure:
+        print(fatigue_figure(solution, result, arguments.figure))
+    return 0
+
+
+def _number(arguments: argparse.Namespace, key: str) -> float | None:
+    text = getattr(arguments, key)
+    if text is None:
+        return None
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value) or value < 0.0 or (key == "limit" and value == 0.0):
+        least = "positive" if key == "limit" else "0 or more"
+        raise InputError(f"--{key} {text}: must be a number, {least}")
+    return value
+
+
+def _life(text: str, parameter: str) -> tuple[float, float, float, float]:
+    if parameter != "smith-watson-topper":
+        raise InputError("--life: of smith-watson-topper only")
+    try:
+        strength, b, ductility, c = (float(word) for word in text.split(","))
+    except ValueError:
+        raise InputError(f"--life {text}: four numbers are expected: sigma_f',b,epsilon_f',c") from None
+    return strength, b, ductility, c

@@ -1,0 +1,1 @@
+"""Fatigue of bodies under cycles of load, by multiaxial parameters of stress."""

@@ -1,0 +1,144 @@
+"""The stress of a cycle of load steps at points on the surfaces of the bodies and below them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from ..arrays import Array, Index, Names
+from ..contact.law_protocol import OPEN
+from ..errors import InputError
+from ..fields.boundary.places import best_places, nodal_places
+from ..mesh.boundary_mesh import BoundaryMesh
+from ..model.base import nearest
+from ..results.data import SolutionData
+from ..results.records import StepResult
+
+NEAR = 2.0
+"""Below the surface, points under nodes that are no farther from contact than so many depths."""
+
+
+@dataclass(frozen=True)
+class Sites:
+    """Points of one body, and their stress over a cycle.
+
+    Attributes
+    ----------
+    body : str
+    part : (n,) array of str
+        Of the surface that the points lie on or below.
+    x : (n, d) array
+        [length]
+    depth : (n,) array
+        Below the surface, along its normal [length].
+    along : (n,) array
+        Arc length along the part, in space 0 [length].
+    stress : (k, n, 3, 3) array
+        At the end of k increments [stress].
+    """
+
+    body: str
+    part: Names
+    x: Array
+    depth: Array
+    along: Array
+    stress: Array
+
+
+def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> list[StepResult]:
+    """The increments of the steps from one to another, the last time they were done; of all steps by default.
+
+    Raises
+    ------
+    InputError
+        If there are no such steps, in this order, or fewer than two increments of them.
+    """
+    names = [step.name for step in solution.problem.step]
+    numbers = []
+    for option, name, default in (("--first", first, 1), ("--last", last, max(len(names), 1))):
+        if name is not None and name not in names:
+            raise InputError(f"{option}: no step {name!r}{nearest(name, names) or '; there are ' + ', '.join(names)}")
+        numbers.append(default if name is None else names.index(name) + 1)
+    low, high = numbers
+    if low > high:
+        raise InputError(f"--last: step {last!r} comes before step {first!r}")
+    found: list[StepResult] = []
+    for step in reversed(solution.steps):
+        inside = low <= step.step <= high
+        if found and (not inside or step.step > found[-1].step):
+            break
+        if inside:
+            found.append(step)
+    if len(found) < 2:
+        raise InputError(f"--first, --last: a cycle has at least two increments, these steps have {len(found)}")
+    return found[::-1]
+
+
+def sites_of(
+    solution: SolutionData, increments: list[StepResult], body: str, parts: list[str], depths: Array
+) -> Sites | None:
+    """Nodes of parts of a body, the best places between them, and points below the nodes next to contact.
+
+    Parameters
+    ----------
+    solution : SolutionData
+    increments : list of StepResult
+    body : str
+    parts : list of str
+        None of them: none of the body.
+    depths : (m,) array
+        Increasing, the first may be 0 [length].
+    """
+    if not parts:
+        return None
+    mesh = solution.meshes[body]
+    chosen = np.isin(mesh.part, [mesh.part_names.index(part) for part in parts])
+    element, place = (np.concatenate(both) for both in zip(nodal_places(mesh), best_places(mesh), strict=True))
+    element, place = element[chosen[element]], place[chosen[element]]
+    at = mesh.variables_at(element, place)
+    surface = np.column_stack([at[axis] for axis in "xyz"[: mesh.dim]])
+    nodes = np.flatnonzero(chosen[mesh.element])
+    below = [depth for depth in depths.tolist() if depth > 0.0]
+    under = nodes[_next_to_contact(solution, increments, body, mesh.x[nodes], NEAR * max(below, default=0.0))]
+    x = np.concatenate([surface, *(mesh.x[under] - depth * mesh.normal[under] for depth in below)])
+    depth = np.concatenate([np.zeros(len(surface)), np.repeat(below, len(under))])
+    owner = np.concatenate([mesh.part[element], np.tile(mesh.node_part[under], len(below))])
+    arc = _arc_length(mesh, under)
+    along = np.concatenate([at.get("s", np.zeros(len(surface))), np.tile(arc, len(below))])
+    stress = np.empty((len(increments), len(x), 3, 3))
+    for k, step in enumerate(increments):
+        fields = solution.body_fields(body, step)
+        stress[k, : len(surface)] = fields.on_boundary(element, place).tensor
+        if len(x) > len(surface):
+            stress[k, len(surface) :] = fields.at(x[len(surface) :], outside=np.nan).tensor
+    kept = np.isfinite(stress).all(axis=(0, 2, 3))
+    names = np.array(mesh.part_names)[owner]
+    return Sites(body, names[kept], x[kept], depth[kept], along[kept], stress[:, kept])
+
+
+def parts_in_contact(solution: SolutionData) -> dict[str, list[str]]:
+    """Parts by body on either side of an interface."""
+    found: dict[str, list[str]] = {name: [] for name in solution.meshes}
+    sides = [solution.sides[name] for name in solution.nodes]
+    for body, part in [*sides, *(tuple(side.split(".")) for side in solution.primaries.values())]:
+        if part not in found[body]:
+            found[body].append(part)
+    return found
+
+
+def _next_to_contact(
+    solution: SolutionData, increments: list[StepResult], body: str, x: Array, reach: float
+) -> Index:
+    """Which points (n, d) of a surface are at most so far from nodes that were closed."""
+    closed = [pair.x[pair.state != OPEN] for step in increments for name, pair in step.pairs.items()
+              if body in (solution.sides[name][0], solution.primaries.get(name, "").partition(".")[0])]  # fmt: skip
+    touched = np.concatenate([np.empty((0, x.shape[1])), *closed])
+    if not len(touched) or reach == 0.0:
+        return np.empty(0, dtype=np.int64)
+    return np.flatnonzero(scipy.spatial.cKDTree(touched).query(x)[0] <= reach)
+
+
+def _arc_length(mesh: BoundaryMesh, nodes: Index) -> Array:
+    return np.asarray(mesh.variables(nodes).get("s", np.zeros(len(nodes))))

@@ -1,0 +1,186 @@
+"""A fatigue parameter of a solution, by its name: values at places of all bodies, and the largest of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy
+
+from ..arrays import Array
+from ..errors import InputError
+from ..model.base import nearest
+from ..results.data import SolutionData
+from .cycle import Sites, cycle_of, parts_in_contact, sites_of
+from .parameters import PARAMETERS, Constants
+from .ruiz import ruiz_sites
+
+RUIZ = {"ruiz-1": 0, "ruiz-2": 1}
+"""Places of the values among those of `ruiz_sites`."""
+NAMES = (*PARAMETERS, *RUIZ)
+LAYERS = 6
+"""Depths below the surface, denser towards it."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """A parameter at the places of one body: `value` (n,), and `normal` (n, 3) of critical planes where it has these."""
+
+    sites: Sites
+    value: Array
+    normal: Array | None = None
+
+
+@dataclass(frozen=True)
+class Fatigue:
+    """A parameter over a cycle.
+
+    Attributes
+    ----------
+    parameter : str
+        One of `NAMES`.
+    increments : int
+        Of the cycle.
+    found : tuple of Found
+        By body, or side of an interface; at least one.
+    """
+
+    parameter: str
+    increments: int
+    found: tuple[Found, ...]
+
+    @property
+    def largest(self) -> tuple[Found, int]:
+        """Where it is largest, and the number of the place there."""
+        found = max(self.found, key=lambda one: float(one.value.max()))
+        return found, int(found.value.argmax())
+
+
+def fatigue(
+    solution: SolutionData, parameter: str, *, first: str | None = None, last: str | None = None, depth: float = 0.0,
+    sensitivity: float | None = None, bodies: list[str] | None = None, parts: list[str] | None = None,
+) -> Fatigue:  # fmt: skip
+    """A fatigue parameter over a cycle of load steps, on the surface and below it.
+
+    Parameters
+    ----------
+    solution : Solution
+    parameter : {"smith-watson-topper", "findley", "crossland", "dang-van", "ruiz-1", "ruiz-2"}
+    first, last : str, optional
+        Names of the steps that the cycle begins and ends with; all steps by default.
+    depth : float
+        How far below the surface, too, next to contact; 0 for the surface alone [length].
+    sensitivity : float, optional
+        k of Findley, α of Crossland and Dang Van, which need it [-].
+    bodies : list of str, optional
+        All by default.
+    parts : list of str, optional
+        Names of parts of the surface; those in contact by default.
+
+    Raises
+    ------
+    InputError
+        If there are no such steps, bodies or parts, a constant is missing, or nothing is left to look at.
+    """
+    if parameter not in NAMES:
+        known = nearest(parameter, list(NAMES)) or "; there are " + ", ".join(NAMES)
+        raise InputError(f"parameter: no {parameter!r}{known}")
+    if not (np.isfinite(depth) and depth >= 0.0):
+        raise InputError(f"depth: must be 0 or more, got {depth:g}")
+    needed = parameter in PARAMETERS and PARAMETERS[parameter][1]
+    if needed != (sensitivity is not None):
+        raise InputError(f"sensitivity: {parameter} {'needs it, such as 0.3' if needed else 'has none'}")
+    increments, names = cycle_of(solution, first, last), list(solution.meshes)
+    for body in bodies or ():
+        if body not in names:
+            raise InputError(f"no body {body!r}{nearest(body, names) or '; bodies are ' + ', '.join(names)}")
+    chosen = _chosen_parts(solution, bodies or names, parts)
+    found: list[Found] = []
+    if parameter in RUIZ:
+        for name in solution.nodes:
+            for place, *values in ruiz_sites(solution, increments, name):
+                if place.part[0] in chosen.get(place.body, ()):
+                    found.append(Found(place, values[RUIZ[parameter]]))
+    else:
+        depths = depth * (np.arange(LAYERS + 1) / LAYERS) ** 2
+        for one in solution.problem.body:
+            sites = sites_of(solution, increments, one.name, chosen.get(one.name, []), depths[depths > 0.0])
+            if sites is not None:
+                constants = Constants(one.material.young_modulus, one.material.poisson_ratio, sensitivity or 0.0)
+                damage = PARAMETERS[parameter][0](sites.stress, constants)
+                found.append(Found(sites, damage.value, damage.normal))
+    if not found:
+        raise InputError("fatigue: none of these parts is in contact" if parts else "fatigue: nothing is in contact")
+    return Fatigue(parameter, len(increments), tuple(found))
+
+
+def _chosen_parts(solution: SolutionData, bodies: list[str], parts: list[str] | None) -> dict[str, list[str]]:
+    if parts is None:
+        return {body: own for body, own in parts_in_contact(solution).items() if body in bodies}
+    known = {body: [name for name in parts if name in solution.meshes[body].part_names] for body in bodies}
+    every = [name for body in bodies for name in solution.meshes[body].part_names]
+    for name in parts:
+        if name not in every:
+            raise InputError(f"no part {name!r}{nearest(name, every) or '; parts are ' + ', '.join(every)}")
+    return known
+
+
+def cycles_to_failure(damage: float, young_modulus: float, constants: tuple[float, float, float, float]) -> float:
+    """N at which (σ_f'²/E)(2N)^(2b) + σ_f' ε_f' (2N)^(b+c) is a value of Smith, Watson and Topper's parameter.
+
+    Parameters
+    ----------
+    damage : float
+        σ_n,max Δε_n/2 [stress].
+    young_modulus : float
+        [stress]
+    constants : (σ_f', b, ε_f', c)
+        Of Basquin's, and of Coffin and Manson's law; b and c are negative.
+
+    Returns
+    -------
+    float
+        Infinite where nothing opens.
+
+    Raises
+    ------
+    InputError
+        If the constants have the wrong signs.
+
+    Examples
+    --------
+    >>> round(cycles_to_failure(1000.0**2 / 200e3 * 2e6**-0.2, 200e3, (1000.0, -0.1, 0.0, -0.6)))
+    1000000
+    """
+    strength, b, ductility, c = constants
+    if not (strength > 0.0 and b < 0.0 and ductility >= 0.0 and c < 0.0):
+        raise InputError("life: σ_f' must be positive, b and c negative, ε_f' not negative")
+    if damage <= 0.0:
+        return float("inf")
+
+    def excess(exponent: float) -> float:
+        reversals = np.exp(exponent)
+        return float(np.log((strength**2 / young_modulus) * reversals ** (2.0 * b) + strength * ductility
+                            * reversals ** (b + c)) - np.log(damage))  # fmt: skip
+
+    if excess(-50.0) <= 0.0:
+        return 0.0
+    if excess(300.0) >= 0.0:
+        return float("inf")
+    return 0.5 * float(np.exp(scipy.optimize.brentq(excess, -50.0, 300.0, xtol=1e-12)))
+
+
+def table(result: Fatigue) -> dict[str, Any]:
+    """Columns of a table, a row a place: body, part, x, y (and z), depth, arc length, value, and n of critical planes."""
+    columns: dict[str, list[Any]] = {}
+    for one in result.found:
+        sites, count = one.sites, len(one.value)
+        row: dict[str, Any] = {"body": np.full(count, sites.body), "part": sites.part,
+                               **dict(zip("xyz", sites.x.T, strict=False)), "depth": sites.depth,
+                               "arc_length": sites.along, result.parameter.replace("-", "_"): one.value}  # fmt: skip
+        if one.normal is not None:
+            row |= dict(zip(("plane_nx", "plane_ny", "plane_nz"), one.normal.T, strict=True))
+        for key, values in row.items():
+            columns.setdefault(key, []).append(values)
+    return {key: np.concatenate(values) for key, values in columns.items()}

@@ -1,0 +1,78 @@
+"""The chapter of recipes: each command is run in this process, and ends with the figures that the chapter has."""
+
+from __future__ import annotations
+
+import shlex
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from petcontact import load, read_result, solve
+from petcontact.commands.main import main
+from petcontact.manual import chapter
+
+ROOT = Path(__file__).parents[2]
+CONFIGS = sorted(path.name for path in (ROOT / "configs" / "recipes").glob("*.toml"))
+
+
+def command(config: str) -> list[str]:
+    """The first command of the chapter that solves it."""
+    lines = [line.partition("   #")[0] for line in chapter("recipes").splitlines() if f"recipes/{config}" in line]
+    return shlex.split(lines[0])[1:]
+
+
+@pytest.fixture(params=CONFIGS)
+def recipe(request, tmp_path, monkeypatch):
+    """Name of a config, exit status of its command, and its solution."""
+    (tmp_path / "configs").symlink_to(ROOT / "configs")
+    monkeypatch.chdir(tmp_path)
+    words = command(request.param)
+    status = main([*words, *(() if "--no-figures" in words else ("--no-figures",))])
+    return Path(request.param).stem, status, read_result(words[words.index("-o") + 1])
+
+
+def grip(solution):
+    moved = solution.last.obstacles["grip"]
+    return [*moved.displacement, moved.rotation], [0.0397, 0.0763, 0.00273]
+
+
+def o_ring(solution):
+    return [solution.pairs[name].pressure.max() for name in ("floor", "lid", "wall")], [1.58, 1.58, 1.10]
+
+
+def symmetry(solution):
+    return solution.pairs["top"].force, [0.51, -5.00]
+
+
+def limit_load(solution):
+    """µN; the solve ends between it and 1/256 of the step beyond."""
+    assert "cannot be held: the load pushes it along +x" in solution.reason and "0.8008" in solution.reason
+    return -solution.pairs["bottom"].force[0], 0.8
+
+
+def limit_torque(solution):
+    moments = [step.pairs["fit"].moment for step in solution.steps[-3:]]
+    assert moments[1:] == pytest.approx([moments[-1]] * 2, rel=1e-3)
+    assert not solution.info["warnings"]
+    return -moments[-1], 2.0 * np.pi * 0.2 * 1.974
+
+
+def mesh_in_space(solution):
+    return solution.pairs["bottom"].force[[0, 2]], [-1.8649, 10.748]
+
+
+def load_path(solution):
+    """Energies on the path, and of the last force at once."""
+    changes = {"obstacle.0.force": [3.5, -10.0], "step": [{"name": "at once"}]}
+    at_once = load(ROOT / "configs/recipes/load_path.toml", changes)
+    spent = [sum(step.pairs["top"].dissipated for step in each.steps) for each in (solution, solve(at_once))]
+    assert spent[1] == pytest.approx(0.0019, rel=0.02)
+    return spent[0], 0.0107
+
+
+def test_a_recipe_ends_with_the_figures_of_the_chapter(recipe):
+    name, status, solution = recipe
+    assert status == (3 if name == "limit_load" else 0)
+    found, printed = globals()[name](solution)
+    assert np.asarray(found) == pytest.approx(np.asarray(printed), rel=1e-2)

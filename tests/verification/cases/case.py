@@ -1,0 +1,109 @@
+"""A case of the verification manual: a problem, reference values with their source, and how each is read off the solution.
+
+NAME.reference.toml has the words and the values, NAME.toml the problem; or `problem = "module:function"` names a function
+here that returns it.
+"""
+
+from __future__ import annotations
+
+import importlib
+import tomllib
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import petcontact
+
+from . import measures
+
+FOLDER = Path(__file__).parent
+KINDS = ("closed form", "external source", "another code")
+
+
+@dataclass(frozen=True)
+class Value:
+    """A reference value: its name, unit, number, tolerance (relative; of a reference 0 absolute), and the measure.
+
+    `set` changes keys of the problem file for this value.
+    """
+
+    name: str
+    reference: float
+    tolerance: float
+    measure: str
+    unit: str = ""
+    source: str = ""
+    missed: str = ""
+    set: dict[str, Any] = field(default_factory=dict)
+    keys: dict[str, Any] = field(default_factory=dict)
+
+    def computed(self, solution: petcontact.Solution) -> float:
+        return getattr(measures, self.measure)(solution, **self.keys)
+
+    def met(self, computed: float) -> bool:
+        return abs(computed - self.reference) <= self.tolerance * (abs(self.reference) or 1.0)
+
+
+@dataclass(frozen=True)
+class Case:
+    """One page of the manual. `unposed` says why a case has no problem, `quick` whether the tests solve it.
+
+    `accuracy` solves on adaptive meshes to it, as `--accuracy` does.
+    """
+
+    name: str
+    path: Path
+    number: str
+    title: str
+    kind: str
+    uncertainty: str
+    source: str
+    text: str
+    mesh: str = ""
+    problem: str = ""
+    unposed: str = ""
+    accuracy: float | None = None
+    quick: bool = False
+    values: tuple[Value, ...] = ()
+
+    @property
+    def config(self) -> Path | None:
+        """The problem file, where the problem is one."""
+        return None if self.problem or self.unposed else self.path.parent / f"{self.name}.toml"
+
+    def posed(self, changes: dict[str, Any] | None = None) -> petcontact.Problem:
+        if self.config:
+            return petcontact.load(self.config, changes)
+        module, name = self.problem.split(":")
+        return getattr(importlib.import_module(f"{__package__}.{module}"), name)()
+
+    def computed(self) -> tuple[list[float], petcontact.Solution]:
+        """The values, and the solution of the problem as it stands; one that did not converge is an error."""
+        changed = {repr(value.set): value.set for value in self.values} | {"{}": {}}
+        solutions = {key: self._solved(changes) for key, changes in changed.items()}
+        return [value.computed(solutions[repr(value.set)]) for value in self.values], solutions["{}"]
+
+    def _solved(self, changes: dict[str, Any]) -> petcontact.Solution:
+        problem = self.posed(changes)
+        solution = petcontact.adapt(problem, self.accuracy) if self.accuracy else petcontact.solve(problem)
+        assert solution.converged, f"{self.name}: {solution.reason}"
+        return solution
+
+
+def read(path: Path) -> Case:
+    """The case of a NAME.reference.toml; an unknown key is an error."""
+    data = tomllib.loads(path.read_text())
+    values = tuple(_value(entry) for entry in data.pop("value", ()))
+    case = Case(name=path.name.removesuffix(".reference.toml"), path=path, values=values, **data)
+    assert case.kind in KINDS and bool(case.unposed) != bool(values), path
+    return case
+
+
+def _value(entry: dict[str, Any]) -> Value:
+    known = {key: entry.pop(key) for key in list(entry) if key in Value.__dataclass_fields__ and key != "keys"}
+    return Value(**known, keys=entry)
+
+
+def every() -> list[Case]:
+    """All cases, published ones first, by number."""
+    return sorted((read(path) for path in FOLDER.glob("*/*.reference.toml")), key=lambda case: case.number)
