@@ -28,7 +28,7 @@ PANELS = 4
 """Panels on the shortest edge of a box whose element size nobody has told."""
 EXPONENT = 1.4
 """Of the grading of boxes; friction limits the order to 2, and this is near enough to what edges and corners ask."""
-PLANE_KEYS = ("grading", "levels", "graded_points", "accuracy")
+PLANE_KEYS = ("grading", "levels", "graded_points")
 """Keys of `[mesh]` that say nothing in space."""
 
 

@@ -39,8 +39,8 @@ def matched(
     for pair in pairs:
         (a, part), (b, other) = pair.secondary, pair.primary
         kind = kinds[a]
-        if kind is not None and kind is kinds[b]:
+        if kind is not None and kind is kinds[b] and joints[a] and joints[b]:
             projections.append(kind[2]((a, boundaries[a], part), (b, boundaries[b], other), pair.direction))
     match(joints, [projection for projection in projections if projection is not None])
-    return [kind[1](boundary, sides) if kind else mesh
+    return [kind[1](boundary, sides) if kind and sides else mesh
             for kind, boundary, sides, mesh in zip(kinds, boundaries, joints, meshes, strict=True)]  # fmt: skip
