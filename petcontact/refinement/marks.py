@@ -11,7 +11,6 @@ from ..arrays import Array, Index
 from ..errors import InputError
 from ..geometry.outline import Outline
 from ..mesh.boundary_mesh import BoundaryMesh
-from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem

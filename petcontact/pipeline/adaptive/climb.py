@@ -87,8 +87,10 @@ def in_plane(problem: Problem) -> bool:
 
 
 def adapts_itself(problem: Problem) -> bool:
-    """Whether a problem that names no mesh is solved on adaptive ones: of all but surfaces from files, which are panels."""
-    return all(body.mesh.automatic and isinstance(body.geometry.outline(), Outline | BoxSurface) for body in problem.body)
+    """Whether a problem that names no mesh is solved on adaptive ones; of surfaces from files where it has an accuracy."""
+    asked = any(body.mesh.accuracy is not None for body in problem.body)
+    return all(body.mesh.automatic and (asked or isinstance(body.geometry.outline(), Outline | BoxSurface))
+               for body in problem.body)  # fmt: skip
 
 
 class AdaptiveSolve:
