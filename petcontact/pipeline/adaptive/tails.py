@@ -9,6 +9,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.tail import rim_distance
+from ...refinement.panel_marks import element_sizes
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from .slip import displacement_scale
@@ -56,11 +57,6 @@ def _slip_error(solution: Solution) -> float:
         square += float(pair.weight @ (size**2 * (of_q**2 + (COUPLING * of_p) ** 2)))
     compliance = (1.0 - material.poisson_ratio) / (math.pi * material.shear_modulus)
     return compliance * math.sqrt(square) / displacement_scale(solution)
-
-
-def element_sizes(mesh: BoundaryMesh) -> Array:
-    """Lengths of elements, in space of the side of a square as large, (n_elements,) [length]."""
-    return np.asarray(np.bincount(mesh.element, mesh.weight) ** (1.0 / (mesh.dim - 1)))
 
 
 def inside(mesh: BoundaryMesh, part: str, nodes: Index) -> Array:

@@ -117,8 +117,10 @@ def _accuracy(solution: SolutionData) -> list[str]:
     error = f"  error of {what}: {info['estimated_error']:.1e} estimated"
     if "resultant_error" in info:
         error += f" in L2, of resultants {info['resultant_error']:.1e}"
-    if "accuracy" not in info and "resultant_error" in info:
-        return [error]
+        if "accuracy" not in info:
+            return [error]
+        elements = wrapped("  elements: ", [str(count) for count in info["levels"]])
+        return [f"{error}, {info['accuracy']:.1e} wanted", *elements]
     if "accuracy" not in info:
         return [f"{error}, against half as many elements"]
     meshes = ", ".join(str(count) for count in info["levels"])
