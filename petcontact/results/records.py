@@ -48,7 +48,7 @@ class PairResult:
     dissipated_error : float
         A bound of its error; nan in files before it was known.
     pressure_error, sigma_t_error : (m,) arrays, optional
-        Estimated errors of p and of the vector σ_t, rms over each element (`mesh.tail`); None in files before they were
+        Estimated errors of p and of the vector σ_t, rms over each element (`panels.tail`); None in files before they were
         known [stress].
     force_primary, moment_primary : (d,) array, and float, in space (3,) array, optional
         On the body of the primary side, as its nodes feel them; None where that is the ground or an obstacle.

@@ -9,13 +9,13 @@ from facets import box as facet_box
 from petcontact import InputError, Problem, adapt, solve
 from petcontact.mesh.pairs.box_faces import grid_lines
 from petcontact.mesh.panelling import box_mesh
-from petcontact.mesh.quartering import quartered
 from petcontact.model.base import parse
 from petcontact.pipeline.adaptive import panel_tails
 from petcontact.pipeline.adaptive.panel_tails import Budget, PanelTails
 from petcontact.reference.half_space import elliptic_load
 from petcontact.reference.hertz import elliptic
-from petcontact.refinement.panel_marks import largest, too_large
+from petcontact.refinement.panels.marks import largest, too_large
+from petcontact.refinement.panels.quartering import quartered
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 

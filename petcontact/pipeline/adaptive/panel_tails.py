@@ -15,14 +15,14 @@ from ...contact.state import Start
 from ...errors import InputError
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.quartering import quartered
 from ...mesh.surface_mesh import as_surface
-from ...mesh.tail import tail
 from ...model.problem import Contact, Problem
 from ...model.solver_options import MeshOptions
 from ...refinement.marks import LevelMesh
 from ...refinement.meshes import mesh_of
-from ...refinement.panel_marks import FINER, element_sizes, facing, faded, largest, too_large
+from ...refinement.panels.marks import FINER, element_sizes, facing, faded, largest, too_large
+from ...refinement.panels.quartering import quartered
+from ...refinement.panels.tail import tail
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..choice import check_memory, is_compressed, predicted_seconds, resolved_bem

@@ -8,8 +8,8 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.tail import rim_distance
-from ...refinement.panel_marks import element_sizes
+from ...refinement.panels.marks import element_sizes
+from ...refinement.panels.tail import rim_distance
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from .slip import displacement_scale

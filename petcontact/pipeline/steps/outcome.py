@@ -12,7 +12,7 @@ from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_re
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
-from ...mesh.tail import tail
+from ...refinement.panels.tail import tail
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ..eliminate import ELASTIC_LIMIT
 from ..trust.increments import imbalance, objection

@@ -16,7 +16,7 @@ from ...mesh.basis import lagrange
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh, corner_values
-from ...mesh.tail import tail
+from ...refinement.panels.tail import tail
 from ...runtime.figure_style import STATES
 from ..body_fields import BodyFields, StressState
 from ..data import SolutionData
@@ -45,7 +45,7 @@ def write_boundary_vtu(
     Points belong to one element each, since tractions jump from element to element; in the plane elements of higher order
     and arcs are cut into short lines. Point data: displacement, traction, stress, von_mises; in the plane also normal,
     sigma_n, sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and arc_length. Cell
-    data: the number of the part, traction_error as `mesh.tail` estimates it, and contact (-1 elsewhere, 0 stick, 1 slip,
+    data: the number of the part, traction_error, estimated (`panels.tail`), and contact (-1 elsewhere, 0 stick, 1 slip,
     2 open; of a panel the largest of its nodes). Shear between the nodes of a contact element is cut at the bound, which a
     polynomial may pass there. Names of parts, states and units are those of the arrays of the field data (ParaView's
     "Information").

@@ -10,10 +10,10 @@ from petcontact.geometry.outline import as_outline
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh, facet_mesh
-from petcontact.mesh.quartering import quartered
-from petcontact.mesh.tail import MARGIN, RIM, rim_distance, tail
 from petcontact.model.shapes import Gmsh, Rectangle
 from petcontact.model.solver_options import MeshOptions
+from petcontact.refinement.panels.quartering import quartered
+from petcontact.refinement.panels.tail import MARGIN, RIM, rim_distance, tail
 
 BOX = BoxSurface(np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 1.0]))
 

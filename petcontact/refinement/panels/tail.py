@@ -10,8 +10,8 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index
-from .boundary_mesh import BoundaryMesh
+from ...arrays import Array, Index
+from ...mesh.boundary_mesh import BoundaryMesh
 
 MARGIN = (2.0, 0.7, 1.2, 1.5)
 """Factors of the tail of elements of order 0, 1, 2, and above, measured by scripts/verify_space."""

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..arrays import Array, Index, Mask
-from .surface_mesh import SurfaceMesh
+from ...arrays import Array, Index, Mask
+from ...mesh.surface_mesh import SurfaceMesh
 
 
 def quartered(mesh: SurfaceMesh, marked: Mask) -> SurfaceMesh:

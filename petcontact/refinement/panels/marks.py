@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ..arrays import Array, Index, Mask
-from ..mesh.boundary_mesh import BoundaryMesh
+from ...arrays import Array, Index, Mask
+from ...mesh.boundary_mesh import BoundaryMesh
 
 GROWTH = 2.0
 """Largest ratio of a panel to the nearest one in contact, beyond its distance from it."""
