@@ -53,12 +53,12 @@ class BoundaryData:
 
     @property
     def states(self) -> int:
-        """K."""
+        """Number of load states K."""
         return len(self.value)
 
     @property
     def contact_shape(self) -> tuple[int, int]:
-        """(m, k)."""
+        """Number of contact nodes m, and of unknown tractions at each, k."""
         m, k = self.contact_directions.shape
         return m, k
 

@@ -29,12 +29,14 @@ class CompiledFiller:
     name : str
         Of a function of the library with the arguments `native.FILLER`.
     mesh : native.Record
+    kept : object
+        What the struct points to beyond its members.
     """
 
-    def __init__(self, name: str, mesh: native.Record) -> None:
+    def __init__(self, name: str, mesh: native.Record, kept: object = None) -> None:
         function, address = native.function(name, native.FILLER), native.address(name)
         assert function is not None and address is not None
-        self._function, self._mesh = function, mesh
+        self._function, self._mesh, self._kept = function, mesh, kept
         self.compiled: tuple[int, int] | None = address, mesh.address
 
     def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:

@@ -57,7 +57,7 @@ class BoundaryOperators:
 
     @property
     def n_unknowns(self) -> int:
-        """d a node."""
+        """Number of unknowns: d for each node."""
         return self.kernel.dim * self.mesh.n_nodes
 
     def system_entries(self, rows: Index, columns: Index) -> Array:

@@ -30,7 +30,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
-    """List or compute."""
+    """List the cases of a sweep, or compute them."""
     from ..sweep.design.sweep import build_sweep, read_sweep
     from ..sweep.design.sweep_file import read_files
 

@@ -65,7 +65,7 @@ def _by_rho(rows: Sequence[Trial]) -> list[list[str]]:
 
 
 def csv_text(rows: Sequence[Trial]) -> str:
-    """One line a run."""
+    """The runs as CSV, a line each."""
     return as_csv(COLUMNS, ([getattr(row, key) for key in COLUMNS] for row in rows))
 
 

@@ -17,7 +17,7 @@ class Joint(Protocol):
     """The equations of all bodies, to be solved together with those of contact."""
 
     def compliance(self, surrogate: MakeSurrogate) -> ContactCompliance:
-        """S."""
+        """The compliance S as a matrix."""
         ...
 
     def system(
@@ -59,16 +59,16 @@ class ComposedSystem:
 
     @property
     def ksp_reason(self) -> int:
-        """Its outcome, PETSc's number."""
+        """Why the last KSP stopped, as PETSc's number."""
         return self._operator.ksp_reason
 
     def apply(self, sigma: Array) -> Array:
-        """S σ."""
+        """The product S σ."""
         self.applications += 1
         return self._operator.apply(sigma)
 
     def compliance(self) -> Array:
-        """S."""
+        """The compliance S as a matrix."""
         return self._operator.matrix()
 
     def robin(self, rho: float | Array, f: Array) -> tuple[Array, Array]:
@@ -87,7 +87,7 @@ class ComposedSystem:
         return self._operator.robin(np.broadcast_to(rho, r.shape), r, self.modes, work)
 
     def surrogate(self) -> Surrogate | None:
-        """T, or None."""
+        """The surrogate T of S, or None."""
         return self._operator.surrogate()
 
 

@@ -44,7 +44,7 @@ class ContactCompliance(abc.ABC):
 
     @abc.abstractmethod
     def apply(self, sigma: Array) -> Array:
-        """S σ. Collective."""
+        """The product S σ; collective."""
 
     @abc.abstractmethod
     def matrix(self) -> Array:
@@ -85,11 +85,11 @@ class DenseCompliance(ContactCompliance):
         self._of: tuple[Array, Modes | None, RigidModeConstraint | None] | None = None
 
     def apply(self, sigma: Array) -> Array:
-        """S σ."""
+        """The product S σ."""
         return np.asarray(self._matrix @ sigma.ravel()).reshape(sigma.shape)
 
     def matrix(self) -> Array:
-        """S."""
+        """The compliance S as a matrix."""
         return self._matrix
 
     def softened(self, layer: Array) -> ContactCompliance:
@@ -199,7 +199,7 @@ class ProductCompliance(ContactCompliance):
         self._products: list[tuple[Array, Array]] = []
 
     def apply(self, sigma: Array) -> Array:
-        """S σ."""
+        """The product S σ."""
         return self._product(sigma)
 
     def softened(self, layer: Array) -> ContactCompliance:

@@ -118,7 +118,7 @@ class ContactMaps(Protocol):
         ...
 
     def felt(self, work: Array) -> Array:
-        """The transpose of `carried`."""
+        """The transpose of `carried`: from components on the body to those that σ is in."""
         ...
 
 

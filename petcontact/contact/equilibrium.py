@@ -21,7 +21,7 @@ NEW = 4
 
 
 def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
-    """What of the loads no admissible traction holds, (r,); None where all can be held, or the law does not tell its limits.
+    """What of the loads no admissible traction holds, (r,); None where all can be held, or the law has no `admissible`.
 
     Minimises Σ|Eσ + f| over the law's `Admissible` tractions, the disks of σ_t being polygons around them that get further
     sides where σ_t leaves the disk: what it says cannot be held cannot. A load that passes may still not be held: the

@@ -117,7 +117,7 @@ class Recorder:
         return self._judged[2], self._judged[3]
 
     def relative(self, v: Array, sigma: Array) -> float:
-        """`relative_residual` of an iterate."""
+        """Residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
         rho, residual = self.residual(v, sigma)
         weight = self.system.weight
         return over_traction(residual, rho * v, contact_norm(sigma, weight), weight)
@@ -136,7 +136,9 @@ class Recorder:
         allowed = tolerance if isinstance(self.system, MonolithicSystem) else EQUILIBRIUM
         return (v, sigma) if equilibrium_defect(self.system, sigma) <= allowed else None
 
-    def tell(self, v: Array, sigma: Array, rho: float | Array, reason: str = "", *, converged: bool = False) -> ContactState:
+    def report(
+        self, v: Array, sigma: Array, rho: float | Array, reason: str = "", *, converged: bool = False
+    ) -> ContactState:
         """The state after the step just noted, which the monitor sees."""
         reason = reason or f"stopped in iteration {len(self.history)}"
         state = ContactState(v, sigma, rho, converged, reason, self.history, law=self.law)

@@ -63,7 +63,7 @@ class ContactLaw(Protocol):
     def groups(self) -> tuple[slice, ...]: ...
 
     def project(self, tau: Array) -> Array:
-        """Π(τ), (m, k)."""
+        """Projection Π(τ) on what the law allows, (m, k) [stress]."""
         ...
 
     def linearise(self, tau: Array) -> Array:
@@ -101,7 +101,7 @@ class LimitedLaw(ContactLaw, Protocol):
     """A law that says what tractions it allows, so that a load that nothing can hold is recognised by a linear program."""
 
     def admissible(self) -> Admissible:
-        """Limits of σ."""
+        """The limits of σ, with which loads that nothing can hold are recognised."""
         ...
 
 

@@ -41,7 +41,7 @@ class Tresca:
         return (slice(0, self.k),)
 
     def project(self, tau: Array) -> Array:
-        """[τ]_g."""
+        """Projection [τ]_g on the ball of radius g, (m, k) [stress]."""
         return project_ball(tau, self.bound)
 
     def linearise(self, tau: Array) -> Array:
@@ -53,12 +53,12 @@ class Tresca:
         return np.where(_slips(tau, self.bound), SLIP, STICK).astype(np.int8)
 
     def admissible(self) -> Admissible:
-        """|σ_t| <= g."""
+        """The limits |σ_t| <= g."""
         none = np.full(len(self.bound), np.inf)
         return Admissible(self.bound, none, np.zeros(len(self.bound)), none, none)
 
     def bound_at(self, sigma: Array) -> Array:
-        """g."""
+        """The bound g, (m,) [stress]."""
         return self.bound
 
 
@@ -103,11 +103,11 @@ class SignoriniCoulomb:
 
     @property
     def groups(self) -> tuple[slice, ...]:
-        """ρ_t and ρ_n."""
+        """Components that share a ρ: the tangential ones, and the normal one."""
         return slice(0, self.k - 1), slice(self.k - 1, self.k)
 
     def pressure(self, tau: Array) -> Array:
-        """p(τ), (m,) [stress]."""
+        """Pressure p(τ) after projection, (m,) [stress]."""
         return np.where(self.opened(tau), 0.0, tau[:, -1])
 
     def opened(self, tau: Array) -> Mask:
@@ -116,12 +116,12 @@ class SignoriniCoulomb:
         return opened if self.absent is None else opened | self.absent
 
     def radius(self, pressure: Array) -> Array:
-        """r(p), (m,) [stress]."""
+        """Bound r(p) of the shear at a pressure, (m,) [stress]."""
         limit = np.multiply(self.coefficient, np.abs(pressure), out=np.full(len(pressure), np.inf), where=self._coulomb)
         return np.where(self.unilateral & (pressure <= 0.0), 0.0, np.minimum(limit, self.bound))
 
     def project(self, tau: Array) -> Array:
-        """Π(τ)."""
+        """Projection Π(τ) on what the law allows, (m, k) [stress]."""
         p = self.pressure(tau)
         return np.column_stack([project_ball(tau[:, :-1], self.radius(p)), p])
 
@@ -162,7 +162,7 @@ class SignoriniCoulomb:
         return bool(np.any(self.unilateral & ~self._coulomb & np.isfinite(self.bound) & (self.bound > 0.0)))
 
     def bound_at(self, sigma: Array) -> Array:
-        """r(p)."""
+        """The bound r(p) of the shear, (m,) [stress]."""
         return self.radius(-sigma[:, -1])
 
     @cached_property

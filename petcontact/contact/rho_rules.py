@@ -29,10 +29,10 @@ class Rule(Protocol):
 
 @dataclass
 class Fixed:
-    """ρ_{k+1} = ρ_k."""
+    """The rule that leaves ρ as it is: ρ_{k+1} = ρ_k."""
 
     def update(self, rho: float, balance: float) -> float:
-        """ρ_k."""
+        """The same ρ_k."""
         return rho
 
 
@@ -61,7 +61,7 @@ class SelfAdaptive:
     growth: float = 0.0
 
     def update(self, rho: float, balance: float) -> float:
-        """ρ_{k+1} by (4.2)."""
+        """The next ρ_{k+1} by equation (4.2)."""
         self.growth = self._next_growth(rho, balance)
         if balance > (1.0 + self.tau) * rho:
             return (1.0 + self.growth) * rho

@@ -38,7 +38,7 @@ class History:
     exchanged: list[int] = field(default_factory=list)
 
     def add(self, rho: float | Array, w: float | Array, change: float, residual: float, ksp_iterations: int) -> None:
-        """Append a row."""
+        """Append a row, that of one iteration."""
         row = float(np.max(rho)), float(np.max(w)), change, residual, ksp_iterations
         for name, value in zip(COLUMNS, row, strict=True):
             getattr(self, name).append(value)

@@ -50,7 +50,7 @@ class Modes:
         return np.linalg.pinv(self.motion.reshape(-1, len(self.load)))
 
     def unbalanced(self, sigma: Array) -> Array:
-        """Eσ + f, (r,)."""
+        """Forces and moments Eσ + f out of balance, one a rigid motion, (r,)."""
         return self.load + np.tensordot(self.resultant, sigma, 2)
 
     def defect(self, sigma: Array, motions: Array) -> float:
@@ -117,7 +117,7 @@ class RigidModeConstraint:
         return both[0], both[1]
 
     def around(self, block: Array) -> Array:
-        """The bordered matrix."""
+        """The matrix bordered by the rigid motions."""
         n, r = len(block), self.resisted.shape[1]
         whole = np.zeros((n + r, n + r))
         whole[:n, :n], whole[:n, n:], whole[n:, :n] = block, self.columns, self.rows
@@ -128,7 +128,7 @@ class RigidModeConstraint:
         return np.asarray(self._unit * (self.resisted.T @ resultant))
 
     def motion(self, coordinates: Array) -> Array:
-        """δα."""
+        """The rigid motions δα of a solution of the bordered system."""
         return np.asarray(self.resisted @ coordinates * self._length)
 
 

@@ -79,7 +79,7 @@ def main(names: list[str]) -> None:
     for name in names:
         try:
             facts |= PARTS[name]()
-        except Exception as error:  # whatever a broken installation raises is what the doctor is there to tell
+        except Exception as error:  # whatever a broken installation raises is reported
             facts["errors"][name] = f"{type(error).__name__}: {' '.join(str(error).split())}"
     print(json.dumps(facts))
 

@@ -28,7 +28,7 @@ GROUP = 64
 
 
 Progress = Callable[[float], None]
-"""Told the share of a work that is done."""
+"""Called with the share of a work that is done."""
 
 
 @dataclass(frozen=True)
@@ -128,7 +128,7 @@ def field_at(
     points : (m, d) array
         Inside the body, not on its boundary [length].
     progress : callable, optional
-        Told the share of the elements that has been integrated, as often as it grows.
+        Called with the share of the elements that has been integrated, as often as it grows.
     outside : float, optional
         What points outside the body get; without it they are refused.
 

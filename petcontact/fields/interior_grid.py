@@ -16,18 +16,32 @@ KEPT_OFF = 0.45
 """Grid points nearer to the boundary than this are left out, in grid spacings: they would make slivers."""
 
 
-def triangulate(mesh: CurveMesh, resolution: tuple[int, int]) -> tuple[Array, Index]:
+def triangulate(
+    mesh: CurveMesh, resolution: tuple[int, int], window: tuple[Array, Array] | None = None
+) -> tuple[Array, Index]:
     """Points (n, 2) strictly inside the body and triangles (k, 3) that fill it up to a sliver along its boundary.
+
+    Parameters
+    ----------
+    mesh : CurveMesh
+    resolution : (int, int)
+        Grid cells along x and y over the bounding box.
+    window : two (2,) arrays, optional
+        Corners of the box that is filled instead, as far as the body reaches [length].
 
     Raises
     ------
     InputError
-        If the resolution is below 2 in a direction.
+        If the resolution is below 2 in a direction, or nothing of the body is in the window.
     """
     if min(resolution) < 2:
         raise InputError(f"grid: at least 2 x 2 cells are needed, got {resolution[0]} x {resolution[1]}")
     low, high = mesh.start.min(axis=0), mesh.start.max(axis=0)
     low, high = np.minimum(low, mesh.x.min(axis=0)), np.maximum(high, mesh.x.max(axis=0))
+    if window is not None:
+        low, high = np.maximum(low, window[0]), np.minimum(high, window[1])
+        if np.any(low >= high):
+            raise InputError("--window: nothing of the body lies in it")
     step = (high - low) / np.array(resolution, dtype=float)
     spacing = float(step.min())
     rim = [_rim(mesh, loop, spacing) for loop in mesh.loops()]
@@ -38,6 +52,12 @@ def triangulate(mesh: CurveMesh, resolution: tuple[int, int]) -> tuple[Array, In
     grid = grid[shapely.contains_xy(body, *grid.T)]
     grid = grid[shapely.distance(body.boundary, shapely.points(grid)) > KEPT_OFF * spacing]
     points = np.vstack([*rim, grid])
+    if window is not None:
+        points = points[np.all((points >= low) & (points <= high), axis=1)]
+        body = body.intersection(shapely.box(*low, *high))
+        shapely.prepare(body)
+        if len(points) < 3:
+            raise InputError("--window: nothing of the body lies in it")
     cells = np.asarray(Delaunay((points - low) / spacing).simplices, dtype=np.int64)
     a, b, c = (points[cells[:, k]] for k in range(3))
     area = (b[:, 0] - a[:, 0]) * (c[:, 1] - a[:, 1]) - (b[:, 1] - a[:, 1]) * (c[:, 0] - a[:, 0])

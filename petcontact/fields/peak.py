@@ -9,7 +9,6 @@ import numpy as np
 
 from ..arrays import Array
 from ..mesh.curve_mesh import CurveMesh
-from .interior import Field
 
 PERCENT = 99.0
 """What is left out by the stress that a picture's colours reach to."""
@@ -20,7 +19,7 @@ SMOOTH = float(np.cos(np.radians(10.0)))
 
 @dataclass(frozen=True)
 class Peak:
-    """Largest von Mises stress among the points of a field.
+    """The largest of a stress among the points of a field.
 
     Attributes
     ----------
@@ -45,21 +44,14 @@ class Peak:
 
 
 @functools.singledispatch
-def peak_of(mesh: object, field: Field) -> Peak:
-    """The largest von Mises stress of a field in the body of a mesh of any kind; corners are looked for in the plane."""
-    stress = field.von_mises
-    return Peak(float(stress.max()), float(np.percentile(stress, PERCENT)), field.points[int(np.argmax(stress))], "")
+def peak_of(mesh: object, points: Array, stress: Array) -> Peak:
+    """The largest of stresses (n,) at points (n, d) of a body with a mesh of any kind; the plane's knows its corners."""
+    return Peak(float(stress.max()), float(np.percentile(stress, PERCENT)), points[int(np.argmax(stress))], "")
 
 
 @peak_of.register
-def _(mesh: CurveMesh, field: Field) -> Peak:
-    return largest(field, mesh)
-
-
-def largest(field: Field, mesh: CurveMesh) -> Peak:
-    """The largest von Mises stress of a field in the body of a plane mesh, with the corner that it is at."""
-    stress = field.von_mises
-    place = field.points[int(np.argmax(stress))]
+def _(mesh: CurveMesh, points: Array, stress: Array) -> Peak:
+    place = points[int(np.argmax(stress))]
     vertex, names = corners(mesh)
     distance = np.hypot(*(vertex - place).T)
     diagonal = float(np.hypot(*np.ptp(mesh.start, axis=0)))

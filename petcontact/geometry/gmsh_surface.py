@@ -1,25 +1,21 @@
-"""Surfaces from Gmsh meshes: triangles and quadrilaterals of the physical surfaces, orders 1 and 2, as flat facets."""
+"""Surfaces from Gmsh meshes: triangles and quadrilaterals of the physical surfaces, orders 1 and 2, as facets."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array, Index, Mask
 from ..errors import InputError
 from .surface import FacetSurface, checked_surface
 
 FLAT = 1e-9
-"""Quadrilaterals whose corners lie in one plane but for this fraction of their size stay whole, others become triangles."""
-_CUTS: dict[str, tuple[tuple[int, ...], ...]] = {
-    "triangle": ((0, 1, 2),),
-    "triangle6": ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5)),
-    "quad": ((0, 1, 2, 3),),
-    "quad8": ((0, 4, 7), (4, 1, 5), (5, 2, 6), (7, 6, 3), (4, 5, 6, 7)),
-    "quad9": ((0, 4, 8, 7), (4, 1, 5, 8), (8, 5, 2, 6), (7, 8, 6, 3)),
-}
-"""Flat facets that a cell becomes, by its nodes in Gmsh's order."""
+"""Quadrilaterals whose corners lie in one plane, and cells whose middles lie where those of flat ones do, but for this
+fraction of their size, are flat."""
+_CELLS = {"triangle": (3, 0), "triangle6": (3, 3), "quad": (4, 0), "quad8": (4, 4), "quad9": (4, 5)}
+"""Corners and further nodes of the cells that are read, which are in Gmsh's order."""
 
 
 def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
@@ -32,43 +28,67 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     """
     names = {int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 2}
     tags = mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells))
-    facets, parts = [], []
+    points, cells, parts = np.asarray(mesh.points, dtype=float), [], []
     for block, physical in zip(mesh.cells, tags, strict=True):
-        if block.type not in _CUTS:
+        if block.type not in _CELLS:
             if block.type.startswith(("triangle", "quad")):
                 raise InputError(f"{file}: cells of type {block.type}; surface cells of first or second order are read")
             continue
         tag = np.zeros(len(block.data), dtype=np.int64) if physical is None else np.asarray(physical, dtype=np.int64)
-        for cut in _CUTS[block.type]:
-            piece = np.full((len(block.data), 4), -1, dtype=np.int64)
-            piece[:, : len(cut)] = np.asarray(block.data, dtype=np.int64)[:, cut]
-            facets.append(piece[tag != 0])
-            parts.append(tag[tag != 0])
-    if not sum(map(len, facets)):
+        (corners, more), nodes = _CELLS[block.type], np.asarray(block.data, dtype=np.int64)[tag != 0]
+        piece = np.full((len(nodes), 9), -1, dtype=np.int64)
+        piece[:, :corners], piece[:, 4 : 4 + more] = nodes[:, :corners], nodes[:, corners:]
+        if block.type == "quad8":
+            piece[:, 8] = len(points) + np.arange(len(nodes))
+            points = np.vstack([points, 0.5 * points[piece[:, 4:8]].sum(axis=1) - 0.25 * points[piece[:, :4]].sum(axis=1)])
+        cells.append(piece)
+        parts.append(tag[tag != 0])
+    if not sum(map(len, cells)):
         raise InputError(f"{file}: the mesh does not lie in a plane z = const, and no triangle or quadrilateral is in a "
                          "physical surface; in space those are the parts of the boundary")  # fmt: skip
-    points = np.asarray(mesh.points, dtype=float)
-    corners, owner = _flattened(points, np.vstack(facets))
+    facets, owner = _divided(points, np.vstack(cells))
     tag = np.concatenate(parts)[owner]
     numbers, part = np.unique(tag, return_inverse=True)
-    return checked_surface(FacetSurface(points, corners, part, tuple(names.get(int(n), str(n)) for n in numbers)), file)
+    part_names = tuple(names.get(int(n), str(n)) for n in numbers)
+    found = checked_surface(FacetSurface(points, facets[:, :4], part, part_names, facets[:, 4:]), file)
+    facets = np.column_stack([found.facets, found.middles])
+    curved = _bent(found.points, facets) | _crooked(found.points, facets)
+    return replace(found, middles=np.where(curved[:, None], found.middles, -1))
 
 
-def _flattened(points: Array, facets: Index) -> tuple[Index, Index]:
-    """Facets with crooked quadrilaterals cut along their shorter diagonal, and where each came from."""
-    quads = np.flatnonzero(facets[:, 3] >= 0)
-    a, b, c, d = points[facets[quads]].transpose(1, 0, 2)
+def _crooked(points: Array, cells: Index) -> Mask:
+    """Which quadrilaterals have corners in no plane."""
+    result, quads = np.zeros(len(cells), dtype=bool), np.flatnonzero(cells[:, 3] >= 0)
+    a, b, c, d = points[cells[quads, :4]].transpose(1, 0, 2)
     normal = np.cross(c - a, d - b)
     reach = np.linalg.norm(c - a, axis=1) + np.linalg.norm(d - b, axis=1)
-    crooked = np.abs(np.sum(normal * (b - a), axis=1)) > FLAT * reach * np.linalg.norm(normal, axis=1)
+    result[quads] = np.abs(np.sum(normal * (b - a), axis=1)) > FLAT * reach * np.linalg.norm(normal, axis=1)
+    return result
+
+
+def _divided(points: Array, cells: Index) -> tuple[Index, Index]:
+    """Cells with crooked ones of first order cut along their shorter diagonal, and where each came from."""
+    divided = _crooked(points, cells) & (cells[:, 4] < 0)
+    cut, keep = np.flatnonzero(divided), np.flatnonzero(~divided)
+    a, b, c, d = points[cells[cut, :4]].transpose(1, 0, 2)
     short = np.linalg.norm(c - a, axis=1) <= np.linalg.norm(d - b, axis=1)
-    cut, keep = quads[crooked], np.setdiff1d(np.arange(len(facets)), quads[crooked])
-    way = np.where(short[crooked][:, None], [0, 1, 2, 0, 2, 3], [0, 1, 3, 1, 2, 3])
-    halves = np.take_along_axis(facets[cut], way, axis=1).reshape(-1, 3)
-    halves = np.column_stack([halves, np.full(len(halves), -1)])
+    way = np.where(short[:, None], [0, 1, 2, 0, 2, 3], [0, 1, 3, 1, 2, 3])
+    halves = np.take_along_axis(cells[cut], way, axis=1).reshape(-1, 3)
+    halves = np.pad(halves, ((0, 0), (0, 6)), constant_values=-1)
     owner = np.concatenate([keep, np.repeat(cut, 2)])
     order = np.argsort(owner, kind="stable")
-    return np.vstack([facets[keep], halves])[order], owner[order]
+    return np.vstack([cells[keep], halves])[order], owner[order]
+
+
+def _bent(points: Array, cells: Index) -> Mask:
+    """Which cells have middles that lie off those of the corners."""
+    corners = points[np.where(cells[:, :4] >= 0, cells[:, :4], cells[:, :1])]
+    following = np.where(np.arange(4) == np.sum(cells[:, :4] >= 0, axis=1)[:, None] - 1, 0, np.arange(1, 5) % 4)
+    usual = 0.5 * (corners + np.take_along_axis(corners, following[..., None], axis=1))
+    usual = np.concatenate([usual, corners.mean(axis=1, keepdims=True)], axis=1)
+    away = np.where(cells[:, 4:, None] >= 0, points[cells[:, 4:]] - usual, 0.0)
+    size = np.linalg.norm(corners - corners.mean(axis=1, keepdims=True), axis=2).max(axis=1)
+    return np.asarray(np.linalg.norm(away, axis=2).max(axis=1) > FLAT * size)
 
 
 def is_surface(mesh: Any) -> bool:
@@ -76,4 +96,3 @@ def is_surface(mesh: Any) -> bool:
     points = np.asarray(mesh.points, dtype=float)
     in_space = points.shape[1] == 3 and len(points) > 0 and bool(np.all(np.isfinite(points)))
     return in_space and bool(np.ptp(points[:, 2]) > 1e-9 * max(float(np.ptp(points[:, 0])), 1e-300))
-

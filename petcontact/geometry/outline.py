@@ -53,7 +53,7 @@ class Side:
 
     @functools.cached_property
     def length(self) -> float:
-        """Arc length [length]."""
+        """Length of the side [length]."""
         return float(arc_lengths(self._chord, self.half_angle))
 
     def point(self, fraction: Array) -> Array:
@@ -175,7 +175,7 @@ class Outline:
         return shapely.Polygon(shapely.box(*(2.0 * low - high), *(2.0 * high - low)).exterior, rings)
 
     def _check_digits(self) -> None:
-        """Squares of lengths must not vanish, nor differences of coordinates lose what tells the sides apart."""
+        """Squares of lengths must not vanish, nor differences of coordinates lose the digits that distinguish the sides."""
         farthest = max(float(np.abs(np.concatenate([side.start, side.end])).max()) for side in self.sides)
         if not self.diameter > max(1e-9 * farthest, 1.0 / LARGEST_COORDINATE):
             raise InputError(f"geometry: the outline is {self.diameter:.3g} wide at {farthest:.3g} from the origin: "

@@ -52,7 +52,7 @@ class CondensedSurface:
 
     @property
     def dim(self) -> int:
-        """d."""
+        """Dimension d of its points."""
         return self.points.shape[1]
 
     @property

@@ -1,8 +1,8 @@
-"""Closed surfaces of bodies in space: boxes, and flat facets whose orientation and closedness are checked."""
+"""Closed surfaces of bodies in space: boxes, and facets, flat or curved, whose orientation and closedness are checked."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -11,11 +11,14 @@ import scipy
 from ..arrays import Array, Index
 from ..errors import InputError
 from .crossings import first_crossing
+from .quadratic import QuadraticCells
 
 BOX_PARTS = {"left": (0, 0), "right": (0, 1), "front": (1, 0), "back": (1, 1), "bottom": (2, 0), "top": (2, 1)}
 """Axis and side of each face of a box."""
 SLIVER = 1e-4
 """Smallest height of a facet over its longest edge."""
+TURNED = np.array([[2, 1, 0, 3, 4], [3, 2, 1, 0, 4]])
+"""Middles of the sides of triangles and quadrilaterals whose corners are run through in the other direction."""
 SAME = 1e-10
 """Points closer than this fraction of the surface's size are one point given twice."""
 
@@ -67,7 +70,7 @@ class BoxSurface:
 
 @dataclass(frozen=True)
 class FacetSurface:
-    """Flat facets, counter-clockwise seen from outside.
+    """Facets, counter-clockwise seen from outside.
 
     Attributes
     ----------
@@ -78,12 +81,20 @@ class FacetSurface:
     part : (k,) int array
         Number of each facet's part in `parts`.
     parts : tuple of str
+    middles : (k, 5) int array, optional
+        Of curved facets the middles of the sides, from the one after the first corner on, and of quadrilaterals the point
+        in the middle; else -1.
     """
 
     points: Array
     facets: Index
     part: Index
     parts: tuple[str, ...]
+    middles: Index = field(default_factory=lambda: np.empty((0, 5), dtype=np.int64))
+
+    def __post_init__(self) -> None:
+        if not len(self.middles):
+            object.__setattr__(self, "middles", np.full((len(self.facets), 5), -1))
     dim: ClassVar[int] = 3
     exterior: ClassVar[bool] = False
     closed: ClassVar[bool] = True
@@ -100,25 +111,26 @@ def checked_surface(surface: FacetSurface, source: str) -> FacetSurface:
     Raises
     ------
     InputError
-        If it is open, facets meet more than in pairs, points are doubled, facets are slivers or cross, or it
+        If it is open, facets meet more than in pairs, points are doubled, facets are slivers, folded or cross, or it
         encloses separate pieces; one line that says
         where, beginning with `source`.
     """
-    used, facets = np.unique(surface.facets, return_inverse=True)
+    cells = np.column_stack([surface.facets, surface.middles])
+    used, cells = np.unique(cells, return_inverse=True)
     first = int(used[0] < 0)
-    points, facets = surface.points[used[first:]], facets.reshape(surface.facets.shape) - first
+    points, cells = surface.points[used[first:]], cells.reshape(-1, 9) - first
     if not np.all(np.isfinite(points)):
         raise InputError(f"{source}: coordinates that are not finite")
     _check_points(points, source)
-    _check_shapes(points, facets, source)
-    flip = _orientation(points, facets, source)
-    facets[flip] = _reversed(facets[flip])
-    bodies = _components(facets)
-    facets = _outward(points, facets, bodies, source)
-    place = first_crossing(points, _triangles(facets)[0])
+    _check_shapes(points, cells, source)
+    flip = _orientation(points, cells, source)
+    cells[flip] = _reversed(cells[flip])
+    bodies = _components(cells[:, :4])
+    cells = _outward(points, cells, bodies, source)
+    place = first_crossing(points, _triangles(cells)[0])
     if place is not None:
         raise InputError(f"{source}: the surface crosses itself near {_text(place)}")
-    return FacetSurface(points, facets, surface.part, surface.parts)
+    return FacetSurface(points, cells[:, :4], surface.part, surface.parts, cells[:, 4:])
 
 
 def _check_points(points: Array, source: str) -> None:
@@ -130,19 +142,33 @@ def _check_points(points: Array, source: str) -> None:
                          "join duplicate nodes (Gmsh: Coherence Mesh)")  # fmt: skip
 
 
-def _check_shapes(points: Array, facets: Index, source: str) -> None:
-    """Refuse facets without a height."""
+def _check_shapes(points: Array, cells: Index, source: str) -> None:
+    """Refuse facets without a height, and folded ones."""
+    facets = cells[:, :4]
     corners = points[np.where(facets >= 0, facets, facets[:, :1])]
     edge = np.roll(corners, -1, axis=1) - corners
     length = np.linalg.norm(edge, axis=2)
     longest = length.max(axis=1)
-    triangles, owner = _triangles(facets)
+    triangles, owner = _triangles(cells)
     a, b, c = points[triangles].transpose(1, 0, 2)
     height = np.linalg.norm(np.cross(b - a, c - a), axis=1) / longest[owner]
     worst = int(np.argmin(height / longest[owner]))
     if not height[worst] > SLIVER * longest[owner[worst]]:
         raise InputError(f"{source}: the facet at {_text(points[triangles[worst]].mean(axis=0))} is a sliver, its height "
                          f"below {SLIVER:g} of its longest edge")  # fmt: skip
+    folded = folded_cells(points, cells)
+    if len(folded):
+        raise InputError(f"{source}: the curved cell at {_text(corners[folded[0]].mean(axis=0))} is folded or turned inside "
+                         f"out between its nodes ({len(folded)} such cells)")  # fmt: skip
+
+
+def folded_cells(points: Array, cells: Index) -> Index:
+    """Numbers of the curved cells whose area factor is zero or turns round somewhere, increasing."""
+    result = []
+    for triangle, columns in ((True, [0, 1, 2, 4, 5, 6]), (False, list(range(9)))):
+        mine = np.flatnonzero((cells[:, 4] >= 0) & ((cells[:, 3] < 0) == triangle))
+        result.append(mine[np.isinf(QuadraticCells(points[cells[mine][:, columns]]).distortion)])
+    return np.sort(np.concatenate(result))
 
 
 def _edges(facets: Index) -> tuple[Index, Index]:
@@ -153,9 +179,11 @@ def _edges(facets: Index) -> tuple[Index, Index]:
     return np.column_stack([facets[real], following[real]]), owner[real]
 
 
-def _orientation(points: Array, facets: Index, source: str) -> Index:
+def _orientation(points: Array, cells: Index, source: str) -> Index:
     """Facets to turn round so that each edge is run through once in either direction."""
+    facets = cells[:, :4]
     edges, owner = _edges(facets)
+    middles = cells[:, 4:8][facets >= 0]
     ends = np.sort(edges, axis=1)
     order = np.lexsort((ends[:, 1], ends[:, 0]))
     ends, edges, owner = ends[order], edges[order], owner[order]
@@ -169,6 +197,13 @@ def _orientation(points: Array, facets: Index, source: str) -> Index:
         more = np.count_nonzero(count != 2)
         raise InputError(f"{source}: the surface {what} at the edge from {edge}, two must meet ({more} such edges)")
     one, other = owner[starts], owner[starts + 1]
+    way = np.where(middles[order] < 0, 0.5 * points[edges].sum(axis=1).T, points[middles[order]].T).T
+    apart = np.linalg.norm(way[starts] - way[starts + 1], axis=1)
+    gaping = np.flatnonzero(apart > SAME * np.ptp(points, axis=0).max())
+    if len(gaping):
+        a, b = points[ends[starts[gaping[0]]]]
+        raise InputError(f"{source}: the surface is open at the edge from {_text(a)} to {_text(b)}: its two facets have "
+                         f"different points in the middle of it ({len(gaping)} such edges)")  # fmt: skip
     agree = edges[starts, 0] != edges[starts + 1, 0]
     n = len(facets)
     # two copies of each facet, as it is and reversed: neighbours that agree join equal copies, else opposite ones
@@ -187,11 +222,11 @@ def _orientation(points: Array, facets: Index, source: str) -> Index:
     return np.flatnonzero(seen[label[:n]] < 0)
 
 
-def _reversed(facets: Index) -> Index:
-    """Corners in the other direction, the first kept."""
-    triangle = facets[:, 3] < 0
-    result = facets[:, [0, 3, 2, 1]]
-    result[triangle] = facets[triangle][:, [0, 2, 1, 3]]
+def _reversed(cells: Index) -> Index:
+    """Corners (and middles) in the other direction, the first corner kept."""
+    triangle = cells[:, 3] < 0
+    result = cells[:, [0, 3, 2, 1, *(4 + TURNED[1])]]
+    result[triangle] = cells[triangle][:, [0, 2, 1, 3, *(4 + TURNED[0])]]
     return result
 
 
@@ -205,27 +240,38 @@ def _components(facets: Index) -> Index:
     return np.asarray(np.unique(label, return_inverse=True)[1])
 
 
-def _triangles(facets: Index) -> tuple[Index, Index]:
+CUTS = {(3, False): ((0, 1, 2),), (4, False): ((0, 1, 2), (0, 2, 3)),
+        (3, True): ((0, 4, 6), (4, 1, 5), (6, 5, 2), (4, 5, 6)),
+        (4, True): ((0, 4, 7), (4, 1, 5), (5, 2, 6), (6, 3, 7), (4, 5, 8), (5, 6, 8), (6, 7, 8), (7, 4, 8))}  # fmt: skip
+"""Flat triangles that stand for a facet of some corners, curved or not, by its corners and middles."""
+
+
+def _triangles(cells: Index) -> tuple[Index, Index]:
     """Facets cut into triangles (t, 3), and the facet of each."""
-    quads = np.flatnonzero(facets[:, 3] >= 0)
-    triangles = np.vstack([facets[:, :3], facets[quads][:, [0, 2, 3]]])
-    return triangles, np.concatenate([np.arange(len(facets)), quads])
+    triangle, curved = cells[:, 3] < 0, cells[:, 4] >= 0
+    parts, owners = [], []
+    for (corners, bent), cuts in CUTS.items():
+        mine = np.flatnonzero((triangle == (corners == 3)) & (curved == bent))
+        for cut in cuts:
+            parts.append(cells[mine][:, cut])
+            owners.append(mine)
+    return np.vstack(parts), np.concatenate(owners)
 
 
-def _outward(points: Array, facets: Index, bodies: Index, source: str) -> Index:
+def _outward(points: Array, cells: Index, bodies: Index, source: str) -> Index:
     """The outer surface with positive volume, those of cavities with negative."""
-    result, outer = facets.copy(), list[Array]()
+    result, outer = cells.copy(), list[Array]()
     for body in range(int(bodies.max()) + 1):
         mine = bodies == body
-        triangles = _triangles(facets[mine])[0]
-        inside = sum(winding(points[_triangles(facets[bodies == other])[0]] - points[triangles[0, 0]]) > 0.5
+        triangles = _triangles(cells[mine])[0]
+        inside = sum(winding(points[_triangles(cells[bodies == other])[0]] - points[triangles[0, 0]]) > 0.5
                      for other in range(int(bodies.max()) + 1) if other != body)  # fmt: skip
         if not inside % 2:
             outer.append(points[triangles[0, 0]])
         a, b, c = (points[triangles] - points[triangles[0, 0]]).transpose(1, 0, 2)
         volume = float(np.sum(a * np.cross(b, c)))
         if (volume > 0.0) == bool(inside % 2):
-            result[mine] = _reversed(facets[mine])
+            result[mine] = _reversed(cells[mine])
     if len(outer) > 1:
         raise InputError(f"{source}: {len(outer)} separate pieces, at {_text(outer[0])} and {_text(outer[1])}; a body is "
                          "one piece: make a file and a [[body]] of each")  # fmt: skip

@@ -57,7 +57,7 @@ class LinearSolver:
 
     @property
     def ksp(self) -> Any:
-        """The PETSc object."""
+        """The PETSc KSP."""
         if self._ksp is None:
             self._ksp = petsc().KSP().create(self._comm)
             try:

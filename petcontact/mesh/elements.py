@@ -35,7 +35,7 @@ class Elements:
     index: Index
 
     def take(self, chosen: Index) -> Elements:
-        """Some of the elements."""
+        """The elements with these numbers."""
         return Elements(
             self.start[chosen], self.end[chosen], self.curvature[chosen], self.order, self.line[chosen], self.index[chosen]
         )

@@ -70,6 +70,6 @@ def box_of_lines(box: BoxSurface, lines: Sequence[Array], orders: Sequence[Index
 
 def facet_mesh(surface: FacetSurface, order: int) -> SurfaceMesh:
     """A panel on each facet of a surface."""
-    corners = surface.points[surface.facets]
-    corners[surface.facets < 0] = np.nan
-    return SurfaceMesh(corners, np.full(len(corners), order), surface.part, surface.parts)
+    corners, middles = surface.points[surface.facets], surface.points[surface.middles]
+    corners[surface.facets < 0], middles[surface.middles < 0] = np.nan, np.nan
+    return SurfaceMesh(corners, np.full(len(corners), order), surface.part, surface.parts, middles)

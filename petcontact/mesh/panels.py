@@ -63,6 +63,12 @@ def monomials(points: Array, exponents: Array) -> Array:
     return result
 
 
+def monomial_slopes(points: Array, exponents: Array) -> Array:
+    """Derivatives of ξ^a η^b by both at points (..., 2), (..., k, 2)."""
+    lowered = np.maximum(exponents[None] - np.eye(2, dtype=int)[:, None], 0)
+    return np.stack([exponents[:, c] * monomials(points, lowered[c]) for c in range(2)], axis=-1)
+
+
 @dataclass(frozen=True)
 class Panels:
     """Flat panels of one shape and order, each with a frame and the polynomials of its basis.
@@ -98,7 +104,7 @@ class Panels:
 
     @property
     def n_nodes(self) -> int:
-        """Nodes a panel."""
+        """Number of nodes of a panel."""
         return int(self.coefficients.shape[1])
 
     @property
@@ -111,8 +117,26 @@ class Panels:
         """Nodes in local coordinates, (n, k, 2)."""
         return _mapped(self.polygon, reference_nodes(self.corners.shape[1], self.order)[0])
 
+    @property
+    def chord(self) -> Panels:
+        """Flat panels through the corners: themselves."""
+        return self
+
+    @property
+    def shape(self) -> Array:
+        """Positions as polynomials of local coordinates, like those of `QuadraticCells`: (n, 9, 3) [length]."""
+        result = np.zeros((len(self.index), 9, 3))
+        result[:, 0], result[:, [3, 1]] = self.centre, self.size[:, None, None] * self.frame[:, :2]
+        return result
+
+    @property
+    def box(self) -> Array:
+        """Least and largest local coordinates, the height over the plane among them, (n, 2, 3)."""
+        ends = np.stack([self.polygon.min(axis=1), self.polygon.max(axis=1)], axis=1)
+        return np.pad(ends, ((0, 0), (0, 0), (0, 1)))
+
     def take(self, chosen: Index | slice) -> Panels:
-        """Some of the panels."""
+        """The panels with these numbers."""
         return Panels(
             self.corners[chosen], self.order, self.index[chosen], self.centre[chosen], self.frame[chosen],
             self.size[chosen], self.polygon[chosen], self.coefficients[chosen],
@@ -138,9 +162,7 @@ class Panels:
 
     def basis_slopes(self, local: Array) -> Array:
         """Derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n, q, 2)."""
-        exponents, lowered = self.exponents, np.maximum(self.exponents[None] - np.eye(2, dtype=int)[:, None], 0)
-        slopes = np.stack([exponents[:, c] * monomials(local, lowered[c]) for c in range(2)], axis=-1)
-        return np.asarray(np.einsum("nqmc,nbm->nqbc", slopes, self.coefficients))
+        return np.asarray(np.einsum("nqmc,nbm->nqbc", monomial_slopes(local, self.exponents), self.coefficients))
 
     def tangent_vectors(self, local: Array) -> Array:
         """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2) [length]."""

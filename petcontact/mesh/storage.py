@@ -15,7 +15,7 @@ from .panels import HIGHEST_ORDER
 from .surface_mesh import SurfaceMesh
 
 CURVE_ARRAYS = ("curvature", "order", "part", "line", "side_start")
-SURFACE_ARRAYS = ("order", "part")
+SURFACE_ARRAYS, SURFACE_OPTIONAL = ("order", "part"), ("middles",)
 LARGEST_ORDER = 5
 
 
@@ -42,13 +42,15 @@ def _(mesh: CurveMesh, group: Any) -> None:
 
 @_write.register
 def _(mesh: SurfaceMesh, group: Any) -> None:
-    flat = mesh.corners.reshape(-1, 3)
+    flat = np.concatenate([mesh.corners, mesh.middles], axis=1).reshape(-1, 3)
     real = ~np.isnan(flat[:, 0])
     vertices, numbers = np.unique(flat[real], axis=0, return_inverse=True)
-    elements = np.full(len(flat), -1)
-    elements[real] = numbers.ravel()
-    group["vertices"] = vertices
-    group["elements"] = elements.reshape(-1, 4)
+    points = np.full(len(flat), -1)
+    points[real] = numbers.ravel()
+    elements, middles = np.split(points.reshape(-1, 9), [4], axis=1)
+    group["vertices"], group["elements"] = vertices, elements
+    if np.any(middles >= 0):
+        group["middles"] = middles
     for key in SURFACE_ARRAYS:
         group[key] = getattr(mesh, key)
 
@@ -77,6 +79,7 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
         demand(values.shape == (count,), f"{source}: mesh/{name} has shape {values.shape}, not ({count},)")
     demand_range(arrays["order"], LARGEST_ORDER + 1, f"{source}: mesh/order")
     demand_range(arrays["part"], len(names), f"{source}: mesh/part")
+    arrays |= {key: group[key][()] for key in SURFACE_OPTIONAL if build is _surface and key in group}
     mesh: BoundaryMesh = build(vertices, elements, arrays, names, float(group.attrs.get("unit_length", 0.0)), source)
     return mesh
 
@@ -94,8 +97,13 @@ def _surface(
     demand_range(elements + 1, len(vertices) + 1, f"{source}: mesh/elements")
     demand(bool(np.all(elements[:, :3] >= 0)), f"{source}: mesh/elements has a panel of fewer than three corners")
     demand_range(arrays["order"], HIGHEST_ORDER + 1, f"{source}: mesh/order")
-    corners = np.where(elements[..., None] >= 0, vertices[elements], np.nan)
-    return SurfaceMesh(corners, arrays["order"], arrays["part"], names)
+    count, middles = len(elements), arrays.get("middles", np.full((len(elements), 5), -1))
+    demand(middles.shape == (count, 5), f"{source}: mesh/middles has shape {middles.shape}, not ({count}, 5)")
+    demand_range(middles + 1, len(vertices) + 1, f"{source}: mesh/middles")
+    whole = np.where(elements[:, 3:] < 0, np.arange(5) < 3, True)
+    demand(bool(np.all((middles >= 0) == (whole & (middles[:, :1] >= 0)))), f"{source}: mesh/middles has gaps")
+    corners, between = (np.where(numbers[..., None] >= 0, vertices[numbers], np.nan) for numbers in (elements, middles))
+    return SurfaceMesh(corners, arrays["order"], arrays["part"], names, between)
 
 
 def demand_range(values: Any, count: int, name: str) -> None:

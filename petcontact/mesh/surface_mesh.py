@@ -1,4 +1,4 @@
-"""Surface meshes in space: flat panels of order 0 to 3 with interior nodes; meshes need not match across edges."""
+"""Surface meshes in space: panels of order 0 to 3, flat or curved, nodes inside; meshes need not match across edges."""
 
 from __future__ import annotations
 
@@ -9,15 +9,20 @@ import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..geometry.surface import CUTS
 from .basis import COINCIDE
 from .boundary_mesh import Batch, Collocated
-from .pairs.flat_panels import FlatPanels
+from .curved_panels import CurvedPanels, make_curved_panels
+from .pairs.panel_faces import PanelFaces
 from .panels import Panels, make_panels, monomials, reference_nodes
+
+TRIANGLE, CURVED = 4, 8
+"""Are added to the order of triangles, and of curved panels: the kind of a panel."""
 
 
 @dataclass(frozen=True)
 class SurfaceMesh(Collocated):
-    """Discontinuous flat panels on the surface of a body (see `boundary_mesh.BoundaryMesh`).
+    """Discontinuous panels on the surface of a body (see `boundary_mesh.BoundaryMesh`).
 
     Attributes
     ----------
@@ -28,12 +33,16 @@ class SurfaceMesh(Collocated):
     part : (n_elements,) array
         Number of the part in `part_names`.
     part_names : tuple of str
+    middles : (n_elements, 5, 3) array, optional
+        Of curved panels the middles of the sides, from the one after the first corner on, and of quadrilaterals the point
+        in the middle; NaN on flat panels, and where triangles have none [length].
     """
 
     corners: Array
     order: Index
     part: Index
     part_names: tuple[str, ...]
+    middles: Array = field(default_factory=lambda: np.empty((0, 5, 3)))
     dim: ClassVar[int] = 3
     x: Array = field(init=False)
     normal: Array = field(init=False)
@@ -41,26 +50,37 @@ class SurfaceMesh(Collocated):
     element: Index = field(init=False)
     first_node: Index = field(init=False)
     kind: Index = field(init=False)
-    _groups: dict[int, Panels] = field(init=False, repr=False)
+    _groups: dict[int, Panels | CurvedPanels] = field(init=False, repr=False)
 
     def __post_init__(self) -> None:
-        triangle = np.isnan(self.corners[:, 3, 0])
-        kind = self.order + 4 * triangle
+        middles = self.middles if len(self.middles) else np.full((len(self.corners), 5, 3), np.nan)
+        triangle, curved = np.isnan(self.corners[:, 3, 0]), ~np.isnan(middles[:, 0, 0])
+        kind = self.order + TRIANGLE * triangle + CURVED * curved
         counts = np.where(triangle, (self.order + 1) * (self.order + 2) // 2, (self.order + 1) ** 2)
         first = np.concatenate([[0], np.cumsum(counts)])
         x, normal, weight = np.empty((first[-1], 3)), np.empty((first[-1], 3)), np.empty(first[-1])
-        groups = {}
+        groups: dict[int, Panels | CurvedPanels] = {}
         for number in np.unique(kind).tolist():
             mine = np.flatnonzero(kind == number)
-            corners = self.corners[mine, : 3 if number >= 4 else 4]
-            panels, points, weights = make_panels(corners, number % 4, mine)
-            nodes = first[mine][:, None] + np.arange(panels.n_nodes)
-            x[nodes], weight[nodes], normal[nodes] = points, weights, panels.frame[:, None, 2]
-            groups[number] = panels
-        values = {"x": x, "normal": normal, "weight": weight, "element": np.repeat(np.arange(len(counts)), counts),
+            corners = 3 if number & TRIANGLE else 4
+            nodes = first[mine][:, None] + np.arange(counts[mine[0]])
+            if number & CURVED:
+                points = np.concatenate([self.corners[mine, :corners], middles[mine, : 2 * corners - 3]], axis=1)
+                groups[number], x[nodes], weight[nodes], normal[nodes] = make_curved_panels(points, number % TRIANGLE, mine)
+            else:
+                flat, x[nodes], weight[nodes] = make_panels(self.corners[mine, :corners], number % TRIANGLE, mine)
+                groups[number], normal[nodes] = flat, flat.frame[:, None, 2]
+        element = np.repeat(np.arange(len(counts)), counts)
+        values = {"middles": middles, "x": x, "normal": normal, "weight": weight, "element": element,
                   "first_node": first, "kind": kind, "_groups": groups}  # fmt: skip
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    @property
+    def boxes(self) -> tuple[Array, Array]:
+        """Least and largest coordinates of the points of each panel, (n_elements, 3) each [length]."""
+        points = np.concatenate([self.corners, self.middles], axis=1)
+        return np.nanmin(points, axis=1), np.nanmax(points, axis=1)
 
     @property
     def unit_length(self) -> float:
@@ -69,7 +89,8 @@ class SurfaceMesh(Collocated):
 
     def reordered(self, elements: Index) -> SurfaceMesh:
         """The same panels in another order."""
-        return SurfaceMesh(self.corners[elements], self.order[elements], self.part[elements], self.part_names)
+        corners, middles = self.corners[elements], self.middles[elements]
+        return SurfaceMesh(corners, self.order[elements], self.part[elements], self.part_names, middles)
 
     def tangents(self, nodes: Index) -> Array:
         """Orthonormal tangents at nodes, (m, 2, 3)."""
@@ -95,14 +116,14 @@ class SurfaceMesh(Collocated):
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
         """The same at local coordinates (q, 2) of panels (q,)."""
-        panels = FlatPanels.of(list(self._groups.values()), element)
+        panels = PanelFaces.of(list(self._groups.values()), element)
         x, normal = panels.at(np.arange(len(element)), place)
         return {**dict(zip("xyz", x.T, strict=True)), **dict(zip(("nx", "ny", "nz"), normal.T, strict=True))}
 
     @staticmethod
     def lower_degree(kind: int) -> Array:
         """See `BoundaryMesh.lower_degree`."""
-        corners, order = (3 if kind >= 4 else 4), kind % 4
+        corners, order = (3 if kind & TRIANGLE else 4), kind % TRIANGLE
         return monomials(reference_nodes(corners, order)[0], reference_nodes(corners, order - 1)[1])
 
     def batches(self) -> list[Batch]:
@@ -110,10 +131,10 @@ class SurfaceMesh(Collocated):
         return [Batch(panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel())
                 for panels in self._groups.values()]  # fmt: skip
 
-    def faces(self, part: str) -> tuple[Index, FlatPanels]:
+    def faces(self, part: str) -> tuple[Index, PanelFaces]:
         """Numbers of the panels of a part, and these as panels that may be faced."""
         numbers = np.flatnonzero(self.part == self.part_names.index(part))
-        return numbers, FlatPanels.of(list(self._groups.values()), numbers)
+        return numbers, PanelFaces.of(list(self._groups.values()), numbers)
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
         """Nodal values to values at local coordinates (q, 2) of panels (q,), as a sparse array (q, n)."""
@@ -133,7 +154,7 @@ class SurfaceMesh(Collocated):
         result.eliminate_zeros()
         return result
 
-    def elements(self, numbers: Index) -> Panels:
+    def elements(self, numbers: Index) -> Panels | CurvedPanels:
         """The kernels' view of panels of one kind."""
         group = self._groups[int(self.kind[numbers[0]])]
         return group.take(np.searchsorted(group.index, numbers))
@@ -141,6 +162,13 @@ class SurfaceMesh(Collocated):
     def targets(self, nodes: Index | slice) -> Array:
         """The kernels' view of collocation nodes."""
         return self.x[nodes]
+
+    def triangles(self) -> Array:
+        """Flat triangles (t, 3, 3) that stand for the panels, those of curved ones between all their points [length]."""
+        points = np.concatenate([self.corners, self.middles], axis=1)
+        triangle, curved = self.kind & TRIANGLE > 0, self.kind & CURVED > 0
+        return np.concatenate([points[(triangle == (corners == 3)) & (curved == bent)][:, cut].reshape(-1, 3, 3)
+                               for (corners, bent), cuts in CUTS.items() for cut in cuts])  # fmt: skip
 
     def points(self, x: Array) -> Array:
         """The kernels' view of points (m, 3) that are nodes of no element."""

@@ -30,7 +30,7 @@ class Units(Model):
 
     @property
     def stiffness(self) -> str | None:
-        """Stress over length."""
+        """Name of the unit of ρ, stress over length; None without names."""
         return f"{self.stress}/{self.length}" if self.stress and self.length else None
 
     @property

@@ -108,11 +108,11 @@ class Obstacle(Model):
         return self._each("displacement", d) + self._each("rotation", d * (d - 1) // 2)
 
     def loads(self, d: int) -> list[float]:
-        """Force and moment, likewise."""
+        """Force and moment in d dimensions, component by component; errors as of `motions`."""
         return self._each("force", d) + self._each("moment", d * (d - 1) // 2)
 
     def centre_in(self, d: int) -> list[float]:
-        """The centre, likewise."""
+        """Centre of rotation in d dimensions; errors as of `motions`."""
         return self._each("centre", d)
 
     def _each(self, key: str, count: int) -> list[Any]:

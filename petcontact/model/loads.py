@@ -77,7 +77,7 @@ class VolumeLoads(Model):
 
     @property
     def is_none(self) -> bool:
-        """Whether nothing acts."""
+        """Whether no load of the volume is given."""
         return not self.needs and not any(component != 0.0 for component in self.force or ())
 
     def vectors(self) -> list[tuple[str, tuple[Any, ...]]]:

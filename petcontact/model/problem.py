@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 import pydantic
 import tomli_w
 
-from .base import Model, Options, nearest
+from .base import Model, nearest
 from .bodies import (
     Body,
     Condition,
@@ -26,7 +26,7 @@ from .bodies import (
 from .cycle import Cycle, check_cycle
 from .load_steps import Obstacle, Step, changed_condition, check_step
 from .loads import PointForce, VolumeLoads, check_material
-from .solver_options import Bem, MeshOptions, Method
+from .solver_options import Bem, MeshOptions, Method, Options
 from .summary import html_table, summary
 
 ONE_BODY = "body"
@@ -219,32 +219,32 @@ class Problem(Setting):
 
     @property
     def material(self) -> Material:
-        """Of the one body; this and the next raise AttributeError where there are several."""
+        """Material of the only body; AttributeError where there are several."""
         return self._one("material").material
 
     @property
     def geometry(self) -> Geometry:
-        """Of the one body."""
+        """Geometry of the only body; AttributeError where there are several."""
         return self._one("geometry").geometry
 
     @property
     def mesh(self) -> MeshOptions:
-        """Of the one body."""
+        """Mesh options of the only body; AttributeError where there are several."""
         return self._one("mesh").mesh
 
     @property
     def boundary(self) -> tuple[Condition, ...]:
-        """Of the one body."""
+        """Conditions of the only body; AttributeError where there are several."""
         return self._one("boundary").boundary
 
     @property
     def point_force(self) -> tuple[PointForce, ...]:
-        """Of the one body."""
+        """Point forces of the only body; AttributeError where there are several."""
         return self._one("point_force").point_force
 
     @property
     def loads(self) -> VolumeLoads | None:
-        """Of the one body."""
+        """Loads of the volume of the only body; AttributeError where there are several."""
         return self._one("loads").loads
 
     def _one(self, key: str) -> Body:

@@ -1,4 +1,4 @@
-"""What a config may say, told from its models: a reference in Markdown and a JSON Schema for editors."""
+"""What a config may say, read from its models: a reference in Markdown and a JSON Schema for editors."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def json_schema(models: dict[str, type[Model]]) -> dict[str, Any]:
     Parameters
     ----------
     models : mapping of str to type of Model
-        What the file may be, each by the key that tells it; the last one, with the key "", is what it is otherwise.
+        What the file may be, each by the key that identifies it; the last one, with the key "", is the default.
     """
     keys, definitions = models_json_schema([(model, "validation") for model in models.values()])
     for model in {model for root in models.values() for _, model in _places(root)}:
@@ -50,7 +50,7 @@ def json_schema(models: dict[str, type[Model]]) -> dict[str, Any]:
 
 
 def markdown(models: dict[str, type[Model]]) -> str:
-    """One table a model: key, what it takes, default, meaning; what several files share is told once."""
+    """One table a model: key, what it takes, default, meaning; what several files share is printed once."""
     definitions = json_schema(models)["$defs"]
     places: dict[type[Model], str] = {}
     for key, root in reversed(models.items()):

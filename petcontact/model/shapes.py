@@ -225,7 +225,7 @@ class Box(Model):
 class Gmsh(Model):
     """A `.msh` file, format 2.2 or 4.1, of a plane body or of the surface of one in space.
 
-    In space the triangles and quadrilaterals of the physical surfaces become flat panels, cells of second order several;
+    In space the triangles and quadrilaterals of the physical surfaces become panels, curved where cells of second order are;
     in the plane each boundary line of the mesh is a side of its own and so one element at least, and lines of second
     order become circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
 

@@ -60,6 +60,35 @@ INLINE double logarithm(double x)
     return k * 0.6931471805598903 + (twice_atanh((m - 1.0) / (m + 1.0)) + k * 5.497923018708371e-14);
 }
 
+/* e^x for |x| <= 700. */
+INLINE double power_of_e(double x)
+{
+    const double shift = 6755399441055744.0; /* 1.5·2^52 rounds to whole numbers */
+    const double k = (x * 1.4426950408889634 + shift) - shift;
+    const double r = (x - k * 0.6931471805598903) - k * 5.497923018708371e-14; /* |r| <= ln(2)/2 */
+    double p = 1.6059043836821613e-10;
+    p = p * r + 2.08767569878681e-09;
+    p = p * r + 2.505210838544172e-08;
+    p = p * r + 2.755731922398589e-07;
+    p = p * r + 2.7557319223985893e-06;
+    p = p * r + 2.48015873015873e-05;
+    p = p * r + 0.0001984126984126984;
+    p = p * r + 0.001388888888888889;
+    p = p * r + 0.008333333333333333;
+    p = p * r + 0.041666666666666664;
+    p = p * r + 0.16666666666666666;
+    p = p * r + 0.5;
+    p = p * r + 1.0;
+    p = p * r + 1.0;
+    return p * double_of((int64_t)((uint64_t)(bits_of(k + shift) + 1023) << 52));
+}
+
+/* arsinh x. */
+INLINE double area_sinh(double x)
+{
+    return copysign(logarithm(fabs(x) + sqrt(x * x + 1.0)), x);
+}
+
 /* The angle of the vector (x, y), in [-π, π]; 0 where both vanish. */
 INLINE double angle_of(double y, double x)
 {

@@ -163,7 +163,10 @@ def _faces(mesh: BoundaryMesh, chosen: Index, parts: list[str]) -> dict[str, Any
         more = {key: getattr(mesh, key)[chosen] for key in ("curvature", "line", "side_start")}
         more["unit_length"] = np.array(mesh.unit_length)
     else:
-        corners, more = as_surface(mesh).corners[chosen], {}
+        surface = as_surface(mesh)
+        if not np.isnan(surface.middles[chosen]).all():
+            raise InputError("superelement: parts with curved panels cannot be written; mesh them with cells of first order")
+        corners, more = surface.corners[chosen], {}
     real = ~np.isnan(corners[..., 0])
     points, numbers = np.unique(corners[real], axis=0, return_inverse=True)
     elements = np.full(real.shape, -1)

@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 from scipy.special import ellipk, ellipkm1
 
 LEAST, MOST = -300.0, -1e-15
-"""Logarithms of the ratios that are told from 0 and 1."""
+"""Logarithms of the ratios that are distinguished from 0 and 1."""
 
 
 def dundurs_beta(poisson: float) -> float:

@@ -93,7 +93,7 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
     Raises
     ------
     InputError
-        As `evaluate`; values that are not finite count as zero (those at nodes are told when they are evaluated there).
+        As `evaluate`; values that are not finite count as zero (those at nodes are reported when they are evaluated there).
     """
     found: list[list[Field]] = [[] for _ in outline.sides]
     sizes: dict[str, float] = {}

@@ -32,7 +32,7 @@ DATA_SHARE = 0.2
 NODES_A_SIDE = 12
 """At the least, of meshes that are graded at both ends of every side."""
 UNSEEN = 24
-"""Least number of elements on a contact side whose transition points nobody has told."""
+"""Least number of elements on a contact side without given transition points."""
 
 
 ACCURACY = 1e-4
@@ -40,7 +40,7 @@ ACCURACY = 1e-4
 TOUCH = 1e-6
 """Smallest elements where a gap is least, of a side, while nobody knows how much of it closes."""
 NEAR_END = 1e-4
-"""Distance of such places from the ends of a side and from one another, of the side, below which they are not told apart."""
+"""Distance of such places from the ends of a side and from one another, of the side, below which they count as one."""
 CLOSEST = 1e-9
 """Distance of marks, of a side, below which they are one."""
 ON_KINK = 1e-3

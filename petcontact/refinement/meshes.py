@@ -25,7 +25,7 @@ from .marks import default_mesh
 LARGEST_MESH = 400_000
 """Nodes in space; compressed operators of more do not fit a machine."""
 PANELS = 4
-"""Panels on the shortest edge of a box whose element size nobody has told."""
+"""Panels on the shortest edge of a box without a given element size."""
 EXPONENT = 1.4
 """Of the grading of boxes; friction limits the order to 2, and this is near enough to what edges and corners ask."""
 PLANE_KEYS = ("grading", "levels", "graded_points")

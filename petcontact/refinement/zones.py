@@ -23,7 +23,7 @@ class Zone:
 
     @property
     def name(self) -> str:
-        """stick or slip."""
+        """The word for the state: stick or slip."""
         return "slip" if self.sign else "stick"
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, Self
 
 import numpy as np
 
@@ -40,7 +40,7 @@ class SolutionData(Evaluated):
     timings : dict of str to float
         Wall seconds by stage.
     info : dict
-        argv, PETSc options, versions and whatever else is told of the solve.
+        argv, PETSc options, versions and whatever else is reported of the solve.
     failed : StepResult, optional
         The increment at which the solve ended, if it found no solution of it: its last iterate.
     wear : WearHistory, optional
@@ -142,7 +142,7 @@ class SolutionData(Evaluated):
 
     @property
     def mesh(self) -> BoundaryMesh:
-        """Of the only body."""
+        """Mesh of the only body."""
         return self.meshes[self.only_body("mesh")]
 
     @property
@@ -226,6 +226,10 @@ class SolutionData(Evaluated):
             forces = mesh.weight[:, None] * self.increment(step).bodies[name].traction
             found[name] = {part: forces[mesh.node_part == k].sum(axis=0) for k, part in enumerate(mesh.part_names)}
         return dict(found) if len(found) > 1 else dict(next(iter(found.values())))
+
+    def until(self, number: int) -> Self:
+        """The same up to an increment, by its number from 1 on, which is the last one then."""
+        return replace(self, steps=self.steps[:number], failed=None)
 
     def increment(self, step: StepResult | int | None) -> StepResult:
         """An increment, by its number from 1 on; the last one by default.

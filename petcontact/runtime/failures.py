@@ -28,7 +28,7 @@ UNLOADED = re.compile("failed to map segment|cannot allocate memory", re.IGNOREC
 def guarded(program: Callable[[], int]) -> int:
     """Run a program; the exit status.
 
-    An exception is told in one line (PETCONTACT_TRACEBACK=1 shows where it comes from). Under mpiexec a rank that fails
+    An exception is reported in one line (PETCONTACT_TRACEBACK=1 shows where it comes from). Under mpiexec a rank that fails
     alone ends the whole job after a few seconds: the others would wait for it for ever.
     """
     mend_streams()
@@ -78,4 +78,4 @@ def _described(error: BaseException) -> tuple[str, int]:
     frames = traceback.extract_tb(error.__traceback__)
     place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""
     text = " ".join(str(error).split())
-    return f"{type(error).__name__}: {text}{place}; this is a defect, PETCONTACT_TRACEBACK=1 shows where", 1
+    return f"{type(error).__name__}: {text}{place}; an error of petcontact's own, PETCONTACT_TRACEBACK=1 shows where", 1

@@ -1,4 +1,4 @@
-"""One style for all figures: sizes, colours that the colour-blind tell apart, labels with units, and files."""
+"""One style for all figures: sizes, colours that the colour-blind can distinguish, labels with units, and files."""
 
 from __future__ import annotations
 
@@ -108,12 +108,12 @@ def legend_beside(axes: Any) -> None:
 
 def draw_states(axes: Any, points: Any, states: Any) -> None:
     """Contact nodes (m, 2) by their state: a shape and a colour each."""
-    told = axes.get_legend_handles_labels()[1]
+    named = axes.get_legend_handles_labels()[1]
     for state, (name, colour, marker) in STATES.items():
         chosen = states == state
         if chosen.any():
             axes.plot(*points[chosen].T, ls="", marker=marker, color=colour, mec="black", mew=0.2, ms=3.0,
-                      label=None if name in told else name)  # fmt: skip
+                      label=None if name in named else name)  # fmt: skip
 
 
 def round_number(wanted: float, peak: float) -> float:

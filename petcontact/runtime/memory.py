@@ -24,7 +24,7 @@ def peak_memory(comm: Any) -> int:
 
 
 def physical_memory() -> float:
-    """Memory of this machine [bytes], infinite where it cannot be told."""
+    """Memory of this machine [bytes], infinite where it is not known."""
     try:
         return float(os.sysconf("SC_PHYS_PAGES")) * os.sysconf("SC_PAGE_SIZE")
     except (AttributeError, OSError, ValueError):

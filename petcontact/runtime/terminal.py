@@ -74,7 +74,7 @@ class StatusLine:
         self._status.update(text.replace("[", r"\["))
 
     def clear(self) -> None:
-        """Wipe the line."""
+        """Clear the status line."""
         if self._status is not None:
             self._status.stop()
             self._status = None

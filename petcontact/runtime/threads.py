@@ -11,7 +11,7 @@ from typing import Any
 
 VARIABLES = ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "BLIS_NUM_THREADS")
 SOON_ASLEEP = ("OPENBLAS_THREAD_TIMEOUT", "4")
-"""OpenBLAS lets threads that have nothing to do spin for 2^26 ticks of the clock after every product, unless told 2^4."""
+"""OpenBLAS lets threads that have nothing to do spin for 2^26 ticks of the clock after every product, unless set to 2^4."""
 _LOCAL_SIZE = ("OMPI_COMM_WORLD_LOCAL_SIZE", "MPI_LOCALNRANKS", "SLURM_NTASKS_PER_NODE", "PMI_LOCAL_SIZE")
 
 
@@ -66,7 +66,7 @@ def one_blas_thread() -> Iterator[None]:
 def cap_blas_threads() -> None:
     """Let BLAS use no more threads than the rank may, unless the user has said how many.
 
-    Libraries that are loaded later read the variables of the environment; those that are there already are told.
+    Libraries that are loaded later read the variables of the environment; those that are there already are set by a call.
     """
     os.environ.setdefault(*SOON_ASLEEP)
     given = [name for name in VARIABLES if name in os.environ]

@@ -1,4 +1,4 @@
-"""What a sweep tells of a case: scalars of a solution, the same in two and three dimensions."""
+"""What a sweep records of a case: scalars of a solution, the same in two and three dimensions."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ def slip_length(contact: ContactState) -> float:
 
 
 def slip_share(contact: ContactState) -> float:
-    """Share that slips [-]."""
+    """Share of the contact parts that slips [-]."""
     return slip_length(contact) / float(contact.weight.sum())
 
 

@@ -18,6 +18,7 @@ from ..runtime.signals import Interrupted
 from .design.identity import Identity, identify
 from .design.sweep import Sweep
 from .problems import prepare_group, release, run_case
+from .progress import DONE, FAILED, Progress, Summary
 from .quantities import Quantity, failed_row, row_of, users
 from .schedule.cost import Cost, estimate
 from .schedule.deal import Counters, Part, dealt, make_parts
@@ -28,7 +29,6 @@ from .store.columns import texts
 from .store.fields import DEPTH, packed
 from .store.folder import SweepFolder
 from .store.log import Log, records
-from .tell import DONE, FAILED, Progress, Summary
 
 
 def run_sweep(

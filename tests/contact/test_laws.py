@@ -113,7 +113,7 @@ def test_bilateral_contact_holds_friction_in_tension_too():
 
 
 class Glued:
-    """Contact that carries up to a tensile strength and slips nowhere; what it allows is told where asked."""
+    """Contact that carries up to a tensile strength and slips nowhere; what it allows is reported where asked."""
 
     k, groups = 2, (slice(0, 1), slice(1, 2))
 

@@ -1,4 +1,4 @@
-"""What newcomers write first is told how it is written here, with the file that holds it."""
+"""What newcomers write first is answered with the spelling of this package, and the file that holds the mistake."""
 
 from __future__ import annotations
 

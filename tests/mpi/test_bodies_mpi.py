@@ -16,11 +16,13 @@ pytestmark = pytest.mark.mpi
 CONFIGS = Path(__file__).parents[2] / "configs"
 COARSE = ("--set", "body.1.mesh={element_size = 0.5, order = 1}")
 GRADED = tuple(word for k in range(3) for word in ("--set", f"body.{k}.mesh={{levels = 6, grading = 0.35, order = 2}}"))
+WEAR = ("--set", "cycle.count=50", "--set", "body.0.mesh.element_sizes.contact=0.1")
 HODLR = (*GRADED, "-bem_mat_type", "hodlr", "-bem_hodlr_tol", "1e-13", "-bem_hodlr_leaf", "32")
 
 
-@pytest.mark.parametrize(("name", "more"), [("stack", ()), ("stack", HODLR), ("space_stack", COARSE)],
-                         ids=["plane", "compressed", "space"])  # fmt: skip
+@pytest.mark.parametrize(("name", "more"), [("stack", ()), ("stack", HODLR), ("space_stack", COARSE),
+                                           ("fretting_specimen", WEAR)],
+                         ids=["plane", "compressed", "space", "wear over cycles"])  # fmt: skip
 def test_ranks_agree_on_bodies_and_steps(name, more, tmp_path):
     """Dense bodies are dealt out to the ranks, compressed ones are those of all together.
 

@@ -51,7 +51,7 @@ def test_estimate_is_honest(number, accuracy, best, comm):
     assert error <= accuracy
     assert solution.info["estimated_error"] <= accuracy
     assert 0.5 < solution.info["estimated_error"] / error < 30.0
-    # the transition points too, the one that is 0.00015 from the end among them, without being told
+    # the transition points too, the one that is 0.00015 from the end among them, without being given
     found = [zone.end for zone in solution.zones[:-1]]
     assert found == pytest.approx(TRANSITIONS[number], abs=1e-5 if accuracy <= 1e-6 else 5e-3)
 
@@ -73,7 +73,7 @@ def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
 
 
 def test_a_mesh_that_is_left_open_is_found(comm):
-    """Newton, or the method that the case names; the error is told."""
+    """Newton, or the method that the case names; the error is reported."""
     newton = solve(example(1, mesh=MeshOptions(accuracy=1e-3), name=None, rule=None), comm=comm)
     assert newton.converged and newton.info["estimated_error"] <= newton.info["accuracy"] == 1e-3
     paper = solve(example(1, mesh=MeshOptions(accuracy=1e-3), rule="modified"), comm=comm)

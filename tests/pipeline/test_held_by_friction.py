@@ -1,4 +1,4 @@
-"""A body that only friction holds: solved as long as the bound can carry the loads, else told so."""
+"""A body that only friction holds: solved as long as the bound can carry the loads, else reported."""
 
 from __future__ import annotations
 

@@ -271,7 +271,7 @@ def test_the_command_solves_draws_and_refuses(tmp_path, capsys):
     assert main(["solve", str(tmp_path / "case.toml"), "-o", str(tmp_path / "r.h5")]) == 0
     text = capsys.readouterr().out
     assert "converged: residuals" in text and "interface: force (0, -0.09" in text
-    kinds = ("deformed", "displacement", "traction", "normal", "gap", "history", "hysteresis")
+    kinds = ("deformed", "displacement", "traction", "normal", "gap", "stress", "hoop", "history", "hysteresis")
     assert {path.stem for path in tmp_path.glob("r-*.png")} == {f"r-{kind}" for kind in kinds}
     assert main(["plot", str(tmp_path / "r.h5")]) == 0
     for key, value, wanted in (

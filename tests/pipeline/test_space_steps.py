@@ -300,7 +300,7 @@ def test_a_stack_files_figures_and_fields(tmp_path):
     with pytest.raises(InputError, match="no body 'blok', did you mean 'block'"):
         again.at(inside, "blok")
     figures = {path.stem for path in plot_all(again, tmp_path, "stack")}
-    kinds = ("surface", "displacement", "traction", "normal", "states", "history")
+    kinds = ("surface", "displacement", "traction", "normal", "states", "stress", "history")
     assert figures == {f"stack-{kind}" for kind in kinds}
     files = write_collection(tmp_path / "stack.vtu", again, (3, 3, 3))
     assert [path.suffix for path in files] == [".vtu"] * 4 + [".pvd"]

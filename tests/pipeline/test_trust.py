@@ -13,7 +13,7 @@ import pytest
 import petcontact as pc
 from petcontact import InputError, adapt, solve
 from petcontact.contact.methods.registry import LAW_MEMBERS, method_of
-from petcontact.mesh.thickness import slenderness
+from petcontact.pipeline.trust.thickness import slenderness
 
 CYLINDER = """
 [material]

@@ -113,7 +113,7 @@ TABLE = {1: (0.68336, 0.02965), 2: (0.70164, 0.06291), 4: (0.73382, 0.12409), 6:
 
 @pytest.mark.parametrize("jump", ["auto", pytest.param(50, marks=pytest.mark.slow)])
 def test_partial_slip_over_cycles(jump):
-    solution = partial_slip(0.03, 0, 10_000, jump)
+    solution = partial_slip(0.03, 0, 10_000, jump, 0.03)
     assert solution.converged and (jump != "auto" or len(solution.wear.cycle) < 100)
     done = solution.wear.cycle * 20.0 / 10_000
     for cycles, (pressure, worn) in TABLE.items():
@@ -138,8 +138,8 @@ def test_the_limit_of_partial_slip():
 
 def test_jumps_that_explicit_schemes_do_not_survive():
     """k N = 2, forty times λ_min: no p that jumps from node to node, and the same end."""
-    far = partial_slip(0.06, 0, 10, 1)
-    near = partial_slip(0.06, 0, 10_000, "auto", 0.1)
+    far = partial_slip(0.1, 0, 10, 1)
+    near = partial_slip(0.1, 0, 10_000, "auto", 0.1)
     assert volume(far)[-1] == pytest.approx(volume(near)[-1], rel=1e-2)
     order = np.argsort(far.pairs["c"].x[:, 0])
     for pressure in far.wear.pressure["c"][1:, order]:

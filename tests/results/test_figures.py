@@ -10,16 +10,18 @@ import pytest
 from conftest import example
 from matplotlib.figure import Figure
 
-from petcontact import InputError, MeshOptions, deformed_figure, field_on_grid, load, plot_all, solve
+from petcontact import InputError, MeshOptions, Problem, deformed_figure, field_on_grid, load, plot_all, solve
 from petcontact.commands.main import main
-from petcontact.fields.peak import corners, largest
+from petcontact.fields.boundary.places import best_places
+from petcontact.fields.peak import corners, peak_of
 from petcontact.mesh.curve_mesh import build_mesh
 from petcontact.model.bodies import Units
 from petcontact.model.shapes import Rectangle
 from petcontact.results.figures import curves, plane
+from petcontact.results.figures.hoop import hoop_stress
 from petcontact.results.hdf5 import write_solution
 from petcontact.results.solution import read_solution
-from petcontact.runtime.figure_style import label
+from petcontact.runtime.figure_style import label, save
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 COARSE = MeshOptions(element_size=0.4)
@@ -52,12 +54,12 @@ def test_the_suffix_is_the_format(solution, tmp_path):
 
 
 def test_all_figures_in_all_formats_and_the_same_bytes_again(solution, tmp_path):
-    names = ("deformed", "displacement", "traction", "normal", "history")
+    names = ("deformed", "displacement", "traction", "normal", "stress", "hoop", "history")
     one = plot_all(solution, tmp_path / "a", "r", ("pdf", "svg"))
     assert [path.name for path in one] == [f"r-{name}.{suffix}" for name in names for suffix in ("pdf", "svg")]
     for suffix in ("pdf", "svg"):
-        again = deformed_figure(solution, tmp_path / f"b.{suffix}")
-        assert again.read_bytes() == (tmp_path / "a" / f"r-deformed.{suffix}").read_bytes()
+        save(tmp_path / f"b.{suffix}", plane.draw_deformed, solution)
+        assert (tmp_path / f"b.{suffix}").read_bytes() == (tmp_path / "a" / f"r-deformed.{suffix}").read_bytes()
 
 
 def test_units_stand_on_every_axis(solution):
@@ -117,11 +119,12 @@ def test_states_differ_by_shape_and_colour(plate):
 
 def test_the_largest_stress_is_told_with_its_place(solution):
     field = field_on_grid(solution.mesh, solution.u, solution.traction, solution.case.material, (30, 30))
-    peak = largest(field, solution.mesh)
+    peak = peak_of(solution.mesh, field.points, field.von_mises)
     assert peak.corner == "top and left" and peak.usual < peak.stress
     assert np.hypot(*(peak.place - [0.0, 4.0])) < 0.01 and "where top and left meet and stress may be infinite" in str(peak)
     inside = np.hypot(*(field.points - [4.0, 2.0]).T)
-    peak = largest(replace(field, stress=field.stress * (1e6 * (inside == inside.min()) + 1.0)[:, None]), solution.mesh)
+    high = replace(field, stress=field.stress * (1e6 * (inside == inside.min()) + 1.0)[:, None])
+    peak = peak_of(solution.mesh, field.points, high.von_mises)
     assert peak.corner == "" and np.hypot(*(peak.place - [4.0, 2.0])) < 0.2 and "infinite" not in str(peak)
     assert sorted(corners(solution.mesh)[1]) == ["bottom and right", "left and bottom", "right and top", "top and left"]
 
@@ -142,5 +145,18 @@ def test_plot_takes_formats(solution, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     write_solution("r.h5", solution)
     assert main(["plot", "r.h5", "--format", "svg"]) == 0
-    assert capsys.readouterr().out.split() == [f"r-{name}.svg" for name in
-                                               ("deformed", "displacement", "traction", "normal", "history")]  # fmt: skip
+    names = ("deformed", "displacement", "traction", "normal", "stress", "hoop", "history")
+    assert capsys.readouterr().out.split() == [f"r-{name}.svg" for name in names]
+
+
+def test_the_stress_along_the_boundary_of_a_ring_is_its_hoop_stress():
+    from verification.test_exact_solutions import METHOD, STEEL, TUBE, Lame
+
+    ring = solve(Problem(material=STEEL, geometry=Lame.body, mesh=MeshOptions(element_size=0.2, order=3),
+                         boundary=Lame.boundary, method=METHOD))  # fmt: skip
+    element, place = best_places(ring.mesh)
+    r = np.hypot(*(ring.mesh.variables_at(element, place)[axis] for axis in "xy"))
+    radial, around = TUBE.stress(r)
+    arc = ring.mesh.curvature[element] != 0.0
+    hoop = hoop_stress(ring, "body", element, place)
+    assert np.abs(hoop - np.where(arc, around, radial)).max() < 1e-4 * around.max()

@@ -1,4 +1,4 @@
-"""Frozen files of formats 1 and 2: read as the version that wrote them told of them, and written in format 3."""
+"""Frozen files of formats 1 and 2: read as the version that wrote them described them, and written in format 3."""
 
 from __future__ import annotations
 

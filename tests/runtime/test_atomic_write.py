@@ -73,7 +73,7 @@ def test_who_comes_second_replaces_nothing_and_loses_nothing(tmp_path, monkeypat
 
 
 def test_many_writers_at_once_lose_nothing(tmp_path):
-    """Each text ends up in one file; those that were late are told so."""
+    """Each text ends up in one file; those that were late get an error."""
     barrier, late = threading.Barrier(6), []
 
     def one(number):

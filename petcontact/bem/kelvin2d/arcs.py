@@ -69,7 +69,7 @@ class Arcs:
         return Arcs(first, last, middle, tangent, angle, angle / curvature, curvature)
 
     def take(self, index: Index | slice) -> Arcs:
-        """Some of the arcs."""
+        """The arcs with these numbers."""
         return Arcs(
             self.start[index], self.end[index], self.middle[index], self.tangent[index], self.angle[index],
             self.half[index], self.curvature[index],

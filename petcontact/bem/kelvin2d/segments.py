@@ -44,7 +44,7 @@ class Segments:
         return Segments(first, last, 0.5 * (first + last), chord / size, 0.5 * size)
 
     def take(self, index: Index | slice) -> Segments:
-        """Some of the segments."""
+        """The segments with these numbers."""
         return Segments(self.start[index], self.end[index], self.middle[index], self.tangent[index], self.half[index])
 
     def reach(self, radius: float) -> Array:

@@ -1,4 +1,4 @@
-"""Both kernels over flat panels by compiled code: at points as `integrals`, or whole blocks of the boundary operators."""
+"""Both kernels over panels by compiled code: at points as `integrals`, or whole blocks of the boundary operators."""
 
 from __future__ import annotations
 
@@ -11,14 +11,15 @@ import numpy as np
 from ... import native
 from ...arrays import Array, Index
 from ...mesh.basis import gauss
+from ...mesh.curved_panels import CurvedPanels, reference_rule
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
-from ...mesh.surface_mesh import SurfaceMesh
+from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 from ..compiled_filler import CompiledFiller, data_members
 from ..kernel import ColumnData
-from .rules import COUNTS, MOST_POINTS, degrees, least_log_rho
+from .polar import digits, tables
+from .rules import COUNTS, MOST_POINTS, degrees, least_log_rho, tolerance_of
 
-TRIANGLE = 4
-"""Is added to the order of triangles: the kind of a panel."""
+AnyPanels = Panels | CurvedPanels
 ROOM = 256
 """Gauss points of a panel that the compiled code has room for."""
 _panels = native.function("petcontact_panels", "pipiippp")
@@ -37,10 +38,18 @@ def _rules(tolerance: float, most: tuple[int, ...]) -> Array:
     return np.concatenate([np.minimum(most, ROOM), np.ravel(least), COUNTS, points.ravel()]).astype(np.float64)
 
 
+def _weights(kind: int, tolerance: float) -> Array:
+    """Gauss weights times the basis on a rectangle or triangle of area 1, (numbers of points, 256, 16), zero beyond.
+
+    Of curved panels on the reference element; then follow the coefficients of the basis, the digits wanted near a panel, and
+    Gauss points and weights by their number.
+    """
+    order, corners = kind % TRIANGLE, 3 if kind & TRIANGLE else 4
+    return _curved_weights(order, corners, tolerance) if kind & CURVED else _flat_weights(order, corners)
+
+
 @functools.cache
-def _weights(kind: int) -> Array:
-    """Gauss weights times the basis on a rectangle or triangle of area 1, (numbers of points, 256, 16), zero beyond."""
-    order, corners = kind % TRIANGLE, 3 if kind >= TRIANGLE else 4
+def _flat_weights(order: int, corners: int) -> Array:
     corner = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]])
     panels, _, weight = make_panels(corner[None, :corners], order, np.arange(1))
     table = np.zeros((len(COUNTS), len(COUNTS), ROOM, (HIGHEST_ORDER + 1) ** 2))
@@ -51,18 +60,40 @@ def _weights(kind: int) -> Array:
     return table
 
 
-def _records(panels: Panels) -> Array:
-    """Centre 3, frame 9, size 1, polygon 8, degrees 2 and coefficients k² of each panel, (n, 23 + k²)."""
-    n, corners = panels.corners.shape[:2]
+@functools.cache
+def _curved_weights(order: int, corners: int, tolerance: float) -> Array:
+    panels = CurvedPanels(np.zeros((1, 6 if corners == 3 else 9, 3)), order, np.arange(1))
+    table = np.zeros((len(COUNTS), len(COUNTS), ROOM, (HIGHEST_ORDER + 1) ** 2))
+    for i, j in itertools.product(range(len(COUNTS)), repeat=2):
+        if (points := COUNTS[i] * COUNTS[j]) <= ROOM:
+            local, weight = reference_rule(corners, (COUNTS[i], COUNTS[j]))
+            table[i, j, :points, : panels.n_nodes] = panels.basis(local[None])[0] * weight[:, None]
+    coefficients = np.zeros((HIGHEST_ORDER + 1) ** 4)
+    coefficients[: panels.n_nodes**2] = panels.coefficients.ravel()
+    return np.concatenate([table.ravel(), coefficients, [digits(tolerance)], *(part.ravel() for part in tables())])
+
+
+def _records(panels: AnyPanels) -> Array:
+    """Centre 3, frame 9, size 1, polygon 8, degrees 2 and coefficients k² of each panel.
+
+    Instead of the last of curved ones the box 6, the shape 27, and position and local coordinates of the nodes 5 k.
+    """
+    chord = panels.chord
+    n, corners = chord.corners.shape[:2]
     polygon = np.zeros((n, 8))
-    polygon[:, : 2 * corners] = panels.polygon.reshape(n, -1)
-    degree, coefficients = degrees(panels.polygon, panels.order), panels.coefficients.reshape(n, -1)
-    parts = (panels.centre, panels.frame.reshape(n, 9), panels.size[:, None], polygon, degree, coefficients)
+    polygon[:, : 2 * corners] = chord.polygon.reshape(n, -1)
+    parts = [chord.centre, chord.frame.reshape(n, 9), chord.size[:, None], polygon, degrees(panels)]
+    if isinstance(panels, Panels):
+        parts.append(panels.coefficients.reshape(n, -1))
+    else:
+        nodes = np.concatenate([panels.at(panels.nodes)[0], panels.nodes], axis=2)
+        parts += [array.reshape(n, -1) for array in (panels.box, panels.shape, nodes)]
     return np.concatenate(parts, axis=1)
 
 
-def _kind(panels: Panels) -> int:
-    return panels.order + (TRIANGLE if panels.corners.shape[1] == 3 else 0)
+def _kind(panels: AnyPanels) -> int:
+    corners = panels.corners.shape[1]
+    return panels.order + TRIANGLE * (corners == 3) + CURVED * isinstance(panels, CurvedPanels)
 
 
 def available() -> bool:
@@ -71,13 +102,13 @@ def available() -> bool:
 
 
 def compiled_integrals(
-    points: Array, panels: Panels, poisson_ratio: float, tolerance: float, most: tuple[int, ...], kernel_g: Array | None,
+    points: Array, panels: AnyPanels, poisson_ratio: float, tolerance: float, most: tuple[int, ...], kernel_g: Array | None,
     kernel_h: Array | None,
 ) -> None:  # fmt: skip
     """Fill `integrals`' results (3, 3, n k, m), G and H or one of them; `most` are the Gauss points of far panels."""
     assert _panels is not None
     points, records, kind = native.contiguous(points), _records(panels), _kind(panels)
-    family = native.Record(kind, _rules(tolerance, most), _weights(kind), poisson_ratio)
+    family = native.Record(kind, _rules(tolerance, most), _weights(kind, tolerance), poisson_ratio)
     _panels(
         family.address, len(records), native.pointer(records), records.shape[1], len(points),
         *(native.pointer(a) for a in (points, kernel_g, kernel_h)),
@@ -85,7 +116,7 @@ def compiled_integrals(
 
 
 def compiled_field(
-    points: Array, panels: Panels, poisson_ratio: float, tolerance: float, data: Array
+    points: Array, panels: AnyPanels, poisson_ratio: float, tolerance: float | None, data: Array
 ) -> tuple[Array, tuple[Index, Index]] | None:
     """What panels add to displacement and stress at points inside the body, contracted with the boundary data.
 
@@ -95,7 +126,9 @@ def compiled_field(
         [length]
     panels : Panels
         n panels of k nodes.
-    poisson_ratio, tolerance : float
+    poisson_ratio : float
+    tolerance : float, optional
+        By default `rules.TOLERANCE`.
     data : (n k, 6) array
         Traction over 2µ [-] and displacement [length] at their nodes.
 
@@ -108,8 +141,9 @@ def compiled_field(
     """
     if _field is None:
         return None
+    tolerance = tolerance_of(panels, tolerance)
     points, data, records, kind = native.contiguous(points), native.contiguous(data), _records(panels), _kind(panels)
-    family = native.Record(kind, _rules(tolerance, (ROOM,) * len(MOST_POINTS)), _weights(kind), poisson_ratio)
+    family = native.Record(kind, _rules(tolerance, (ROOM,) * (HIGHEST_ORDER + 1)), _weights(kind, tolerance), poisson_ratio)
     field, close = np.empty((len(points), 10)), np.zeros((len(records), len(points)), dtype=np.bool_)
     _field(
         family.address, len(records), native.pointer(records), records.shape[1], len(points),
@@ -131,10 +165,14 @@ def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> Compil
         first[panels.index] = start + part.shape[1] * np.arange(len(part))
         records.append(part.ravel())
         start += part.size
-    used = np.unique(kind).tolist()
-    weights = np.array([native.pointer(_weights(k)) if k in used else 0 for k in range(2 * TRIANGLE)])
+    kinds: dict[int, tuple[Array, Array]] = {}
+    for panels in (batch.elements for batch in mesh.batches()):
+        tolerance = tolerance_of(panels, kernel.tolerance)
+        kinds[_kind(panels)] = _rules(tolerance, MOST_POINTS[type(panels)]), _weights(_kind(panels), tolerance)
+    rules, weights = (np.array([native.pointer(kinds[k][part]) if k in kinds else 0 for k in range(2 * CURVED)])
+                      for part in range(2))  # fmt: skip
     return CompiledFiller("petcontact_panel_columns", native.Record(
         native.contiguous(mesh.x), *(native.contiguous(array, np.int64) for array in (mesh.element, mesh.first_node)), kind,
-        np.concatenate(records), first, _rules(kernel.tolerance, MOST_POINTS), weights, kernel.material.poisson_ratio,
+        np.concatenate(records), first, rules, weights, kernel.material.poisson_ratio,
         kernel.unit_length, *data_members(data),
-    ))  # fmt: skip
+    ), kinds)  # fmt: skip

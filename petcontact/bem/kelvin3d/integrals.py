@@ -1,55 +1,41 @@
-"""Kelvin's solution in space and its traction, integrated over flat panels (the kernels of 4.10 in three dimensions).
+"""Kelvin's solution in space and its traction, integrated over panels (the kernels of 4.10 in three dimensions).
 
 With r = y - x from the target x to the source y, n the outward normal at y and w = n·r:
 
     U = 1/(16πµ(1-ν)) [(3-4ν) I/r + r r/r³]
     T = -1/(8π(1-ν)) [w ((1-2ν) I/r³ + 3 r r/r⁵) - (1-2ν)(r n - n r)/r³]
 
-U[i, j] and T[i, j] take component j at the source to component i at the target. Near panels are integrated in closed form
-(`moments`); from afar Gauss points serve as sources, as many as a bound of their error asks for.
+U[i, j] and T[i, j] take component j at the source to component i at the target. Near flat panels are integrated in closed
+form (`moments`), near curved ones by polar coordinates (`curved`); from afar Gauss points serve as sources, as many as a
+bound of their error asks for.
 """
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...mesh.curved_panels import CurvedPanels
 from ...mesh.panels import Panels
+from . import curved
 from .compiled import available, compiled_integrals
 from .moments import FLAT, Moments
-from .rules import MOST_POINTS, point_counts
+from .rules import MOST_POINTS, point_counts, tolerance_of
+from .tensors import Wanted, kernels
 
-TOLERANCE = 1e-11
-"""Relative quadrature error of far panels."""
 NEAR_CHUNK = 4096
 """Pairs of a panel and a target whose closed forms are worked out at once."""
 FAR_CHUNK = 1 << 16
 """Pairs of a source point and a target at once."""
 
 
-@dataclass(frozen=True)
-class Wanted:
-    """The arrays to fill, (3, 3, n, k, m), or None, and ν."""
-
-    kernel_g: Array | None
-    kernel_h: Array | None
-    poisson_ratio: float
-
-    def write(self, element: Index | int, target: Index, g: Array | None, h: Array | None) -> None:
-        """Values (3, 3, pairs, k), or (3, 3, k, targets) of one element."""
-        for whole, part in ((self.kernel_g, g), (self.kernel_h, h)):
-            if whole is not None and part is not None and isinstance(element, int):
-                whole[:, :, element, :, target] = part.transpose(3, 0, 1, 2)
-            elif whole is not None and part is not None:
-                whole[:, :, element, :, target] = part.transpose(2, 0, 1, 3)
-
-
 def integrals(
-    points: Array, panels: Panels, poisson_ratio: float, *, displacement: bool = True, traction: bool = True,
-    tolerance: float = TOLERANCE,
+    points: Array, panels: Panels | CurvedPanels, poisson_ratio: float, *, displacement: bool = True, traction: bool = True,
+    tolerance: float | None = None,
 ) -> tuple[Array | None, Array | None]:  # fmt: skip
     """Both kernels integrated over panels against their bases, at target points.
 
@@ -57,13 +43,13 @@ def integrals(
     ----------
     points : (m, 3) array
         [length]
-    panels : Panels
+    panels : Panels or CurvedPanels
         n panels of k nodes.
     poisson_ratio : float
     displacement, traction : bool
         What is wanted.
-    tolerance : float
-        Of the quadrature of far panels.
+    tolerance : float, optional
+        Of the quadrature, of flat panels where they are far; by default `rules.TOLERANCE`.
 
     Returns
     -------
@@ -76,15 +62,21 @@ def integrals(
     shape = (3, 3, len(panels.index), panels.n_nodes, len(points))
     flat = (3, 3, shape[2] * shape[3], shape[4])
     kernel_g, kernel_h = (np.empty(flat) if wanted else None for wanted in (displacement, traction))
+    tolerance = tolerance_of(panels, tolerance)
     if available():
-        compiled_integrals(points, panels, poisson_ratio, tolerance, MOST_POINTS, kernel_g, kernel_h)
+        compiled_integrals(points, panels, poisson_ratio, tolerance, MOST_POINTS[type(panels)], kernel_g, kernel_h)
         return kernel_g, kernel_h
     whole_g, whole_h = (None if k is None else k.reshape(shape) for k in (kernel_g, kernel_h))
-    result = Wanted(whole_g, whole_h, poisson_ratio)
+    BY_NUMPY[type(panels)](points, panels, tolerance, Wanted(whole_g, whole_h, poisson_ratio))
+    return kernel_g, kernel_h
+
+
+def _fill(points: Array, panels: Panels, tolerance: float, result: Wanted) -> None:
+    """All pairs of a flat panel and a point."""
     near: list[tuple[Index, Index]] = [(np.empty(0, dtype=np.int64),) * 2]
     for element in range(len(panels.index) if len(points) else 0):
         counts = point_counts(points, panels, element, tolerance)
-        close = counts[:, 0] * counts[:, 1] > MOST_POINTS[panels.order]
+        close = counts[:, 0] * counts[:, 1] > MOST_POINTS[type(panels)][panels.order]
         column = np.flatnonzero(close)
         near.append((np.full(len(column), element), column))
         counts[close] = 0
@@ -95,7 +87,10 @@ def integrals(
     for first in range(0, len(elements), NEAR_CHUNK):
         some = slice(first, first + NEAR_CHUNK)
         _near(points[columns[some]], panels, elements[some], columns[some], result)
-    return kernel_g, kernel_h
+
+
+BY_NUMPY: dict[type, Callable[[Array, Any, float, Wanted], None]] = {Panels: _fill, CurvedPanels: curved.fill}
+"""What fills the results where nothing was compiled, by the kind of panel."""
 
 
 def _far(points: Array, panels: Panels, element: int, target: Index, counts: tuple[int, int], result: Wanted) -> None:
@@ -108,19 +103,6 @@ def _far(points: Array, panels: Panels, element: int, target: Index, counts: tup
         parts = (None if whole is None else np.einsum("bq,ijqm->ijbm", weight[0], kernel, optimize=True)
                  for whole, kernel in ((result.kernel_g, g), (result.kernel_h, h)))  # fmt: skip
         result.write(element, rows, *parts)
-
-
-def kernels(r: Array, normal: Array, poisson_ratio: float) -> tuple[Array, Array]:
-    """2µU [1/length] and T [1/length²], (3, 3, ...), for vectors r (..., 3) from targets to sources and the normal there."""
-    inverse = 1.0 / np.sqrt(np.sum(r * r, axis=-1))
-    e = np.moveaxis(r, -1, 0) * inverse
-    w = np.tensordot(normal, e, axes=1)
-    dyad, identity = e[:, None] * e[None], np.eye(3).reshape(3, 3, *([1] * inverse.ndim))
-    skew = e[:, None] * normal.reshape(1, 3, *([1] * inverse.ndim))
-    twist, one_2nu = skew - skew.swapaxes(0, 1), 1.0 - 2.0 * poisson_ratio
-    scale = inverse / (8.0 * np.pi * (1.0 - poisson_ratio))
-    g = scale * ((3.0 - 4.0 * poisson_ratio) * identity + dyad)
-    return g, scale * inverse * (one_2nu * (twist - w * identity) - 3.0 * w * dyad)
 
 
 def _near(x: Array, panels: Panels, element: Index, target: Index, result: Wanted) -> None:

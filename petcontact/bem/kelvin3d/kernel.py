@@ -9,11 +9,12 @@ from typing import ClassVar
 import numpy as np
 
 from ...arrays import Array
+from ...mesh.curved_panels import CurvedPanels
 from ...mesh.panels import Panels
 from ...model.problem import Material
 from . import point_force
 from .compiled import compiled_field
-from .integrals import TOLERANCE, integrals
+from .integrals import integrals
 from .stress import near_stress, stress_integrals
 
 
@@ -27,13 +28,13 @@ class Kelvin3D:
         Its `plane` says nothing here.
     unit_length : float
         ℓ [length].
-    tolerance : float
-        Relative error of the quadrature of far panels.
+    tolerance : float, optional
+        Relative error of quadrature, by default `rules.TOLERANCE`.
     """
 
     material: Material
     unit_length: float
-    tolerance: float = TOLERANCE
+    tolerance: float | None = None
     dim: ClassVar[int] = 3
 
     @property
@@ -47,7 +48,7 @@ class Kelvin3D:
         return (1.0 - self.material.poisson_ratio) / (math.pi * self.material.shear_modulus)
 
     def integrals(
-        self, targets: Array, elements: Panels, *, displacement: bool = True, traction: bool = True
+        self, targets: Array, elements: Panels | CurvedPanels, *, displacement: bool = True, traction: bool = True
     ) -> tuple[Array | None, Array | None]:
         """Both kernels integrated over panels at points (m, 3)."""
         kernel_g, kernel_h = integrals(
@@ -58,19 +59,23 @@ class Kelvin3D:
             kernel_g /= self.unit_length
         return kernel_g, kernel_h
 
-    def stress_integrals(self, targets: Array, elements: Panels) -> tuple[Array, Array]:
+    def stress_integrals(self, targets: Array, elements: Panels | CurvedPanels) -> tuple[Array, Array]:
         """Stress at points (m, 3) off the boundary; xx, yy, zz, xy, xz, yz come first."""
         kernel_d, kernel_s = stress_integrals(targets, elements, self.material.poisson_ratio)
         return kernel_d, kernel_s * self.unit_length
 
-    def field(self, targets: Array, elements: Panels, u: Array, traction: Array) -> tuple[Array, Array, Array] | None:
+    def field(
+        self, targets: Array, elements: Panels | CurvedPanels, u: Array, traction: Array
+    ) -> tuple[Array, Array, Array] | None:
         """As `bem.kernels.field_of`, by compiled code; None where nothing was compiled."""
         data = np.concatenate([traction / self.unit_length, u], axis=1)
         found = compiled_field(targets, elements, self.material.poisson_ratio, self.tolerance, data)
         if found is None:
             return None
         field, (element, column) = found
-        stress = field[:, 3:9] + near_stress(targets, elements, element, column, self.material.poisson_ratio, data)
+        stress = field[:, 3:9]
+        if isinstance(elements, Panels):
+            stress = stress + near_stress(targets, elements, element, column, self.material.poisson_ratio, data)
         return field[:, :3], self.unit_length * stress, field[:, 9]
 
     def point_displacement(self, x: Array, at: Array, force: Array) -> Array:

@@ -1,4 +1,4 @@
-"""How many Gauss points stand for a flat panel that is seen from afar."""
+"""How many Gauss points stand for a panel that is seen from afar."""
 
 from __future__ import annotations
 
@@ -8,10 +8,13 @@ import math
 import numpy as np
 
 from ...arrays import Array, Index
+from ...mesh.curved_panels import CurvedPanels
 from ...mesh.panels import Panels
 
-MOST_POINTS = (64, 64, 144, 256)
-"""Gauss points up to which a panel of each order is far: as dear as the closed form, which loses digits farther off."""
+TOLERANCE = {Panels: 1e-11, CurvedPanels: 1e-9}
+"""Relative error of quadrature by default: of far flat panels, and of all curved ones, near or far."""
+MOST_POINTS: dict[type, tuple[int, ...]] = {Panels: (64, 64, 144, 256), CurvedPanels: (256,) * 4}
+"""Gauss points up to which a panel of each order is far: as dear as what is done near it; closed forms lose digits afar."""
 COUNTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)
 """Numbers of points in one direction that are used."""
 SAFETY = 2.5
@@ -21,7 +24,16 @@ STRAIGHT = 1e-12
 """Corners off a parallelogram or a rectangle by less than this fraction of the panel are on it: round-off."""
 
 
-def degrees(polygon: Array, order: int) -> Index:
+CURVED = 1
+"""Degree that the area factor of curved panels and their bend add: both are no polynomials, but close to low ones."""
+
+
+def tolerance_of(panels: Panels | CurvedPanels, wanted: float | None) -> float:
+    """What is wanted, or what serves by default."""
+    return TOLERANCE[type(panels)] if wanted is None else wanted
+
+
+def degrees(panels: Panels | CurvedPanels) -> Index:
     """Degree of the basis times the area factor along both directions of a panel's Gauss points.
 
     The basis is u^a v^b of the plane, a, b <= p on quadrilaterals and a + b <= p on triangles, and u and v are bilinear in
@@ -29,17 +41,15 @@ def degrees(polygon: Array, order: int) -> Index:
     a rectangle, 2p along t where t leans, as on other parallelograms, and 2p + 1 where the term s t counts, also in the
     area factor. A triangle is bilinear with two corners in one, and its area factor linear in t.
 
-    Parameters
-    ----------
-    polygon : (n, c, 2) array
-        Corners in local coordinates, as in `Panels` [-].
-    order : int
-        p.
+    On curved panels the basis is of degree p in the coordinates of the Gauss points themselves.
 
     Returns
     -------
     degree : (n, 2) int array
     """
+    polygon, order = panels.polygon, panels.order
+    if isinstance(panels, CurvedPanels):
+        return np.tile([order + CURVED, order + CURVED + (polygon.shape[1] == 3)], (len(polygon), 1))
     if polygon.shape[1] == 3:
         return np.tile([order, order + 1], (len(polygon), 1))
     a, b, c, d = polygon.transpose(1, 0, 2)
@@ -65,25 +75,27 @@ def least_log_rho(degree: int, tolerance: float) -> Array:
         return np.where(k > 0.0, (np.log(SAFETY * k * k) - math.log(tolerance)) / k, np.inf)
 
 
-def point_counts(points: Array, panels: Panels, element: int, tolerance: float) -> Index:
+def point_counts(points: Array, panels: Panels | CurvedPanels, element: int, tolerance: float) -> Index:
     """Gauss points (m, 2) along both directions of a panel that hold the tolerance at each target, out of `COUNTS`, or 999.
 
     Along one direction the integrand is analytic inside the Bernstein ellipse of ρ whose foci are the ends, r vanishing at
     position ± i distance: (ρ + 1/ρ)/2 is half the sum of the distances from both ends over half the length. Slanting lines
     are as long as the longest edge.
     """
-    local = (points - panels.centre[element]) @ panels.frame[element].T / panels.size[element]
-    polygon = panels.polygon[element]
-    low, high = polygon.min(axis=0), polygon.max(axis=0)
+    chord = panels.chord
+    local = (points - chord.centre[element]) @ chord.frame[element].T / chord.size[element]
+    polygon, (lowest, highest) = chord.polygon[element], panels.box[element]
+    low, high = lowest[:2], highest[:2]
     half, edge = 0.5 * (high - low), np.roll(polygon, -1, axis=0) - polygon
     slanting = abs(polygon[:, 0] @ edge[:, 1] - polygon[:, 1] @ edge[:, 0]) < 2.0 * RECTANGULAR * np.prod(high - low)
     length = np.maximum(half, 0.5 * np.hypot(*edge.T).max()) if slanting else half
     offset = np.abs(local[:, :2] - 0.5 * (high + low))
     beyond = np.maximum(offset - half, 0.0)
-    degree = degrees(polygon[None], panels.order)[0].tolist()
+    above = np.maximum(np.abs(local[:, 2] - 0.5 * (highest[2] + lowest[2])) - 0.5 * (highest[2] - lowest[2]), 0.0)
+    degree = degrees(panels)[element].tolist()
     counts = np.empty((len(points), 2), dtype=np.int64)
     for c in range(2):
-        across = np.hypot(beyond[:, 1 - c], local[:, 2])
+        across = np.hypot(beyond[:, 1 - c], above)
         mean = 0.5 * (np.hypot(offset[:, c] - half[c], across) + np.hypot(offset[:, c] + half[c], across)) / length[c]
         log_rho = np.arccosh(np.maximum(mean, 1.0))
         counts[:, c] = np.append(COUNTS, 999)[np.sum(log_rho[:, None] < least_log_rho(degree[c], tolerance), axis=1)]

@@ -1,4 +1,4 @@
-"""Stress inside the body: the derivative of (4.9) with respect to the point, integrated over flat panels.
+"""Stress inside the body: the derivative of (4.9) with respect to the point, integrated over panels.
 
 With r = y - x, C = 1/(8π(1-ν)), n the outward normal at y and w = n·r (Brebbia, Telles and Wrobel, 1984, section 5.6):
 
@@ -11,14 +11,17 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...mesh.curved_panels import CurvedPanels
 from ...mesh.panels import Panels
+from .curved import quadrature, sources
 from .integrals import NEAR_CHUNK, local_targets, to_basis
 from .moments import Edges, Table, solid_angle
-from .rules import MOST_POINTS, point_counts
+from .rules import MOST_POINTS, point_counts, tolerance_of
 
 TOLERANCE = 1e-10
 """Relative quadrature error of far panels."""
@@ -32,14 +35,14 @@ Integral = Callable[[int, tuple[int, ...]], Array]
 """∫ r_i r_j .../r^k times what is to be integrated, by k and the indices."""
 
 
-def stress_integrals(points: Array, panels: Panels, poisson_ratio: float) -> tuple[Array, Array]:
+def stress_integrals(points: Array, panels: Panels | CurvedPanels, poisson_ratio: float) -> tuple[Array, Array]:
     """Stress at points inside the body from boundary tractions and displacements: σ = Σ D t + 2µ Σ S u.
 
     Parameters
     ----------
     points : (m, 3) array
         Points off the boundary [length].
-    panels : Panels
+    panels : Panels or CurvedPanels
         n panels of k nodes.
     poisson_ratio : float
 
@@ -52,10 +55,26 @@ def stress_integrals(points: Array, panels: Panels, poisson_ratio: float) -> tup
     """
     shape = (6, 3, len(panels.index), panels.n_nodes, len(points))
     kernel_d, kernel_s = np.empty(shape), np.empty(shape)
+    BY_NUMPY[type(panels)](points, panels, poisson_ratio, kernel_d, kernel_s)
+    flat = (6, 3, shape[2] * shape[3], shape[4])
+    return kernel_d.reshape(flat), kernel_s.reshape(flat)
+
+
+def _fill_curved(points: Array, panels: CurvedPanels, poisson_ratio: float, kernel_d: Array, kernel_s: Array) -> None:
+    """Pairs of a curved panel and a point."""
+    for number, rows, rule in quadrature(points, panels, tolerance_of(panels, None)):
+        y, normal, weight = sources(panels, number, rule)
+        d, s = _tensors(_at_points(y[:, None] - points[rows]), normal.T[..., None], poisson_ratio)
+        for kernel, part in ((kernel_d, d), (kernel_s, s)):
+            kernel[:, :, number, :, rows] = np.einsum("bq,ckqm->mckb", weight, part, optimize=True)
+
+
+def _fill(points: Array, panels: Panels, poisson_ratio: float, kernel_d: Array, kernel_s: Array) -> None:
+    """Pairs of a flat panel and a point."""
     elements, columns = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
     for element in range(len(panels.index) if len(points) else 0):
         counts = point_counts(points, panels, element, TOLERANCE)
-        close = counts[:, 0] * counts[:, 1] > MOST_POINTS[panels.order]
+        close = counts[:, 0] * counts[:, 1] > MOST_POINTS[type(panels)][panels.order]
         columns.append(np.flatnonzero(close))
         elements.append(np.full(len(columns[-1]), element))
         for count in np.unique(counts[~close], axis=0).tolist():
@@ -70,8 +89,10 @@ def stress_integrals(points: Array, panels: Panels, poisson_ratio: float) -> tup
         d, s = _near(points[column[some]], panels, owner[some], poisson_ratio)
         kernel_d[:, :, owner[some], :, column[some]] = d
         kernel_s[:, :, owner[some], :, column[some]] = s
-    flat = (6, 3, shape[2] * shape[3], shape[4])
-    return kernel_d.reshape(flat), kernel_s.reshape(flat)
+
+
+BY_NUMPY: dict[type, Callable[[Array, Any, float, Array, Array], None]] = {Panels: _fill, CurvedPanels: _fill_curved}
+"""What fills D and S, by the kind of panel."""
 
 
 def near_stress(
@@ -89,10 +110,10 @@ def near_stress(
 
 
 def _tensors(integral: Integral, normal: Array, poisson_ratio: float) -> tuple[Array, Array]:
-    """D and S (6, 3, ...) from integrals of products of r over powers of r, in the frame of these and of the normal."""
+    """D and S (6, 3, ...) from integrals of products of r over powers of r, and normals (3, ...), all in one frame."""
     nu, scale = poisson_ratio, 1.0 / (8.0 * np.pi * (1.0 - poisson_ratio))
     one_2nu = 1.0 - 2.0 * nu
-    axes = [c for c in range(3) if normal[c] != 0.0]
+    axes = [c for c in range(3) if np.any(normal[c] != 0.0)]
     d, s = [], []
     for (i, j), k in itertools.product(COMPONENTS, range(3)):
         d_ki, d_kj, d_ij = float(k == i), float(k == j), float(i == j)

@@ -26,7 +26,7 @@ def padded(p: Array, size: int) -> Array:
 
 
 def derivative(p: Array, axis: int) -> Array:
-    """Along an axis."""
+    """Derivative along an axis, a polynomial."""
     exponent = np.indices(p.shape)[axis]
     return np.roll(exponent * p, -1, axis)
 
@@ -42,7 +42,7 @@ def times(p: Array, axis: int, power: int = 1) -> Array:
 
 
 def times_square(p: Array) -> Array:
-    """r² p."""
+    """The polynomial times r²."""
     return np.asarray(sum(times(p, axis, 2) for axis in range(p.ndim)))
 
 

@@ -41,7 +41,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
                          "--superelement FILE.npz a condensed body")  # fmt: skip
     if arguments.vtkhdf:
         if Path(arguments.vtkhdf).suffix.lower() != ".vtkhdf":
-            raise InputError(f"{arguments.vtkhdf}: must end in .vtkhdf, which tells ParaView what it is")
+            raise InputError(f"{arguments.vtkhdf}: must end in .vtkhdf, by which ParaView recognises the format")
         check_target(Path(arguments.vtkhdf), replace=True, inputs=[arguments.result])
     if arguments.superelement:
         from ...pipeline.superelement import superelement_format

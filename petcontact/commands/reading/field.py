@@ -1,13 +1,18 @@
-"""Displacement and stress inside the body of a result: a .vtu file for ParaView, and a figure.
+"""Displacement and stress in the bodies of a result: .vtu files for ParaView, a table at given points, and a figure.
 
-Of bodies and load steps: .vtu files of each increment and body, and a .pvd file that ties them together."""
+Of several bodies or increments: .vtu files of each increment and body, and a .pvd file that ties them together. --points
+FILE.csv evaluates points inside and on the boundary instead, and writes a table.
+"""
 
 from __future__ import annotations
 
 import argparse
+import math
 import sys
 from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from ...errors import InputError
 
@@ -15,66 +20,169 @@ from ...errors import InputError
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact field`."""
     parser.add_argument("result", metavar="RESULT.h5", help="a result file")
+    parser.add_argument("--step", metavar="K", help="only increment 1, 2, ..., or `last`; figures show it")
+    parser.add_argument("--body", metavar="NAME", action="append", help="only this body; may be repeated")
+    parser.add_argument("--window", metavar="X", nargs="+", help="lower and upper corner of a box: only what is in it")
     parser.add_argument("--grid", metavar="NXxNY", help="grid cells along x and y, in space along z too (100x100, 16x16x16)")
-    parser.add_argument("-o", "--output", metavar="FILE.vtu", help="the field (default: the result's stem + .vtu)")
+    parser.add_argument("--points", metavar="FILE.csv",
+                        help="points x, y (and z), a line each, in a body or on its boundary: write a table")  # fmt: skip
+    parser.add_argument("-o", "--output", metavar="FILE",
+                        help="the field (default: the result's stem + .vtu), or the table (-points.csv)")  # fmt: skip
     parser.add_argument("--boundary", metavar="FILE.vtu",
                         help="also write the boundary's values at the end (of several bodies FILE-BODY.vtu; those of "
                         "all increments always are)")  # fmt: skip
     parser.add_argument("--figure", metavar="FILE.png",
-                        help="also draw the deformed bodies coloured by von Mises stress (.png, .pdf or .svg)")  # fmt: skip
+                        help="also draw the deformed bodies coloured by a stress (.png, .pdf or .svg)")  # fmt: skip
+    parser.add_argument("--quantity", metavar="NAME", default="von_mises",
+                        help="of the figure: von_mises (default), principal_1, sigma_xx, sigma_xy, u, ux, ...")  # fmt: skip
     parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Evaluate and write; needs no PETSc."""
+    from ...model.base import nearest
+    from ...results.body_fields import quantities
     from ...results.figures.stress import deformed_figure
     from ...results.vtu.boundary import write_boundary_vtu
-    from ...results.vtu.collection import file_word, write_collection
+    from ...results.vtu.collection import file_word
     from ...runtime.atomic_write import check_target
     from ...runtime.figure_style import figure_format
-    from ...runtime.terminal import StatusLine
     from ...sweep.store.case_table import read_case
 
     resolution = grid(arguments.grid) if arguments.grid else None
-    output = Path(arguments.output or Path(arguments.result).with_suffix(".vtu").name)
-    for name in filter(None, (output, arguments.boundary)):
-        if Path(name).suffix.lower() != ".vtu":
-            raise InputError(f"{name}: a field is written as .vtu, which ParaView and VisIt read")
+    box = window(arguments.window) if arguments.window else None
+    stem = Path(arguments.result).stem
+    output = Path(arguments.output or (f"{stem}-points.csv" if arguments.points else f"{stem}.vtu"))
+    suffix = ".csv" if arguments.points else ".vtu"
+    for name, wanted in ((output, suffix), (arguments.boundary, ".vtu")):
+        if name and Path(name).suffix.lower() != wanted:
+            kind = "table is written as .csv" if wanted == ".csv" else "field is written as .vtu, for ParaView and VisIt"
+            raise InputError(f"{name}: a {kind}")
     if arguments.figure:
         figure_format(arguments.figure)
     for name in filter(None, (output, arguments.boundary, arguments.figure)):
-        check_target(Path(name), replace=True, inputs=[arguments.result])
-    solution = read_case(arguments.result, arguments.case)
-    status = StatusLine(sys.stderr.isatty())
+        check_target(Path(name), replace=True, inputs=[arguments.result, *([arguments.points] if arguments.points else [])])
+    whole = read_case(arguments.result, arguments.case)
+    solution = whole if arguments.step is None else whole.until(increment_number(arguments.step, whole))
+    for name in arguments.body or ():
+        solution.body_fields(name)  # refuses what there is not
+    if arguments.quantity not in (known := quantities(next(iter(solution.meshes.values())).dim)):
+        others = nearest(arguments.quantity, known) or "; there are " + ", ".join(known)
+        raise InputError(f"--quantity: no {arguments.quantity!r}{others}")
     fields = {}
-    try:
-        if len(solution.meshes) == len(solution.tried) == 1:
-            fields = one_field(output, solution, resolution, lambda share: status.show(f"field: {share:.0%}"))
-        else:
-            for path in write_collection(output, solution, resolution, lambda share: status.show(f"fields: {share:.0%}")):
-                print(path)
-    finally:
-        status.clear()
-    for name in solution.meshes if arguments.boundary else ():
+    if arguments.points:
+        print(points_table(arguments.points, output, solution, arguments.body))
+    else:
+        fields = _write_fields(output, solution, arguments, resolution, box)
+    bodies = [name for name in solution.meshes if not arguments.body or name in arguments.body]
+    for name in bodies if arguments.boundary else ():
         path = Path(arguments.boundary)
-        path = path if len(solution.meshes) == 1 else path.with_stem(f"{path.stem}-{file_word(name)}")
+        path = path if len(bodies) == 1 else path.with_stem(f"{path.stem}-{file_word(name)}")
         write_boundary_vtu(path, solution, name)
         print(path)
     if arguments.figure:
-        print(deformed_figure(solution, arguments.figure, field=fields))
+        cells = (resolution[0], resolution[1]) if resolution else None
+        print(deformed_figure(solution, arguments.figure, resolution=cells, field=fields, quantity=arguments.quantity,
+                              bodies=arguments.body, window=box))  # fmt: skip
     return 0
 
 
-def one_field(output: Path, solution: Any, resolution: Any, progress: Any) -> dict[str, Any]:
-    """Write the field of the only increment of the only body, and say how large its stress is; the field by body."""
+def _write_fields(output: Path, solution: Any, arguments: Any, resolution: Any, box: Any) -> dict[str, Any]:
+    """One .vtu of one body and increment, else a collection; the fields that are there then, by body."""
+    from dataclasses import replace
+
+    from ...results.vtu.collection import write_collection
+    from ...runtime.terminal import StatusLine
+
+    bodies = arguments.body or list(solution.meshes)
+    only_one = len(bodies) == 1 and (arguments.step is not None or len(solution.tried) == 1)
+    status = StatusLine(sys.stderr.isatty())
+    try:
+        if only_one:
+            return one_field(output, solution, bodies[0], resolution, box, lambda share: status.show(f"field: {share:.0%}"))
+        some = solution if arguments.step is None else replace(solution, steps=solution.steps[-1:])
+        for path in write_collection(output, some, resolution, lambda share: status.show(f"fields: {share:.0%}"),
+                                     bodies=arguments.body, window=box):  # fmt: skip
+            print(path)
+    finally:
+        status.clear()
+    return {}
+
+
+def one_field(output: Path, solution: Any, name: str, resolution: Any, box: Any, progress: Any) -> dict[str, Any]:
+    """Write the field of a body at the end, and say how large its stress is; the field by body."""
     from ...fields.peak import peak_of
     from ...results.vtu.inside import field_inside, grid_inside, write_vtu
 
-    ((name, mesh),) = solution.meshes.items()
-    field = field_inside(solution, grid_inside(mesh, resolution), name, progress=progress)
+    mesh = solution.meshes[name]
+    field = field_inside(solution, grid_inside(mesh, resolution, box), name, progress=progress)
     write_vtu(output, field, solution.problem.units)
-    print(f"{output}: {len(field.points)} points, largest von Mises stress {peak_of(mesh, field)}")
+    peak = peak_of(mesh, field.points, field.von_mises)
+    print(f"{output}: {len(field.points)} points, largest von Mises stress {peak}")
     return {name: field}
+
+
+def points_table(source: str, output: Path, solution: Any, bodies: list[str] | None) -> Path:
+    """Displacement, stress, von Mises and principal stresses at the points of a file, as CSV."""
+    from ...results.body_fields import quantities, quantity
+    from ...results.tables import csv_text
+    from ...runtime.atomic_write import write_text
+
+    if (bodies is None and len(solution.meshes) > 1) or len(bodies or ()) > 1:
+        raise InputError(f"--points: --body must name one body; there are {', '.join(solution.meshes)}")
+    dim = next(iter(solution.meshes.values())).dim
+    state = solution.state_at(read_points(source, dim), bodies[0] if bodies else None)
+    names = [name for name in quantities(dim) if name != "u"]
+    columns = {**dict(zip("xyz", state.x.T, strict=False)), **{name: quantity(state, name) for name in names}}
+    write_text(output, csv_text(columns))
+    return output
+
+
+def read_points(path: str, dim: int) -> Any:
+    """Points (n, dim) of a CSV file; a first line of names is passed over, and so are columns after the coordinates."""
+    try:
+        lines = Path(path).read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: {error.strerror if isinstance(error, OSError) else 'not text'}") from None
+    found = []
+    for number, line in enumerate(lines, 1):
+        words = line.replace(",", " ").replace(";", " ").split()
+        values = [_real(word) for word in words[:dim]]
+        if not words or (number == 1 and not any(map(math.isfinite, values))):
+            continue
+        if len(values) < dim or not all(map(math.isfinite, values)):
+            raise InputError(f"{path}, line {number}: {dim} coordinates are needed, got {line.strip()[:60]!r}")
+        found.append(values)
+    if not found:
+        raise InputError(f"{path}: there are no points in it")
+    return np.array(found)
+
+
+def window(words: list[str]) -> Any:
+    """Lower and upper corner of 4 or 6 numbers."""
+    values = [_real(word) for text in words for word in text.split(",") if word]
+    half = len(values) // 2
+    low, high = np.array(values[:half]), np.array(values[half:])
+    if len(values) not in (4, 6) or not np.all(np.isfinite(values)) or not np.all(low < high):
+        raise InputError(f"--window {' '.join(words)}: expected the lower and the upper corner of a box, such as 0 0 2 1")
+    return low, high
+
+
+def increment_number(word: str, solution: Any) -> int:
+    """The number of the increment that --step names."""
+    count = len(solution.steps)
+    if word == "last" and count:
+        return count
+    if not (word.isascii() and word.isdigit() and 1 <= int(word) <= count):
+        raise InputError(f"--step {word}: there are increments 1 to {count}, and `last`")
+    return int(word)
+
+
+def _real(word: str) -> float:
+    try:
+        return float(word)
+    except ValueError:
+        return math.nan
 
 
 def grid(text: str) -> tuple[int, ...]:

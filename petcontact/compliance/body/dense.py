@@ -55,11 +55,11 @@ class DenseBody(ElasticBody):
         self.u_0 = at_rest.T.reshape(operators.data.states, *operators.data.contact_shape) + operators.data.sliding
 
     def apply(self, traction: Array) -> Array:
-        """S t."""
+        """Displacement S t of the contact nodes under tractions t there."""
         return np.asarray(self.compliance @ traction)
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """One back substitution."""
+        """All unknowns of the body: one back substitution."""
         return self._solved.unknowns(np.append(shares, 0.0), traction.ravel() / self.operators.traction_scale)
 
     def _error_of_known(self, known: Array) -> float:
@@ -69,7 +69,7 @@ class DenseBody(ElasticBody):
         return forward_error(self._solved.unknowns(alone, np.zeros(self.data.contact_directions.size)), known)
 
     def describe(self) -> str:
-        """Eliminated once, dense."""
+        """A line for the verdict: how the body is stored."""
         return "condensed, dense"
 
 
@@ -152,7 +152,7 @@ class _ByKSP:
         return whole
 
     def unknowns(self, shares: Array, y: Array) -> Array:
-        """As of `Elimination`."""
+        """All unknowns of the body, as `Elimination.unknowns`."""
         return self.everywhere(self.at_rest @ shares + self.influence @ y)
 
 

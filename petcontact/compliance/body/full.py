@@ -77,7 +77,7 @@ class FullBody(ElasticBody):
         return np.column_stack([self.influence(still, column) for column in traction.T])
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """One solve with A(0)."""
+        """All unknowns of the body: one solve with A(0)."""
         pushed = traction.ravel() / self.operators.traction_scale @ self._rows.contact
         return self._rest @ shares + self.solve(np.zeros(len(self._places)), pushed)
 
@@ -86,7 +86,7 @@ class FullBody(ElasticBody):
         return _FullCompliance(self, place, surrogate)
 
     def describe(self) -> str:
-        """Formulation."""
+        """A line for the verdict: the formulation."""
         return "full, dense"
 
     def close(self) -> None:
@@ -104,7 +104,7 @@ class _FullCompliance(ContactCompliance):
         self._order = (k * place[:, None] + np.arange(k)).ravel()
 
     def apply(self, sigma: Array) -> Array:
-        """S σ."""
+        """Displacement S σ of the contact nodes under tractions σ there."""
         return self._by_body(np.zeros(sigma.size), sigma)
 
     def matrix(self) -> Array:

@@ -65,7 +65,7 @@ class HodlrBody(ElasticBody):
         return self._compressed.on_contact(self._bordered(self._compressed.traction_to_rhs(traction))[0])
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """One solve with A."""
+        """All unknowns of the body: one solve with A."""
         unknowns, beta = self._bordered(self._loads @ shares + self._compressed.traction_to_rhs(traction.ravel()))
         return np.concatenate([self._compressed.everywhere(unknowns), beta])
 

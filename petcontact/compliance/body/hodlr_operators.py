@@ -90,7 +90,7 @@ class CompressedOperators:
         return int(self._system.nbytes + self._rhs_columns.nbytes + self._factor.nbytes)
 
     def describe(self) -> str:
-        """Tolerance, leaf, ranks, memory."""
+        """A line for the verdict: tolerance, leaf size, ranks and memory."""
         rank = max((level.most for level in self._system.ranks()), default=0)
         return (
             f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank {rank}, "

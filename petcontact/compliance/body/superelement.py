@@ -203,7 +203,7 @@ class SuperelementBody(ElasticBody):
         self.u_0 = moved[contact, : data.states].T.reshape(-1, *data.contact_shape)
 
     def apply(self, traction: Array) -> Array:
-        """S t."""
+        """Displacement S t of the contact nodes under tractions t there."""
         return np.asarray(self.compliance @ traction)
 
     def boundary(self, shares: Array, traction: Array, alpha: Array) -> tuple[Array, Array]:
@@ -231,5 +231,5 @@ class SuperelementBody(ElasticBody):
         return float(np.abs(u - expected).max()) / size
 
     def describe(self) -> str:
-        """Where it comes from."""
+        """A line for the verdict: the file that the body comes from."""
         return "superelement"

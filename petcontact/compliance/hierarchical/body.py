@@ -81,7 +81,7 @@ class HierarchicalBody(ElasticBody):
         return np.concatenate([z, joint.multipliers(self._number, state)])
 
     def describe(self) -> str:
-        """Operator and memory."""
+        """A line for the verdict: operator and memory."""
         memory = "" if self._joint is None else f" of {self._joint.equations.memory() / 1e6:.0f} MB"
         return f"mixed, hmatrix {self.tolerance:g}{memory}"
 

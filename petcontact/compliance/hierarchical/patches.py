@@ -60,7 +60,7 @@ class Nodes:
         self._search = [scipy.spatial.cKDTree(body.x) for body in rows]
 
     def of(self, unknowns: Index) -> Index:
-        """Their nodes."""
+        """The nodes of these patches."""
         body = np.searchsorted(self._coupling.first, unknowns, side="right") - 1
         components = np.array([rows.components for rows in self.rows])[body]
         return np.asarray(self.first[body] + (unknowns - self._coupling.first[body]) // components)

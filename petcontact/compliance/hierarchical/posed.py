@@ -37,7 +37,7 @@ class Balance:
 
     @property
     def count(self) -> int:
-        """r."""
+        """Number r of rigid motions."""
         return len(self.load) + len(self.amplitude)
 
 

@@ -109,7 +109,7 @@ class CompressedRows:
     ) -> None:
         mesh, data = operators.mesh, operators.data
         assert isinstance(mesh, SurfaceMesh)
-        low, high = np.nanmin(mesh.corners, axis=1), np.nanmax(mesh.corners, axis=1)
+        low, high = mesh.boxes
         self.tree = tree = cluster(low, high, np.diff(mesh.first_node), LEAF)
         counts = np.diff(mesh.first_node)[tree.order]
         self.nodes = np.repeat(mesh.first_node[tree.order] - np.cumsum(counts) + counts, counts) + np.arange(mesh.n_nodes)
@@ -151,7 +151,7 @@ class CompressedRows:
         return self.matrix.mult(factors)
 
     def block(self, nodes: Index) -> tuple[Array, Index]:
-        """Exact entries."""
+        """A block of exact entries."""
         d, beside = self.components, self._entries.beside
         more = [np.arange(beside[i], beside[i + 1]) for i in nodes.tolist()]
         columns = np.concatenate([(d * nodes[:, None] + np.arange(d)).ravel(), d * len(self.x) + np.concatenate(more)])
@@ -211,7 +211,7 @@ class CondensedRows:
         self.motions = body.contact_modes[components]
 
     def mult(self, factors: Array) -> Array:
-        """u + S t."""
+        """The product: u + S t."""
         u, t = np.split(factors, 2)
         return np.asarray(u[self._own] + self._matrix[self._own] @ t)
 
@@ -235,7 +235,7 @@ class CondensedRows:
         return result
 
     def load(self, shares: Array) -> tuple[Array, Array]:
-        """u_0."""
+        """Displacement u_0 without contact tractions."""
         return np.zeros(self.columns), (shares @ self._rest)[self._own]
 
     @property

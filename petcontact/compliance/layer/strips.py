@@ -61,7 +61,7 @@ class DenseStrip:
         return scipy.linalg.cho_factor(matrix, lower=True, check_finite=False)
 
     def apply(self, x: Array) -> Array:
-        """T x."""
+        """The product T x."""
         return np.asarray(self._scaled @ (self._root * x) / self._root)
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
@@ -73,7 +73,7 @@ class DenseStrip:
         return stick_cholesky(self._scaled, self._root, stick, rhs)
 
     def matrix(self) -> Array:
-        """T, (k, k)."""
+        """T as a matrix (k, k)."""
         return np.asarray(self._scaled * (self._root / self._root[:, None]))
 
 
@@ -126,7 +126,7 @@ class FourierStrip:
         self._dense: Array | None = None
 
     def apply(self, x: Array) -> Array:
-        """T x."""
+        """The product T x."""
         return self._convolve(self._symbol, x)
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
@@ -168,7 +168,7 @@ class FourierStrip:
         return conjugate_gradients(self.apply, self.solve, self._root * self._root, stick, rhs, rtol)
 
     def matrix(self) -> Array:
-        """T, (k, k)."""
+        """T as a matrix (k, k)."""
         return np.column_stack([self.apply(e) for e in np.eye(self._elements * self._nodes)])
 
 
@@ -195,7 +195,7 @@ class HodlrStrip:
         return compress(entries, self._points, offsets, offsets, HODLR_TOL)
 
     def apply(self, x: Array) -> Array:
-        """T x."""
+        """The product T x."""
         return np.asarray(self._matrix @ x)
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
@@ -214,7 +214,7 @@ class HodlrStrip:
         return np.where(stick, found, 0.0)
 
     def matrix(self) -> Array:
-        """T, (k, k)."""
+        """T as a matrix (k, k)."""
         return np.column_stack([self.apply(e) for e in np.eye(len(self._points))])
 
 

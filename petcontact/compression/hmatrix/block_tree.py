@@ -105,7 +105,7 @@ class Blocks:
     far: Mask
 
     def take(self, chosen: Index | Mask) -> Blocks:
-        """Some of them."""
+        """The blocks with these numbers."""
         return Blocks(self.row[chosen], self.column[chosen], self.far[chosen])
 
 
@@ -147,5 +147,5 @@ def divided(tree: Clusters, blocks: Blocks) -> Blocks:
 
 
 def joined(parts: list[Blocks]) -> Blocks:
-    """Blocks one after another."""
+    """Several lists of blocks as one."""
     return Blocks(*(np.concatenate([getattr(part, name) for part in parts]) for name in ("row", "column", "far")))

@@ -49,7 +49,7 @@ def build_blocks(
     entries: Entries, tree: Clusters, blocks: Blocks, rows: tuple[int, int], tolerance: float, dtype: type,
     threads: int, progress: Callable[[float], None],
 ) -> list[Chunk]:  # fmt: skip
-    """The blocks within some rows; `progress` is told the share of entries that is done."""
+    """The blocks within some rows; `progress` is called with the share of entries that is done."""
     chunks: list[Chunk] = []
     while len(blocks.row):
         tiles = _tiles(tree, blocks, rows)

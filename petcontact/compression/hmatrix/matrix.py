@@ -19,7 +19,7 @@ _coarse = native.function("petcontact_hmatrix_coarse", "ipi" + "pp")
 SINGLE = 1e-6
 """Tolerance from which numbers are kept in single precision."""
 TIGHTEST = 1e-7
-"""Smallest tolerance: Gram matrices tell singular values apart down to half of the digits."""
+"""Smallest tolerance: Gram matrices resolve singular values down to half of the digits."""
 RANK_A_DIGIT = 5.0
 """Mean rank of far blocks for each digit of the tolerance, to share out rows and to foretell memory."""
 PROBED_COLUMNS = 4096
@@ -43,7 +43,7 @@ class HMatrix:
     threads : int
         Over which the blocks are built and multiplied, where the entries are compiled.
     progress : callable, optional
-        Told the share that is built, from any of the threads.
+        Called with the share that is built, from any of the threads.
 
     Attributes
     ----------

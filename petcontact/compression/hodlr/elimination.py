@@ -253,7 +253,7 @@ def _combine(cluster: Cluster, block: Array) -> tuple[Array, Array, Array, Array
 def _pivots(e: Array, scale: Array, may_wait: bool) -> tuple[Array, Index, Index, Index, Index]:
     """Inverse of E (m, m) without the rows and columns that must wait; those that need not, and those that must.
 
-    A pair that waits is taken out of the inverse by a rank-one update, which tells who comes next; the inverse that is
+    A pair that waits is taken out of the inverse by a rank-one update, which decides the next pivot; the inverse that is
     returned is computed once more when all are known.
     """
     inverse, exact = _inverse(e, may_wait), True

@@ -94,7 +94,7 @@ class HODLR:
     __matmul__ = mult
 
     def beside(self, entries: Entries, col_offsets: ArrayLike) -> HODLR:
-        """Compress an operator with the same rows, whose columns this one was told to `serve`. Collective.
+        """Compress an operator with the same rows, whose columns this one was prepared for by `serve`. Collective.
 
         It costs about what its columns cost: the bases of rows are shared.
 

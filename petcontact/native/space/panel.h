@@ -1,4 +1,4 @@
-/* Flat panels and the Gauss points that stand for them from afar: petcontact.bem.kelvin3d.rules in C. */
+/* Panels and the Gauss points that stand for them from afar: petcontact.bem.kelvin3d.rules in C. */
 
 #ifndef PETCONTACT_PANEL_H
 #define PETCONTACT_PANEL_H
@@ -15,6 +15,8 @@ enum {
     G = 6,
     H = 9,
     ALL = G + H,
+    TRIANGLE = 4, /* are added to the order: the kind of a panel */
+    CURVED = 8,
     FEW = 3 /* targets below which a vector holds points of a rule instead */
 };
 
@@ -32,13 +34,15 @@ typedef struct {
     double length[2];                      /* half the longest line of Gauss points */
     int corners, order, nodes, degree;
     int along[2];         /* degree of basis times area in both directions of Gauss points: rules.degrees */
+    const double *shape, *nodes_at; /* of curved panels: ξ^i η^j (9, 3), and the nodes (nodes, 3); else null */
+    double lift, depth;          /* middle and half of the extent over the frame's plane, zero of flat panels */
     int upright, regular; /* whether lines of Gauss points run along the frame; whether the table of weights holds */
 } Panel;
 
-typedef struct { /* what panels of one kind share; the kind is their order, and 4 more for triangles */
+typedef struct { /* what panels of one kind share */
     int64_t kind;
     const Rules *rules;
-    const double *weights; /* of a panel of area 1 at each pair of numbers of points */
+    const double *weights; /* of a panel of area 1, if curved of the reference element, at each pair of numbers of points */
     double nu;
 } Family;
 
@@ -69,15 +73,24 @@ typedef struct { /* kernels, and nodes of a panel from `node` to before `last` *
 INLINE int nodes_of(int64_t kind)
 {
     const int order = (int)(kind & 3);
-    return kind < 4 ? (order + 1) * (order + 1) : (order + 1) * (order + 2) / 2;
+    return kind & TRIANGLE ? (order + 1) * (order + 2) / 2 : (order + 1) * (order + 1);
 }
 
-/* A panel's numbers: centre 3, frame 9, size 1, polygon 8, degrees 2 and coefficients nodes². */
+/* A panel's numbers: centre 3, frame 9, size 1, polygon 8, degrees 2; of flat ones coefficients nodes², of curved ones, whose
+   frame and polygon are those of their corners, least and largest local coordinates 6, shape 27 and nodes. */
 INLINE Panel panel_of(const double *record, int64_t kind)
 {
     Panel p = {
         .centre = record, .frame = record + 3, .polygon = record + 13, .coefficients = record + 23, .size = record[12]};
-    p.corners = kind < 4 ? 4 : 3;
+    p.corners = kind & TRIANGLE ? 3 : 4;
+    const double *extent = 0;
+    if (kind & CURVED) {
+        extent = p.coefficients;
+        p.shape = extent + 6;
+        p.nodes_at = p.shape + 27;
+        p.lift = 0.5 * (extent[5] + extent[2]);
+        p.depth = 0.5 * (extent[5] - extent[2]);
+    }
     p.order = (int)(kind & 3);
     p.nodes = nodes_of(kind);
     p.degree = p.corners == 4 ? 2 * p.order : p.order;
@@ -91,6 +104,8 @@ INLINE Panel panel_of(const double *record, int64_t kind)
             low = value < low ? value : low;
             high = value > high ? value : high;
         }
+        low = extent ? extent[c] : low;
+        high = extent ? extent[3 + c] : high;
         p.half[c] = 0.5 * (high - low);
         p.middle[c] = 0.5 * (high + low);
         box *= high - low;
@@ -139,7 +154,9 @@ INLINE void choose(const Panel *p, const Rules *rules, const Targets *targets, d
             beyond[c] = beyond[c] > 0.0 ? beyond[c] : 0.0;
         }
         for (int c = 0; c < 2; c++) {
-            double along = fabs(local[c][t] - p->middle[c]), z = local[2][t], half = p->half[c];
+            double along = fabs(local[c][t] - p->middle[c]), half = p->half[c];
+            double z = fabs(local[2][t] - p->lift) - p->depth;
+            z = z > 0.0 ? z : 0.0;
             double across = beyond[1 - c] * beyond[1 - c] + z * z;
             double mean = (0.5 / p->length[c]) *
                           (sqrt((along - half) * (along - half) + across) + sqrt((along + half) * (along + half) + across));
@@ -158,6 +175,7 @@ INLINE void choose(const Panel *p, const Rules *rules, const Targets *targets, d
 typedef struct {      /* Gauss points; more without weight fill the last vector */
     int count, nodal; /* whether the points are the nodes, each of weight in its own function only */
     double scale, x[3][POINTS];
+    double normal[3][POINTS], area[POINTS]; /* of curved panels: normals times area, and the area factor */
     const double (*weight)[NODES]; /* over the scale */
 } Rule;
 

@@ -234,6 +234,13 @@ def adapt(
     return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
 
 
+def _short_of(estimate: float, accuracy: float, trouble: str, exhausted: str) -> str:
+    """Why the estimate is above the accuracy."""
+    if trouble and not exhausted:
+        return trouble
+    return f"estimated error {estimate:.1e} > {accuracy:g}" + (f": {exhausted}" if exhausted else " on the finest mesh")
+
+
 def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
     quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
     estimate = max(quantity.estimate, work.left) if shown else math.inf
@@ -254,7 +261,7 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
         text = f"estimated error {estimate:.1e} > {accuracy:g}: {trouble}; --accuracy asks for more"
         info["warnings"] = [*info.get("warnings", []), text]
     elif status == "converged" and estimate > accuracy:
-        status, reason = "not converged", f"estimated error {estimate:.1e} > {accuracy:g}: {trouble or 'on the finest mesh'}"
+        status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity.exhausted)
     timings: dict[str, float] = {}
     for found in {id(each): each for each in (*work.solutions, solution)}.values():
         for name, value in found.timings.items():

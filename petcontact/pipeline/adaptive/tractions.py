@@ -104,7 +104,7 @@ class Tractions:
         return believed(self.differences)
 
     def info(self) -> dict[str, Any]:
-        """Where the edges are."""
+        """Arc lengths of the edges of contact and stick, by pair."""
         return {"edges": {name: [edge.s for edge in items] for name, items in self._edges.items()}}
 
 

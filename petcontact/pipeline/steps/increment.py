@@ -125,7 +125,7 @@ class PreparedProblem:
         return self.discrete.problem.step or (Step(name="load"),)
 
     def begun(self) -> IncrementState:
-        """The unloaded state."""
+        """The state before the first increment: unloaded."""
         system, d = self.system, self.system.dim
         still = np.zeros((len(system.obstacle_modes), d * (d + 1) // 2))
         slip, alpha = np.zeros((system.size, d - 1)), np.zeros(system.modes.shape[1])
@@ -182,7 +182,7 @@ class Increment:
 
     @property
     def name(self) -> str:
-        """Of the step."""
+        """Name of the load step."""
         return self.step.name or f"step {self.number}"
 
     @functools.cached_property

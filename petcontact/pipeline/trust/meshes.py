@@ -8,7 +8,8 @@ import numpy as np
 
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.thickness import slenderness
+from ...mesh.curved_panels import CurvedPanels
+from .thickness import slenderness
 
 LARGEST = (4.0, 4.0, 5.0)
 """Largest size of elements of order 0, 1 and above over the thickness behind them. Clamped plates of order 1 deflect by 1.06
@@ -18,6 +19,8 @@ STIFF = 1.5
 """Size over thickness from which bending is off by a tenth and more, which is warned of."""
 SHARE = 0.1
 """Of the boundary, that such elements may be: those next to an acute corner always are."""
+DISTORTED = 2.0
+"""Largest over smallest area factor of a curved element that is warned of."""
 STIFFEST = 1e12
 """Largest ratio of the stiffness of two bodies: their displacements add up in 16 digits."""
 
@@ -32,6 +35,7 @@ def check_meshes(names: Sequence[str], meshes: Sequence[BoundaryMesh]) -> list[s
     """
     warnings = []
     for name, mesh in zip(names, meshes, strict=True):
+        warnings += _distorted(name, mesh)
         ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.weight)
         limit = np.array(LARGEST)[np.minimum(mesh.order, 2)]
         largest, over = float(ratio.max(initial=0.0)), ratio > limit
@@ -43,6 +47,22 @@ def check_meshes(names: Sequence[str], meshes: Sequence[BoundaryMesh]) -> list[s
         if area[ratio > STIFF].sum() > SHARE * area.sum():
             warnings.append(f"{text}: bending comes out wrong")
     return warnings
+
+
+def _distorted(name: str, mesh: BoundaryMesh) -> list[str]:
+    """A warning of curved elements whose area factor varies, naming the worst one."""
+    curved = [batch.elements for batch in mesh.batches() if isinstance(batch.elements, CurvedPanels)]
+    ratio = np.concatenate([np.empty(0), *(panels.distortion for panels in curved)])
+    over = np.count_nonzero(ratio > DISTORTED)
+    if not over:
+        return []
+    worst = int(ratio.argmax())
+    index = np.concatenate([panels.index for panels in curved])[worst]
+    centre = np.concatenate([panels.chord.centre for panels in curved])[worst]
+    place = ", ".join(f"{c:.4g}" for c in centre)
+    return [f"mesh: the area factor of {over} curved element{'s' * (over > 1)} of body {name!r} varies by more than "
+            f"{DISTORTED:g} within the element, most by {ratio[worst]:.3g} in element {int(index)} at ({place}); "
+            "its integrals keep fewer digits"]  # fmt: skip
 
 
 def check_stiffness(names: Sequence[str], moduli: Sequence[float]) -> None:

@@ -15,8 +15,11 @@ from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.figure_style import save_all
 from ..data import SolutionData
 from ..records import step_ends
+from ..vtu.inside import filled_bodies
 from . import plane, space
 from .curves import draw_history, draw_hysteresis, draw_wear
+from .hoop import draw_hoop
+from .stress import draw_von_mises
 from .view import View
 
 Drawings = dict[str, Callable[[Any, SolutionData], None]]
@@ -44,7 +47,8 @@ def plot_all(
         STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-traction.png and STEM-normal.png with a
         panel for each interface, STEM-gap.png where one opens, in space STEM-states.png; STEM-history.png, and of several
         increments STEM-hysteresis.png; where anything wears
-        STEM-wear.png, with cycles in the plane STEM-profiles.png.
+        STEM-wear.png, with cycles in the plane STEM-profiles.png; STEM-stress.png, von Mises stress in the deformed bodies
+        (in space on their surfaces), and in the plane STEM-hoop.png, the stress along their boundaries.
 
     Raises
     ------
@@ -62,6 +66,9 @@ def drawings(solution: SolutionData) -> Drawings:
     ends = step_ends(solution.steps or solution.tried)
     if not any(np.any(pair.state == OPEN) for step in ends for pair in step.pairs.values()):
         del found["gap"]
+    if not filled_bodies(solution):
+        del found["stress"]
+        found.pop("hoop", None)
     if solution.wear is None:
         found.pop("profiles", None)
     found["history"] = draw_history
@@ -81,13 +88,15 @@ def _of_dimension(mesh: Any) -> Drawings:
 @_of_dimension.register
 def _(mesh: CurveMesh) -> Drawings:
     return {"deformed": plane.draw_deformed, "displacement": plane.draw_displacement, "traction": plane.draw_traction,
-            "normal": plane.draw_normal, "gap": plane.draw_gap, "profiles": plane.draw_profiles}  # fmt: skip
+            "normal": plane.draw_normal, "gap": plane.draw_gap, "profiles": plane.draw_profiles,
+            "stress": draw_von_mises, "hoop": draw_hoop}  # fmt: skip
 
 
 @_of_dimension.register
 def _(mesh: SurfaceMesh) -> Drawings:
     return {"surface": space.draw_surface, "displacement": space.draw_displacement, "traction": space.draw_traction,
-            "normal": space.draw_normal, "states": space.draw_states_by_step, "gap": space.draw_gap}  # fmt: skip
+            "normal": space.draw_normal, "states": space.draw_states_by_step, "gap": space.draw_gap,
+            "stress": draw_von_mises}  # fmt: skip
 
 
 def plot_on(solution: SolutionData, place: Any = None, view: View | None = None) -> Any:

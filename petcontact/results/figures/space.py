@@ -36,7 +36,7 @@ def surface_on(axes: Any, solution: SolutionData, view: View | None = None) -> N
 def draw_panels(
     axes: Any, solution: SolutionData, values: Array, what: str, view: View, top: float | None = None
 ) -> None:
-    """The deformed surfaces with the panels of all bodies coloured by a value >= 0 each, up to `top` or to the largest."""
+    """The deformed surfaces with the panels of all bodies coloured by a value each, up to `top` or to the largest."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
     factor = view.factor
@@ -56,11 +56,13 @@ def draw_panels(
 
 
 def figure_colours(values: Array, top: float | None = None) -> Any:
-    """A colour map from 0 to the largest value, or to a given one."""
+    """A colour map from 0, or where values are negative from minus the largest, to the largest or a given one."""
     from matplotlib.cm import ScalarMappable
     from matplotlib.colors import Normalize
 
-    return ScalarMappable(Normalize(0.0, top or float(np.nanmax(values, initial=0.0)) or 1.0), "viridis")
+    largest = top or float(np.nanmax(np.abs(values), initial=0.0)) or 1.0
+    signed = bool(np.nanmin(values, initial=0.0) < 0.0)
+    return ScalarMappable(Normalize(-largest if signed else 0.0, largest), "coolwarm" if signed else "viridis")
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:

@@ -1,22 +1,27 @@
-"""A figure of the deformed bodies coloured by von Mises stress."""
+"""A figure of the deformed bodies coloured by a stress."""
 
 from __future__ import annotations
 
 import functools
 import textwrap
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from ...errors import InputError
+from ...fields.boundary.places import middles
 from ...fields.interior import Field
-from ...fields.peak import largest
+from ...fields.peak import peak_of
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...mesh.surface_mesh import SurfaceMesh
+from ...model.base import nearest
 from ...runtime.figure_style import label, legend_below, plain, save
+from ..body_fields import StressState, quantities, quantity
 from ..data import SolutionData
-from ..vtu.inside import field_inside, filled_bodies, grid_inside
+from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside
 from .plane import draw_outlines, place
 from .space import draw_panels
 from .view import View, view_of
@@ -27,15 +32,23 @@ ALONG = 100
 """Grid cells along the longer side of a body, where no grid is given."""
 WIDE = 110
 """Characters of a line under the figure."""
-DEPTH = 0.25
-"""Depth under a panel, in its half-widths, at which the stress of the figure in space is."""
+COARSE = 40
+"""The same for the figure that `plot` draws."""
+SIGNED = 0.01
+"""Share of the usual size below zero from which colours have two signs."""
+
+
+WORDS = {"von_mises": "von Mises stress", "principal_1": "first principal stress", "principal_2": "second principal stress",
+         "principal_3": "third principal stress", "u": "|u|"}  # fmt: skip
+"""Of quantities in figures; the others are called by their names."""
 
 
 def deformed_figure(
     solution: SolutionData, path: str | Path, *, resolution: tuple[int, int] | None = None,
     magnification: float | None = None, field: Field | Mapping[str, Field] | None = None,
+    quantity: str = "von_mises", bodies: Collection[str] | None = None, window: Window | None = None,
 ) -> Path:  # fmt: skip
-    """Draw the deformed bodies at the end, coloured by von Mises stress; in space that close under the surface.
+    """Draw the deformed bodies at the end, coloured by a stress: in the plane inside, in space on the surface.
 
     Parameters
     ----------
@@ -48,6 +61,12 @@ def deformed_figure(
         Factor of the displacement; by default a round number that makes it visible.
     field : Field, or dict of Field by body, optional
         In the plane, from `field_on_grid`, where it is there already.
+    quantity : str
+        See `body_fields.quantities`.
+    bodies : names, optional
+        Those that are coloured.
+    window : two (2,) arrays, optional
+        In the plane, corners of the box that is shown [length].
 
     Returns
     -------
@@ -57,15 +76,43 @@ def deformed_figure(
     Raises
     ------
     InputError
-        If there is no such format.
+        If there is no such format or quantity.
     OutputError
         If the file cannot be written.
     """
     if isinstance(field, Field):
         field = {solution.only_body("field"): field}
-    view = view_of(solution, share=MAGNIFIED, factor=magnification)
-    save(Path(path), _drawing(next(iter(solution.meshes.values()))), solution, view, resolution, field or {})
+    mesh = next(iter(solution.meshes.values()))
+    if quantity not in (known := quantities(mesh.dim)):
+        raise InputError(f"no quantity {quantity!r}{nearest(quantity, known) or '; there are ' + ', '.join(known)}")
+    coloured = [name for name in filled_bodies(solution) if bodies is None or name in bodies]
+    picture = Picture(view_of(solution, share=MAGNIFIED, factor=magnification), quantity, coloured, resolution, window)
+    save(Path(path), _drawing(mesh), solution, picture, field or {})
     return Path(path)
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What is shown, and how: see `deformed_figure`."""
+
+    view: View
+    quantity: str
+    bodies: Sequence[str]
+    resolution: tuple[int, int] | None = None
+    window: Window | None = None
+
+    def label(self, solution: SolutionData) -> str:
+        """Of the colours."""
+        units = solution.problem.units
+        word = WORDS.get(self.quantity, self.quantity)
+        return label(word, units.length if self.quantity.startswith("u") else units.stress)
+
+
+def draw_von_mises(figure: Any, solution: SolutionData) -> None:
+    """The same on a coarse grid: a first look."""
+    mesh = next(iter(solution.meshes.values()))
+    picture = Picture(view_of(solution, share=MAGNIFIED), "von_mises", filled_bodies(solution), None)
+    _drawing(mesh)(figure, solution, picture, {}, COARSE)
 
 
 @functools.singledispatch
@@ -85,46 +132,54 @@ def _(mesh: SurfaceMesh) -> Any:
 
 
 def _draw_plane(
-    figure: Any, solution: SolutionData, view: View, resolution: tuple[int, int] | None, given: Mapping[str, Field]
+    figure: Any, solution: SolutionData, picture: Picture, given: Mapping[str, Field], cells: int = ALONG
 ) -> None:
-    axes, units, factor = figure.add_subplot(), solution.problem.units, view.factor
-    fields = {name: given.get(name) or _field(solution, name, resolution) for name in filled_bodies(solution)}
-    peaks = {name: largest(field, as_curve(solution.meshes[name])) for name, field in fields.items()}
+    axes, factor, fields, values = figure.add_subplot(), picture.view.factor, {}, {}
+    for name in picture.bodies:
+        fields[name] = field = given.get(name) or _field(solution, name, picture, cells)
+        values[name] = quantity(StressState(field.points, field.u, field.stress, field.sigma_zz), picture.quantity)
+    peaks = {name: peak_of(as_curve(solution.meshes[name]), field.points, np.abs(values[name]))
+             for name, field in fields.items()}  # fmt: skip
     usual = max((peak.usual for peak in peaks.values()), default=0.0) or 1.0
-    for field in fields.values():
-        shown = {"shading": "gouraud", "cmap": "viridis", "vmin": 0.0, "vmax": usual, "rasterized": True}
-        colours = axes.tripcolor(*(field.points + factor * field.u).T, field.von_mises, triangles=field.cells, **shown)
-    draw_outlines(axes, solution, view)
+    signed = min((float(v.min(initial=0.0)) for v in values.values()), default=0.0) < -SIGNED * usual
+    shown = {"shading": "gouraud", "cmap": "coolwarm" if signed else "viridis", "vmin": -usual if signed else 0.0,
+             "vmax": usual, "rasterized": True}  # fmt: skip
+    for name, field in fields.items():
+        colours = axes.tripcolor(*(field.points + factor * field.u).T, values[name], triangles=field.cells, **shown)
+    draw_outlines(axes, solution, picture.view)
     if peaks:
         name, peak = max(peaks.items(), key=lambda item: item[1].stress)
-        field = fields[name]
-        at = int(np.argmax(field.von_mises))
+        field, at = fields[name], int(np.argmax(np.abs(values[name])))
         axes.plot(*(field.points[at] + factor * field.u[at]), "x", color="black", ms=5.0, mew=1.0, label="largest")
-        figure.colorbar(colours, ax=axes, label=label("von Mises stress", units.stress), shrink=0.8,
-                        extend="max" if peak.stress > usual else "neither")  # fmt: skip
+        ends = "both" if signed else "max"
+        figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8,
+                        extend=ends if peak.stress > usual else "neither")  # fmt: skip
         figure.supxlabel(textwrap.fill(plain(f"largest {peak}"), WIDE), fontsize=8.0)
     place(axes, solution)
+    if picture.window is not None and fields:
+        # where the points of the window are drawn
+        drawn = np.vstack([field.points + factor * field.u for field in fields.values()])
+        (left, bottom), (right, top) = drawn.min(axis=0), drawn.max(axis=0)
+        axes.set(xlim=(left, right), ylim=(bottom, top))
     legend_below(axes, 5)
 
 
-def _field(solution: SolutionData, name: str, resolution: tuple[int, int] | None) -> Field:
+def _field(solution: SolutionData, name: str, picture: Picture, cells: int) -> Field:
     mesh = as_curve(solution.meshes[name])
-    size = np.ptp(mesh.start, axis=0)
-    along = np.maximum(2, np.rint(ALONG * size / size.max()).astype(int))
-    return field_inside(solution, grid_inside(mesh, resolution or (int(along[0]), int(along[1]))), name)
+    size = np.ptp(mesh.start, axis=0) if picture.window is None else picture.window[1] - picture.window[0]
+    along = np.maximum(2, np.rint(cells * size / size.max()).astype(int))
+    resolution = picture.resolution or (int(along[0]), int(along[1]))
+    return field_inside(solution, grid_inside(mesh, resolution, picture.window), name)
 
 
 def _draw_space(
-    figure: Any, solution: SolutionData, view: View, resolution: tuple[int, int] | None, given: Mapping[str, Field]
+    figure: Any, solution: SolutionData, picture: Picture, given: Mapping[str, Field], cells: int = ALONG
 ) -> None:
+    """Panels by the value in their middles."""
     values = []
     for name, mesh in solution.meshes.items():
-        weight = np.bincount(mesh.element, mesh.weight)
-        centre, normal = (np.stack([np.bincount(mesh.element, mesh.weight * column) / weight for column in field.T], axis=1)
-                          for field in (mesh.x, mesh.normal))  # fmt: skip
-        inside = centre - 0.5 * DEPTH * np.sqrt(weight)[:, None] * normal
-        known = name in filled_bodies(solution)
-        values.append(solution.von_mises_at(inside, name) if known else np.full(len(inside), np.nan))
+        known = name in picture.bodies
+        state = solution.body_fields(name).on_boundary(*middles(mesh)) if known else None
+        values.append(quantity(state, picture.quantity) if state is not None else np.full(mesh.n_elements, np.nan))
     axes = figure.add_subplot(projection="3d")
-    stress = label("von Mises stress", solution.problem.units.stress)
-    draw_panels(axes, solution, np.concatenate(values), stress, view)
+    draw_panels(axes, solution, np.concatenate(values), picture.label(solution), picture.view)

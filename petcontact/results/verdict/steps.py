@@ -8,11 +8,13 @@ from ...arrays import Array
 from ...contact.friction_law import lengths
 from ...geometry.rotation import Axial
 from ...runtime.terminal import printable
-from ..records import PairResult, StepResult
+from ..records import PairResult, StepResult, WearHistory
 from .text import vector, wrapped
 
 FEW = 4
 """Closed nodes along each direction of an interface up to which its pressure is not resolved."""
+CYCLES = 5
+"""Of those that were computed, how many the verdict shows."""
 COARSE = 0.01
 """Error of the energy dissipated, over it, that the verdict shows."""
 
@@ -35,6 +37,18 @@ def step_lines(increments: list[StepResult]) -> list[str]:
             f"moved {vector(obstacle.displacement)}", f"turned {vector(obstacle.rotation)}",
             f"held by {vector(_clean(obstacle.force))}", f"moment {vector(_clean(obstacle.moment, reach))}",
         ])  # fmt: skip
+    return lines
+
+
+def wear_lines(wear: WearHistory, pairs: dict[str, PairResult]) -> list[str]:
+    """Worn volume and depth, and the largest pressure, of each interface that wears after some of the cycles."""
+    lines, last = list[str](), len(wear.cycle) - 1
+    for name, depth in wear.depth.items():
+        lines.append(f"  wear of {printable(name)} over {wear.cycle[-1]} cycles, {last} jump{'s' if last != 1 else ''}:")
+        volume, pressure = depth @ pairs[name].weight, wear.pressure[name]
+        for k in np.unique(np.linspace(0, last, CYCLES).round().astype(int)):
+            lines.append(f"    cycle {wear.cycle[k]}: volume {volume[k]:.6g}, depth {depth[k].max(initial=0.0):.4g}, "
+                         f"max p {pressure[k].max(initial=0.0):.6g}")  # fmt: skip
     return lines
 
 

@@ -10,7 +10,7 @@ from ...refinement.zones import Zone
 from ...runtime.terminal import printable
 from ..data import SolutionData
 from .peaks import peak_lines
-from .steps import step_lines
+from .steps import step_lines, wear_lines
 from .text import digits, vector, wrapped
 
 SHOWN = 6
@@ -60,6 +60,8 @@ def _steps(solution: SolutionData) -> list[str]:
             lines += step_lines(tried[before + 1 : k + 1])
         elif k == ends[SHOWN - 1]:
             lines.append(f"  ... {len(ends) - SHOWN} more steps ...")
+    if solution.wear is not None:
+        lines += wear_lines(solution.wear, solution.pairs)
     lines += _warnings(solution)
     return [*lines, *_accuracy(solution)]
 

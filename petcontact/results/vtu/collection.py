@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from xml.sax.saxutils import quoteattr
 
 from ...runtime.atomic_write import temporary_name
 from ..data import SolutionData
 from .boundary import write_boundary_vtu
-from .inside import field_inside, filled_bodies, grid_inside, write_vtu
+from .inside import Window, field_inside, filled_bodies, grid_inside, write_vtu
 
 
 def write_collection(
     path: str | Path, solution: SolutionData, resolution: tuple[int, ...] | None = None,
-    progress: Callable[[float], None] | None = None,
+    progress: Callable[[float], None] | None = None, *, bodies: Collection[str] | None = None, window: Window | None = None,
 ) -> list[Path]:  # fmt: skip
     """Write STEM.pvd and the .vtu files that it names: of each increment and body the field (but of an infinite plate) and
     the boundary.
@@ -26,6 +26,10 @@ def write_collection(
     resolution : numbers of grid cells along the axes, optional
     progress : callable, optional
         Called with the share of the increments that is written.
+    bodies : names, optional
+        Only these.
+    window : two (d,) arrays, optional
+        Corners of the box that is filled.
 
     Returns
     -------
@@ -40,11 +44,13 @@ def write_collection(
         If a file cannot be written.
     """
     path = Path(path).with_suffix(".pvd")
-    grids = {name: grid_inside(solution.meshes[name], resolution) for name in filled_bodies(solution)}
+    chosen = [name for name in solution.meshes if bodies is None or name in bodies]
+    filled = [name for name in filled_bodies(solution) if name in chosen]
+    grids = {name: grid_inside(solution.meshes[name], resolution, window) for name in filled}
     written, rows = list[Path](), list[str]()
     steps = solution.steps or solution.tried
     for k, step in enumerate(steps, 1):
-        for part, name in enumerate(solution.meshes):
+        for part, name in enumerate(chosen):
             files = [path.with_name(f"{path.stem}-{k:03d}-{file_word(name)}-boundary.vtu")]
             write_boundary_vtu(files[0], solution, name, step)
             if name in grids:

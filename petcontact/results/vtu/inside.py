@@ -64,20 +64,24 @@ RESOLUTION = {2: (100, 100), 3: (16, 16, 16)}
 """Grid cells along each axis where none are asked for, by the number of dimensions."""
 Grid = tuple[Array, Index]
 """Points (n, d) and the numbers of those of each cell."""
+Window = tuple[Array, Array]
+"""Lower and upper corner (d,) of a box [length]."""
 
 
-def grid_inside(mesh: BoundaryMesh, resolution: tuple[int, ...] | None) -> Grid:
-    """Points inside a body, and the cells between them.
+def grid_inside(mesh: BoundaryMesh, resolution: tuple[int, ...] | None, window: Window | None = None) -> Grid:
+    """Points inside a body, in a box where one is given, and the cells between them.
 
     Raises
     ------
     InputError
-        If the resolution has not as many numbers as the body has dimensions, or is too small.
+        If resolution or window have not as many numbers as the body has dimensions, or there is no cell.
     """
     resolution = resolution or RESOLUTION[mesh.dim]
     if len(resolution) != mesh.dim:
         raise InputError(f"--grid {'x'.join(map(str, resolution))}: the body has {mesh.dim} dimensions")
-    return _grid(mesh, resolution)
+    if window is not None and len(window[0]) != mesh.dim:
+        raise InputError(f"--window: the body has {mesh.dim} dimensions: {2 * mesh.dim} numbers are needed")
+    return _grid(mesh, resolution, window)
 
 
 def filled_bodies(solution: SolutionData) -> list[str]:
@@ -95,7 +99,7 @@ def field_inside(
 
 
 @functools.singledispatch
-def _grid(mesh: Any, resolution: Any) -> Grid:
+def _grid(mesh: Any, resolution: Any, window: Any) -> Grid:
     raise TypeError(f"no grid in {type(mesh).__name__}")
 
 
@@ -103,15 +107,18 @@ _grid.register(CurveMesh, triangulate)
 
 
 @_grid.register
-def _(mesh: SurfaceMesh, resolution: tuple[int, ...]) -> Grid:
+def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> Grid:
     """Grid points (n, 3) inside the body and the hexahedra (k, 8) between them."""
-    low, high = np.nanmin(mesh.corners, axis=(0, 1)), np.nanmax(mesh.corners, axis=(0, 1))
+    low, high = (end(values, axis=0) for end, values in zip((np.min, np.max), mesh.boxes, strict=True))
     inset = INSET * (high - low)
+    if window is not None:
+        low, high = np.maximum(low, window[0] - inset), np.minimum(high, window[1] + inset)
+        if np.any(high - low <= 2.0 * inset):
+            raise InputError("--window: nothing of the body lies in it")
     lines = [np.linspace(a, b, n + 1) for a, b, n in zip(low + inset, high - inset, resolution, strict=True)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
-    corners = np.where(np.isnan(mesh.corners), mesh.corners[:, 2:3], mesh.corners)
-    triangles = np.concatenate([corners[:, :3], corners[:, [0, 2, 3]]])
+    triangles = mesh.triangles()
     inside = np.array([winding(triangles - x) for x in flat]) > 0.5
     number = np.arange(len(flat)).reshape(grid.shape[:3])
     i, j, k = (slice(None, -1),) * 3

@@ -44,7 +44,7 @@ def make_axes(file: SweepFile, problems: Sequence[Mapping[str, Any]], source: st
     Raises
     ------
     InputError
-        If a key is given twice, its entries cannot be told apart, or a name is given to a key that does not vary.
+        If a key is given twice, its entries cannot be distinguished, or a name is given to a key that does not vary.
     """
     assert not isinstance(file.points, str)
     listed: list[Mapping[str, list[Any]]] = [{key: values} for key, values in file.cross.items()]

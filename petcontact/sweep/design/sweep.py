@@ -124,7 +124,7 @@ class Sweep:
 
     @property
     def coordinate_names(self) -> list[str]:
-        """As in `coordinates`."""
+        """Names of the coordinates, in the order of `coordinates`."""
         return ["problem", *(["variant"] if self.file.variant else []), *self._names]
 
     @property

@@ -78,7 +78,7 @@ class Table:
     means: list[Cell]
 
     def text(self, row: Key, column: Key) -> str:
-        """A cell's text."""
+        """Text of a cell of the table."""
         cell = self.cells.get((row, column))
         return cell.text() if cell is not None else ""
 
@@ -116,7 +116,7 @@ class Facts:
         ]  # fmt: skip
 
     def cell(self) -> Cell:
-        """Of all cases."""
+        """A single cell for all cases."""
         return self.cells(np.zeros(len(self.good), np.int64), 1)[0]
 
 
@@ -186,7 +186,7 @@ def make_tables(
 
 
 def text(value: Any) -> str:
-    """A coordinate for people."""
+    """A coordinate as it is printed."""
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return short_number(value)
     return "–" if value is None or value == "" else str(value)

@@ -38,13 +38,13 @@ class Plot:
 
     @property
     def caption(self) -> str:
-        """In words."""
+        """The caption of the plot."""
         what = f"{self.quantity} over {self.over}" + (f", a line for each {self.lines}" if self.lines else "")
         return f"{what}; means of the cases that converged"
 
     @property
     def stem(self) -> str:
-        """Of its file."""
+        """Stem of the file of the plot."""
         return "-".join(filter(None, (self.quantity, "over", self.over, self.lines)))
 
 

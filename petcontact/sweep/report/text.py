@@ -30,7 +30,7 @@ def counts_line(table: CaseTable) -> str:
 
 
 def legend(table: CaseTable, quantity: str) -> str:
-    """What the cells are."""
+    """A line that says what the cells hold."""
     whole = Facts(table, quantity).cell()
     if quantity != ITERATIONS:
         return f"Cells: {quantity}, the mean of the cases that converged."
@@ -93,7 +93,7 @@ def user_columns(table: CaseTable) -> dict[str, list[Any]]:
 
 
 def csv_text(table: CaseTable) -> str:
-    """One line a case."""
+    """The table as CSV, a line for each case."""
     columns = user_columns(table)
     return as_csv(list(columns), zip(*columns.values(), strict=True))
 

@@ -38,13 +38,13 @@ class Counters:
             os.close(descriptor)             # network file systems show to others what was closed
 
     def count(self, numbers: Mapping[str, int]) -> None:
-        """Add to several numbers."""
+        """Add to several counters at once."""
         for name, number in numbers.items():
             if number:
                 self.add(name, number)
 
     def look(self, name: str) -> int:
-        """What a number is."""
+        """The present value of a counter."""
         try:
             return (self.folder / name).stat().st_size
         except FileNotFoundError:

@@ -59,12 +59,12 @@ class CaseTable:
 
     @property
     def names(self) -> list[str]:
-        """Columns for the user."""
+        """Names of the columns that users see."""
         return [name for name in self.columns if name not in OWN]
 
     @functools.cached_property
     def status(self) -> list[str]:
-        """Of every case."""
+        """Status of every case."""
         return texts(self.columns["status"])
 
     def values(self, name: str) -> list[Any]:

@@ -69,7 +69,7 @@ class SweepFolder:
         return running, remarks
 
     def close(self, running: Path) -> None:
-        """The run is over."""
+        """Close the files of the run."""
         remove(running)
         os.close(self._lock)
 

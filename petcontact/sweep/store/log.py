@@ -53,7 +53,7 @@ class Log:
         self._began, self._estimate = now, estimate
 
     def add(self, row: Row, fields: bytes = b"") -> None:
-        """A case has ended."""
+        """Append the row of a case that has ended."""
         now = time.monotonic()
         self._pace = (now - self._began) / self._estimate
         with deferred():

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from random_panels import a_panel
 
 from petcontact.bem.kelvin3d import integrals as module
-from petcontact.bem.kelvin3d.integrals import integrals, kernels
+from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.bem.kelvin3d.rules import point_counts
+from petcontact.bem.kelvin3d.tensors import kernels
 from petcontact.geometry.gmsh import read_msh
 from petcontact.geometry.gmsh_surface import gmsh_surface
 from petcontact.geometry.surface import BoxSurface
@@ -79,9 +80,9 @@ def test_gauss_points_hold_their_tolerance(monkeypatch: pytest.MonkeyPatch) -> N
         corners = np.array([[[0, 0, 0], [1, 0, 0], [1, height, 0], [0, height, 0]]], dtype=float)
         panel = make_panels(corners, 1, np.arange(1))[0]
         x = panel.centre[0] + rng.normal(size=(300, 3))
-        monkeypatch.setattr(module, "MOST_POINTS", (-1,) * 4)
+        monkeypatch.setattr(module, "MOST_POINTS", {Panels: (-1,) * 4})
         exact = integrals(x, panel, NU)
-        monkeypatch.setattr(module, "MOST_POINTS", (256,) * 4)
+        monkeypatch.setattr(module, "MOST_POINTS", {Panels: (256,) * 4})
         for tolerance in (1e-4, 1e-8):
             chosen = point_counts(x, panel, 0, tolerance).prod(axis=1) <= 256
             assert chosen.mean() > 0.8

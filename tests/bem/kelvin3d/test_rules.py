@@ -10,10 +10,11 @@ from random_panels import a_panel, placed
 
 from petcontact.bem.kelvin3d import integrals as integrals_module
 from petcontact.bem.kelvin3d import stress as stress_module
-from petcontact.bem.kelvin3d.integrals import TOLERANCE, integrals, kernels
+from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.bem.kelvin3d.kernel import Kelvin3D
-from petcontact.bem.kelvin3d.rules import degrees, point_counts
+from petcontact.bem.kelvin3d.rules import TOLERANCE, degrees, point_counts
 from petcontact.bem.kelvin3d.stress import stress_integrals
+from petcontact.bem.kelvin3d.tensors import kernels
 from petcontact.mesh.panels import Panels
 from petcontact.model.problem import Material
 
@@ -51,7 +52,7 @@ def error(ours: np.ndarray | None, exact: np.ndarray) -> float:
 def test_degrees_are_those_of_basis_times_area(name: str, order: int) -> None:
     """Gauss points of 2n - 1 >= degree give the integrals of the basis, and one fewer in either direction does not."""
     panel = placed(np.array(OUTLINES[name]), order, np.random.default_rng(order))
-    degree = degrees(panel.polygon, order)[0]
+    degree = degrees(panel)[0]
     least = degree // 2 + 1
     exact = panel.rule((12, 12))[1].sum(axis=2)
     for fewer in ((0, 0), (1, 0), (0, 1)):
@@ -78,7 +79,7 @@ def test_both_kernels_hold_their_tolerance_from_afar(compiled: bool, corners: in
         elif not integrals_module.available():
             pytest.skip("nothing was compiled here")
         ours = integrals(points, panel, NU)
-    assert max(error(ours[0], g), error(ours[1], h)) <= 10.0 * TOLERANCE
+    assert max(error(ours[0], g), error(ours[1], h)) <= 10.0 * TOLERANCE[Panels]
 
 
 @pytest.mark.parametrize("corners", [3, 4])
@@ -108,5 +109,5 @@ def test_rectangles_take_fewer_points_than_crooked_panels(order: int) -> None:
     counts = []
     for name in ("rectangle", "crooked"):
         panel = placed(np.array(OUTLINES[name]), order, rng)
-        counts.append(point_counts(panel.centre[0] + away @ panel.frame[0], panel, 0, TOLERANCE).prod(axis=1))
+        counts.append(point_counts(panel.centre[0] + away @ panel.frame[0], panel, 0, TOLERANCE[Panels]).prod(axis=1))
     assert np.all(counts[0] <= counts[1]) and counts[0].sum() < counts[1].sum()

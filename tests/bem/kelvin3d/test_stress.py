@@ -9,7 +9,7 @@ from petcontact.bem.kelvin3d import stress as module
 from petcontact.bem.kelvin3d.stress import COMPONENTS, stress_integrals
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
-from petcontact.mesh.panels import make_panels
+from petcontact.mesh.panels import Panels, make_panels
 
 NU = 0.3
 
@@ -24,7 +24,7 @@ def test_closed_form_against_gauss_points(corners: int, order: int, monkeypatch:
     places = np.vstack([np.column_stack([rng.uniform(-1.5, 1.5, (12, 2)), rng.choice([-0.2, 0.15, 0.6], 12)]),
                         [[1.5, 0.2, 0.0], [-1.6, 0.3, 1e-4], [0.1, 1.2, -0.02]]])  # fmt: skip
     points = panel.centre[0] + places @ panel.frame[0]
-    monkeypatch.setattr(module, "MOST_POINTS", (-1,) * 4)
+    monkeypatch.setattr(module, "MOST_POINTS", {Panels: (-1,) * 4})
     near = stress_integrals(points, panel, NU)
     x, weight = panel.rule((150, 150))
     normal = panel.frame[0, 2]

@@ -10,9 +10,9 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
+from petcontact.sweep.progress import DONE, FAILED, Progress
 from petcontact.sweep.schedule.cost import Cost
 from petcontact.sweep.schedule.deal import Counters, dealt, make_parts
-from petcontact.sweep.tell import DONE, FAILED, Progress
 
 PROCESS = """
 import sys
@@ -94,7 +94,7 @@ def test_a_hundred_thousand_groups_of_one_case_are_few_claims():
 
 
 def test_a_few_cases_go_to_all_teams_however_cheap_they_seem(tmp_path):
-    """What a case costs may be a thousand times what its mesh tells: load steps are not counted."""
+    """What a case costs may be a thousand times what its mesh suggests: load steps are not counted."""
     case, prepare = [1e-3] * 8, [1e-3] * 8
     parts, group = parts_of([1] * 8, case, prepare, 4)
     batches, _ = dealt_out(tmp_path, parts, group, case, prepare, 4)

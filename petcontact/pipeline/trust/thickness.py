@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.spatial import cKDTree
 
-from ..arrays import Array
-from .boundary_mesh import BoundaryMesh
+from ...arrays import Array
+from ...mesh.boundary_mesh import BoundaryMesh
 
 OPPOSITE = -0.9
 """Cosine of the normals of two sides of a body below which one lies behind the other."""

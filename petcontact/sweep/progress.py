@@ -1,4 +1,4 @@
-"""What a sweep tells: how far it is, in one line now and then, and how it ended."""
+"""What a sweep reports: how far it is, in one line now and then, and how it ended."""
 
 from __future__ import annotations
 

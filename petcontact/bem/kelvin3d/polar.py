@@ -1,0 +1,118 @@
+"""Gauss points on curved panels for points on them and near them: polar coordinates about the nearest point of the panel.
+
+The map ζ = M(ξ - ξ_0), MᵀM the metric at the foot ξ_0, makes |y - y_0| = ρ + O(ρ²) in every direction. From 0 to a side at
+the distance h its coordinate is t = h sinh s, dφ = ds/cosh s and the length of the ray h cosh s, so that Gauss points in s
+do not feel how flat the angle is. Along the rays ρ itself serves on the panel; beside it |y - x|² ≈ d² + 2bρ + ρ², and with
+ρ = -b + c sinh v, c² = max(d² - b², d²/100), the integrand is smooth in v. Compare Guiggiani et al. (J. Appl. Mech. 59,
+1992) for the principal value, and Johnston, Johnston and Elliott (J. Comput. Appl. Math. 245, 2013) for sinh.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...arrays import Array
+from ...geometry.quadratic import REFERENCE
+from ...mesh.basis import gauss
+from ...mesh.curved_panels import CurvedPanels
+
+MOST = 40
+"""Gauss points in s or v at most."""
+MARGIN = 5.0
+"""Digits (natural) beyond the tolerance that the rules aim at."""
+ON_PANEL = 1e-10
+"""Distance over the panel's size below which a point lies on it."""
+FLATTEST = 1e-10
+"""Height of a side over the panel's size below which the foot is on the side."""
+
+
+@dataclass(frozen=True)
+class Rule:
+    """Points that stand for one panel.
+
+    Attributes
+    ----------
+    local : (q, 2) array
+        Local coordinates.
+    weight : (q,) array
+        Without the area factor.
+    foot : (2,) array, optional
+        Where on the panel the target lies.
+    end : (3,) array
+        There, ∫ e ln ρ̂ dφ less what the points make of it, of which the principal value of 1/r² is made.
+    """
+
+    local: Array
+    weight: Array
+    foot: Array | None = None
+    end: Array = field(default_factory=lambda: np.zeros(3))
+
+
+def digits(tolerance: float) -> float:
+    """D, natural digits that the rules aim at."""
+    return math.log(1.0 / tolerance) + MARGIN
+
+
+@functools.cache
+def tables() -> tuple[Array, Array]:
+    """Gauss points and weights on [-1, 1] by their number, (MOST + 1, MOST) each, zero beyond."""
+    result = np.zeros((2, MOST + 1, MOST))
+    for count in range(1, MOST + 1):
+        result[:, count, :count] = gauss(count - 1)
+    return result[0], result[1]
+
+
+def polar_rule(panels: CurvedPanels, number: int, x: Array, foot: Array, distance: float, wanted: float) -> Rule:
+    """Points of a panel for a point x (3,) at a distance from its foot (2,), `wanted` being D."""
+    panel, order = panels.take(slice(number, number + 1)), panels.order
+    y, along = panel.at(foot[None, None])
+    first, second = along[0, 0]
+    m_00 = float(np.linalg.norm(first))
+    e_1 = first / m_00
+    m_01 = float(second @ e_1)
+    e_2 = second - m_01 * e_1
+    m_11 = float(np.linalg.norm(e_2))
+    e_2 /= m_11
+    to_zeta = np.array([[m_00, m_01], [0.0, m_11]])
+    to_local, frame = np.linalg.inv(to_zeta), np.stack([e_1, e_2])
+    corners = (REFERENCE[panels.n_corners] - foot) @ to_zeta.T
+    size = float(np.linalg.norm(corners, axis=1).max())
+    own = distance <= ON_PANEL * size
+    # what the basis and the area factor ask for along a ray
+    least = 4 + (order if panels.n_corners == 4 else order // 2)
+    away, points, weights, end = frame @ (y[0, 0] - x), [], [], np.zeros(2)
+    for start, stop in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        side = (stop - start) / np.linalg.norm(stop - start)
+        outward = np.array([side[1], -side[0]])
+        h = float(outward @ start)
+        if h < FLATTEST * size:
+            continue
+        s_1, s_2 = np.arcsinh(side @ start / h), np.arcsinh(side @ stop / h)
+        xi, w = gauss(_count(wanted, s_2 - s_1, least) - 1)
+        s, w = 0.5 * (s_1 + s_2) + 0.5 * (s_2 - s_1) * xi, 0.5 * (s_2 - s_1) * w
+        ray = (outward + np.sinh(s)[:, None] * side) / np.cosh(s)[:, None]
+        length, around = h * np.cosh(s), w / np.cosh(s)
+        for direction, reach, share in zip(ray, length, around, strict=True):
+            if own:
+                xi, w = gauss(int(0.25 * wanted) + least - 3)
+                rho, w = 0.5 * reach * (1.0 + xi), 0.5 * reach * w
+                end += share * (math.log(reach) - float(np.sum(w / rho))) * direction
+            else:
+                b = float(away @ direction)
+                c = math.sqrt(max(distance**2 - b * b, 0.01 * distance**2))
+                v_1, v_2 = math.asinh(b / c), math.asinh((reach + b) / c)
+                xi, w = gauss(_count(wanted + 2.0, v_2 - v_1, least) - 1)
+                v = 0.5 * (v_1 + v_2) + 0.5 * (v_2 - v_1) * xi
+                rho, w = c * np.sinh(v) - b, 0.5 * (v_2 - v_1) * w * c * np.cosh(v)
+            points.append(foot + (rho[:, None] * direction) @ to_local.T)
+            weights.append(share * w * rho / (m_00 * m_11))
+    return Rule(np.concatenate(points), np.concatenate(weights), foot if own else None, end @ frame)
+
+
+def _count(wanted: float, span: float, least: int) -> int:
+    """Gauss points on an interval whose integrand is analytic in the strip of half width π about it."""
+    return min(max(math.ceil(wanted / (2.0 * math.asinh(math.pi / span))), least), MOST)

@@ -1,0 +1,159 @@
+"""Quadratic triangles and quadrilaterals in space: positions, derivatives, nearest points, folds."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array
+
+REFERENCE = {3: np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
+             4: np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])}  # fmt: skip
+"""Corners of the reference elements, by their number."""
+WALLS = {3: (np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]]), np.array([0.0, 0.0, 1.0])),
+         4: (np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 0.0], [0.0, 1.0]]), np.ones(4))}  # fmt: skip
+"""Outward normals N and bounds c of the sides of the reference elements: inside is N ξ <= c."""
+SAMPLES = 5
+"""Points in each direction at which a panel is looked at."""
+STEPS, SHORT, TIGHT = 20, 1e-9, 1e-12
+"""Newton's steps to a foot, the step with which they end, and the distance from a side within which a point is on it."""
+
+
+@functools.cache
+def _shape_functions(corners: int) -> Array:
+    """Values at the geometry's points to coefficients of ξ^i η^j, number 3i + j: (9, points)."""
+    corner, middle = REFERENCE[corners], np.zeros((corners - 3, 2))
+    points = np.concatenate([corner, 0.5 * (corner + np.roll(corner, -1, axis=0)), middle])
+    powers = np.array([(i, j) for i in range(3) for j in range(3) if corners == 4 or i + j <= 2])
+    result = np.zeros((9, len(points)))
+    result[3 * powers[:, 0] + powers[:, 1]] = np.linalg.inv(np.prod(points[:, None] ** powers, axis=2))
+    # 0, 1, ½ and ¼ are what these are
+    return np.asarray(np.round(4.0 * result) / 4.0)
+
+
+@functools.cache
+def samples(corners: int) -> Array:
+    """Points (q, 2) spread evenly over a reference element, its corners and the middles of its sides among them."""
+    t = np.linspace(0.0, 1.0, SAMPLES)
+    grid = np.stack(np.meshgrid(t, t, indexing="ij"), axis=-1).reshape(-1, 2)
+    return np.asarray(2.0 * grid - 1.0 if corners == 4 else grid[grid.sum(axis=1) <= 1.0 + TIGHT])
+
+
+def position(shape: Array, local: Array) -> tuple[Array, Array]:
+    """Points and derivatives along both local coordinates of cells of given coefficients.
+
+    Parameters
+    ----------
+    shape : (n, 9, 3) array
+        Of ξ^i η^j, number 3i + j [length].
+    local : (n, 2) or (n, q, 2) array
+        One point a cell, or q.
+
+    Returns
+    -------
+    y : (n, 3) or (n, q, 3) array
+    along : (n, 2, 3) or (n, q, 2, 3) array
+        [length]
+    """
+    if local.ndim == 2:
+        y, along = position(shape, local[:, None])
+        return y[:, 0], along[:, 0]
+    power = np.stack([np.ones_like(local), local, local**2], axis=-1)
+    slope = np.stack([np.zeros_like(local), np.ones_like(local), 2.0 * local], axis=-1)
+    xi, eta, along, up = power[..., 0, :], power[..., 1, :], slope[..., 0, :], slope[..., 1, :]
+    parts = [(a[..., :, None] * b[..., None, :]).reshape(*local.shape[:-1], 9) @ shape
+             for a, b in ((xi, eta), (along, eta), (xi, up))]  # fmt: skip
+    return parts[0], np.stack(parts[1:], axis=-2)
+
+
+@dataclass(frozen=True)
+class QuadraticCells:
+    """Quadratic cells of one shape; local coordinates are those of the reference element.
+
+    Attributes
+    ----------
+    points : (n, 6 or 9, 3) array
+        Corners, counter-clockwise seen from outside the body, middles of the sides 01, 12, ..., and the middle of
+        quadrilaterals, in Gmsh's order [length].
+    """
+
+    points: Array
+
+    @property
+    def n_corners(self) -> int:
+        """3 or 4."""
+        return 3 if self.points.shape[1] == 6 else 4
+
+    @property
+    def corners(self) -> Array:
+        """(n, c, 3) [length]."""
+        return self.points[:, : self.n_corners]
+
+    @functools.cached_property
+    def shape(self) -> Array:
+        """y(ξ, η) = Σ shape[3i + j] ξ^i η^j, (n, 9, 3) [length]."""
+        return np.asarray(_shape_functions(self.n_corners) @ self.points)
+
+    @functools.cached_property
+    def distortion(self) -> Array:
+        """Largest over smallest area factor of each panel, (n,) [-]; infinite where it is folded."""
+        _, along = self.at(self.each(samples(self.n_corners)))
+        area = np.cross(along[:, :, 0], along[:, :, 1])
+        factor = np.sum(area * area.mean(axis=1, keepdims=True), axis=2)
+        size = np.linalg.norm(area, axis=2)
+        with np.errstate(divide="ignore"):
+            return np.where(factor.min(axis=1) > 0.0, size.max(axis=1) / size.min(axis=1), np.inf)
+
+    def each(self, local: Array) -> Array:
+        """Local coordinates (q, 2) that are the same on all cells, (n, q, 2)."""
+        return np.broadcast_to(local, (len(self.points), *local.shape))
+
+    def at(self, local: Array) -> tuple[Array, Array]:
+        """Points (n, q, 3) at local coordinates (n, q, 2), and the derivatives along both, (n, q, 2, 3) [length]."""
+        return position(self.shape, local)
+
+    def nearest(self, x: Array) -> tuple[Array, Array]:
+        """The nearest point of each panel to a point (n, 3): local coordinates (n, 2), and the distance (n,) [length].
+
+        Newton's method from the nearest of a few points, along the sides once it has met them.
+        """
+        walls, bounds = WALLS[self.n_corners]
+        grid = samples(self.n_corners)
+        start = np.linalg.norm(self.at(self.each(grid))[0] - x[:, None], axis=2).argmin(axis=1)
+        foot, every = grid[start].copy(), np.arange(len(x))
+        for _ in range(STEPS):
+            y, along = self.at(foot[:, None])
+            away, along = y[:, 0] - x, along[:, 0]
+            slope = np.einsum("nik,nk->ni", along, away)
+            metric = np.einsum("nik,njk->nij", along, along)
+            hessian = metric + np.einsum("nijk,nk->nij", self._second(foot), away)
+            # far from a minimum the metric alone leads downhill
+            convex = (hessian[:, 0, 0] > 0.2 * metric[:, 0, 0]) & (np.linalg.det(hessian) > 0.04 * np.linalg.det(metric))
+            hessian = np.where(convex[:, None, None], hessian, metric)
+            active = (foot @ walls.T >= bounds - TIGHT) & (slope @ walls.T < 0.0)
+            step = -np.linalg.solve(hessian, slope[..., None])[..., 0]
+            wall = walls[active.argmax(axis=1)]
+            side = np.stack([-wall[:, 1], wall[:, 0]], axis=1)
+            curve = np.einsum("ni,nij,nj->n", side, hessian, side)
+            slide = -(np.sum(side * slope, axis=1) / curve)[:, None] * side
+            count = active.sum(axis=1)[:, None]
+            step = np.where(count == 0, step, np.where(count == 1, slide, 0.0))
+            rate, room = step @ walls.T, np.maximum(bounds - foot @ walls.T, 0.0)
+            room[active] = np.inf
+            share = np.divide(room, rate, out=np.full_like(rate, np.inf), where=rate > 0.0).min(axis=1)
+            foot = foot + np.minimum(share, 1.0)[:, None] * step
+            if np.abs(step).max(initial=0.0) < SHORT:
+                break
+        y = self.at(foot[:, None])[0][every, 0]
+        return foot, np.linalg.norm(y - x, axis=1)
+
+    def _second(self, local: Array) -> Array:
+        """Second derivatives (n, 2, 2, 3) at local coordinates (n, 2)."""
+        s, t = local.T[..., None]
+        c = self.shape.reshape(-1, 3, 3, 3)
+        mixed = c[:, 1, 1] + 2.0 * (t * c[:, 1, 2] + s * c[:, 2, 1]) + 4.0 * s * t * c[:, 2, 2]
+        first = 2.0 * (c[:, 2, 0] + t * (c[:, 2, 1] + t * c[:, 2, 2]))
+        second = 2.0 * (c[:, 0, 2] + s * (c[:, 1, 2] + s * c[:, 2, 2]))
+        return np.stack([np.stack([first, mixed], axis=1), np.stack([mixed, second], axis=1)], axis=1)

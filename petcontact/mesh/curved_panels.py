@@ -1,0 +1,151 @@
+"""Curved panels of order 0 to 3 in space: quadratic cells, with polynomials of the reference element as bases."""
+
+from __future__ import annotations
+
+import functools
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..arrays import Array, Index
+from ..geometry.quadratic import REFERENCE, WALLS, QuadraticCells, samples
+from .panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
+
+WEIGHT_POINTS = 12
+"""Gauss points in each direction for the integrals of the basis: the area factor is no polynomial."""
+
+
+@functools.cache
+def reference_rule(corners: int, points: tuple[int, int]) -> tuple[Array, Array]:
+    """Points (q, 2) and weights (q,) of a tensor Gauss rule on a reference element."""
+    local, weight = rule_points(REFERENCE[corners][None], points)
+    return local[0], weight[0]
+
+
+@dataclass(frozen=True)
+class CurvedPanels(QuadraticCells):
+    """Quadratic panels of one shape and order; local coordinates are those of the reference element.
+
+    Attributes
+    ----------
+    points : (n, 6 or 9, 3) array
+        As of `QuadraticCells`.
+    order : int
+        p, 0 to 3.
+    index : (n,) int array
+        Number of each panel in the mesh.
+    """
+
+    order: int
+    index: Index
+
+    @property
+    def n_nodes(self) -> int:
+        """Nodes a panel."""
+        return len(self.exponents)
+
+    @property
+    def exponents(self) -> Array:
+        """Of the basis' monomials, (k, 2)."""
+        return reference_nodes(self.n_corners, self.order)[1]
+
+    @property
+    def coefficients(self) -> Array:
+        """Basis function b is Σ_m coefficients[b, m] ξ^a η^b, (k, k)."""
+        return _coefficients(self.n_corners, self.order)
+
+    @property
+    def nodes(self) -> Array:
+        """Nodes in local coordinates, (n, k, 2)."""
+        return self.each(reference_nodes(self.n_corners, self.order)[0])
+
+    @property
+    def polygon(self) -> Array:
+        """Corners in local coordinates, (n, c, 2)."""
+        return self.each(REFERENCE[self.n_corners])
+
+    @functools.cached_property
+    def chord(self) -> Panels:
+        """Flat panels through the corners, which say where a panel is and how large."""
+        return make_panels(self.corners, 0, self.index)[0]
+
+    @functools.cached_property
+    def box(self) -> Array:
+        """Least and largest coordinates in the frames of `chord`, over its size, (n, 2, 3)."""
+        x = self.at(self.each(samples(self.n_corners)))[0]
+        local = np.einsum("nij,nqj->nqi", self.chord.frame, x - self.chord.centre[:, None]) / self.chord.size[:, None, None]
+        return np.stack([local.min(axis=1), local.max(axis=1)], axis=1)
+
+    @property
+    def centre(self) -> Array:
+        """Mean of the corners, (n, 3) [length]."""
+        return self.chord.centre
+
+    @functools.cached_property
+    def size(self) -> Array:
+        """Largest distance of a point from the centre, (n,) [length]."""
+        away = self.at(self.each(samples(self.n_corners)))[0] - self.centre[:, None]
+        return np.asarray(np.linalg.norm(away, axis=2).max(axis=1))
+
+    def take(self, chosen: Index | slice) -> CurvedPanels:
+        """Some of the panels."""
+        return CurvedPanels(self.points[chosen], self.order, self.index[chosen])
+
+    def basis(self, local: Array) -> Array:
+        """Values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""
+        return np.asarray(monomials(local, self.exponents) @ self.coefficients.T)
+
+    def basis_slopes(self, local: Array) -> Array:
+        """Derivatives (n, q, k, 2) of the basis by the two local coordinates at points (n, q, 2)."""
+        return np.asarray(np.swapaxes(monomial_slopes(local, self.exponents), -1, -2) @ self.coefficients.T).swapaxes(-1, -2)
+
+    def tangent_vectors(self, local: Array) -> Array:
+        """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2) [length]."""
+        return self.at(local)[1]
+
+    def mapped(self, reference: Array) -> Array:
+        """Local coordinates (n, q, 2) of places (q, 2) of the reference square or triangle."""
+        return self.each(reference)
+
+    def feet(self, x: Array) -> tuple[Array, Array, Array]:
+        """Of one point a panel, (n, 3): local coordinates (n, 2) of the nearest point, its distance [length], and how far
+        inside the panel that is, in local coordinates."""
+        walls, bounds = WALLS[self.n_corners]
+        local, distance = self.nearest(x)
+        return local, distance, np.min((bounds - local @ walls.T) / np.linalg.norm(walls, axis=1), axis=1)
+
+
+@functools.cache
+def _coefficients(corners: int, order: int) -> Array:
+    nodes, exponents = reference_nodes(corners, order)
+    return np.ascontiguousarray(np.linalg.inv(monomials(nodes, exponents)).T)
+
+
+def make_curved_panels(points: Array, order: int, index: Index) -> tuple[CurvedPanels, Array, Array, Array]:
+    """Panels through given points, their nodes, and the weights and normals of these.
+
+    Parameters
+    ----------
+    points : (n, 6 or 9, 3) array
+        See `QuadraticCells`.
+    order : int
+    index : (n,) int array
+
+    Returns
+    -------
+    panels : CurvedPanels
+    x : (n, k, 3) array
+        [length]
+    weight : (n, k) array
+        Integrals of the basis [length²].
+    normal : (n, k, 3) array
+        Outward unit normals.
+    """
+    panels = CurvedPanels(points, order, index)
+    x, along = panels.at(panels.nodes)
+    normal = np.cross(along[:, :, 0], along[:, :, 1])
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    local, weight = reference_rule(panels.n_corners, (WEIGHT_POINTS, WEIGHT_POINTS))
+    _, along = panels.at(panels.each(local))
+    area = np.linalg.norm(np.cross(along[:, :, 0], along[:, :, 1]), axis=2) * weight
+    return panels, x, np.einsum("nq,qk->nk", area, panels.basis(local)), normal

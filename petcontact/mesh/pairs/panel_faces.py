@@ -1,0 +1,268 @@
+"""Where rays from points meet panels, flat or curved, and the polygons in which panels face one another."""
+
+from __future__ import annotations
+
+import functools
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ...arrays import Array, Index, Mask
+from ...geometry.quadratic import position
+from ..curved_panels import CurvedPanels
+from ..panels import Panels
+from .clipping import area, clip, cross, fan_rule
+from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
+
+SLIVER = 1e-14
+"""Segments smaller than this share of the panel's square are round-off."""
+
+BENT = 1e-2
+"""Distance over the size of a curved panel up to which two panels lie beside one another: shadows have straight sides."""
+REACH = 5
+"""Points along each direction of a curved panel at which its size is found."""
+STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
+"""Newton's steps to where a line meets a curved panel, the relative step that ends them, and how far they may leave it."""
+
+
+@dataclass(frozen=True)
+class PanelFaces(Faces):
+    """Convex panels with the body behind them; arrays over n of them.
+
+    Attributes
+    ----------
+    centre : (n, 3) array
+        Of the corners [length].
+    frame : (n, 3, 3) array
+        Rows: two directions in the plane of the corners and the outward normal.
+    size : (n,) array
+        Unit of coordinates in that plane [length].
+    outline : (n, 4, 2) array
+        Corners in that plane, the last one of triangles twice [-].
+    polygon : (n, 4, 2) array
+        The same in the panels' own local coordinates [-].
+    shape : (n, 9, 3) array
+        Coefficients of ξ^i η^j of local coordinates, number 3i + j [length].
+    bent : (n,) bool array
+        Whether it is curved.
+    """
+
+    centre: Array
+    frame: Array
+    size: Array
+    outline: Array
+    polygon: Array
+    shape: Array
+    bent: Mask
+    SAMPLES: ClassVar[int] = 3
+
+    @staticmethod
+    def of(groups: Sequence[Panels | CurvedPanels], numbers: Index) -> PanelFaces:
+        """Some panels of a mesh, in the order of their numbers, from its groups of one kind."""
+        index = np.concatenate([group.index for group in groups])
+        order = np.argsort(index)
+        chosen = order[np.searchsorted(index[order], numbers)]
+        chords = [group.chord for group in groups]
+        arrays = [[getattr(chord, key) for chord in chords] for key in ("centre", "frame", "size")]
+        arrays += [[_four(group.polygon) for group in some] for some in (chords, groups)]
+        arrays += [[group.shape for group in groups]]
+        centre, frame, size, outline, polygon, shape = (np.concatenate(parts)[chosen] for parts in arrays)
+        bent = np.concatenate([np.full(len(group.index), isinstance(group, CurvedPanels)) for group in groups])[chosen]
+        return PanelFaces(centre, frame, size, outline, polygon, shape, bent)
+
+    def at(self, number: Index, place: Array) -> tuple[Array, Array]:
+        """Points (k, 3) and outward normals (k, 3) at local coordinates (k, 2) of some panels."""
+        x = self.centre[number] + self.size[number, None] * np.einsum("kc,kcd->kd", place, self.frame[number, :2])
+        normal, bent = np.array(self.frame[number, 2]), np.flatnonzero(self.bent[number])
+        if len(bent):
+            x[bent], along = position(self.shape[number[bent]], place[bent])
+            area = np.cross(along[:, 0], along[:, 1])
+            normal[bent] = area / np.linalg.norm(area, axis=1, keepdims=True)
+        return x, normal
+
+    def spread(self, number: Index, share: Array) -> Array:
+        """See `Faces.spread`: bilinear between the corners."""
+        a, b = share.T
+        corners = np.stack([(1.0 - a) * (1.0 - b), a * (1.0 - b), a * b, (1.0 - a) * b], axis=1)
+        return np.asarray(np.einsum("kc,kcd->kd", corners, self.polygon[number]))
+
+    def __len__(self) -> int:
+        return len(self.size)
+
+    def rims(self) -> tuple[Index, Array]:
+        """See `Faces.rims`; the doubled corner of a triangle has no side."""
+        following = np.roll(self.polygon, -1, axis=1)
+        number, side = np.nonzero(np.any(following != self.polygon, axis=2))
+        return number, 0.5 * (self.polygon + following)[number, side]
+
+    def cast(self, x: Array, direction: Array) -> Hits:
+        """See `Faces.cast`."""
+        i, j = self._near_lines(x, direction, np.zeros(len(x)))
+        place, distance = self._met(j, x[i], direction[i])
+        polygon = self.polygon[j]
+        edge = np.roll(polygon, -1, axis=1) - polygon
+        length = np.linalg.norm(edge, axis=2)
+        # distance (k, 4) inside of each edge; a doubled corner has none
+        none = np.full(length.shape, np.inf)
+        depth = np.divide(cross(edge, place[:, None] - polygon), length, out=none, where=length > 0.0).min(axis=1)
+        # the same point on the edge of two panels belongs to the one that holds it better
+        rank = np.abs(distance) - 1e-12 * self.size[j] * np.minimum(depth, 1.0)
+        best = np.flatnonzero(depth >= -SLACK)
+        best = best[np.lexsort((rank[best], i[best]))]
+        best = best[np.append(True, np.diff(i[best]) > 0)[: len(best)]]
+        face, places, far = np.full(len(x), -1), np.zeros((len(x), 2)), np.full(len(x), np.inf)
+        face[i[best]], places[i[best]], far[i[best]] = j[best], place[best], distance[best]
+        return Hits(face, places, far)
+
+    def segments(self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None) -> Segments:
+        """See `Faces.segments`: the others, projected onto the plane of each panel, clip it."""
+        normal = along(direction, self.frame[:, 2])
+        i, j = other._near_lines(self.centre, normal, self.size)
+        outward, against = (np.sum(normal[i] * plane, axis=1) for plane in (self.frame[i, 2], other.frame[j, 2]))
+        ahead = (outward > SLACK) & (against < -SLACK)
+        i, j = i[ahead], j[ahead]
+        corners = other.centre[j, None] + other.size[j, None, None] * (other.outline[j] @ other.frame[j, :2])
+        if other.bent.any():
+            corners = np.stack([other.at(j, other.polygon[j, k])[0] for k in range(4)], axis=1)
+        shadow = self._projected(i[:, None], corners, normal[i, None])[..., ::-1, :]
+        shared = clip(self.outline[i], shadow)
+        kept = area(shared) > SLIVER
+        i, j, shared = i[kept], j[kept], shared[kept]
+        # the rule with q points is exact to 2q - 2, of products with positions and with the panel's own polynomials, too
+        own = self._degree(order)[i]
+        count = (own + np.maximum(other._degree(opposite)[j], np.maximum(own, 1)) + 1) // 2 + 1
+        # the area factor of curved panels
+        count = count + self.bent[i]
+        parts = [Segments(i[:0], np.empty((0, 2)), j[:0], np.empty((0, 2)), np.empty(0))]
+        for points in np.unique(count).tolist():
+            mine = np.flatnonzero(count == points)
+            local, weight = fan_rule(shared[mine], points)
+            chosen = weight > 0.0
+            face, seen = (np.broadcast_to(k[mine, None], weight.shape)[chosen] for k in (i, j))
+            place, weights = self._lifted(face, local[chosen], weight[chosen])
+            x, outward = self.at(face, place)
+            opposite_place = other._met(seen, x, along(direction, outward))[0]
+            found = np.all(np.isfinite(opposite_place), axis=1)
+            parts.append(Segments(face, place, seen, opposite_place, weights).take(found))
+        return self._nearest_only(other, Segments.joined(parts), normal, direction)
+
+    def _degree(self, order: Index) -> Index:
+        """Total degree of the basis: of triangles the order, of quadrilaterals twice that."""
+        return np.where(np.all(self.polygon[:, 2] == self.polygon[:, 3], axis=1), order, 2 * order)
+
+    def _met(self, number: Index, x: Array, direction: Array) -> tuple[Array, Array]:
+        """Local coordinates (k, 2) where lines through points (k, 3) meet panels or their continuation, and distances (k,).
+
+        NaN and infinity where they do not, or meet a curved panel from behind.
+        """
+        plane = self.frame[number, 2]
+        distance = np.sum((self.centre[number] - x) * plane, axis=1) / np.sum(direction * plane, axis=1)
+        place, bent = self._projected(number, x, direction), np.flatnonzero(self.bent[number])
+        if len(bent):
+            place[bent], distance[bent] = _newton(
+                self.shape[number[bent]], self.polygon[number[bent]], x[bent], direction[bent], self.size[number[bent]]
+            )
+        return place, distance
+
+    def _lifted(self, number: Index, local: Array, weight: Array) -> tuple[Array, Array]:
+        """Own local coordinates (k, 2) and areas (k,) of points and weights in the planes of some panels' corners."""
+        weight, place = weight * self.size[number] ** 2, np.array(local)
+        bent = np.flatnonzero(self.bent[number])
+        if len(bent):
+            some = number[bent]
+            x = self.centre[some] + self.size[some, None] * np.einsum("kc,kcd->kd", local[bent], self.frame[some, :2])
+            place[bent] = _newton(self.shape[some], self.polygon[some], x, -self.frame[some, 2], self.size[some])[0]
+            lean = np.sum(self.at(some, place[bent])[1] * self.frame[some, 2], axis=1)
+            weight[bent] = np.where(lean > SLACK, weight[bent] / np.where(lean > SLACK, lean, 1.0), 0.0)
+        kept = np.all(np.isfinite(place), axis=1)
+        return np.where(kept[:, None], place, 0.0), np.where(kept, weight, 0.0)
+
+    def _near_lines(self, x: Array, direction: Array, radius: Array) -> tuple[Index, Index]:
+        """Lines through points (m, 3), thick by radii (m,), and panels that they may meet from outside, (k,) and (k,)."""
+        found = [(np.empty(0, dtype=np.int64),) * 2]
+        step = max(1, TOGETHER // max(1, len(self)))
+        middle = self.centre.mean(axis=0)
+        centre, x = self.centre - middle, x - middle
+        square = np.sum(centre**2, axis=1)
+        for k in range(0, len(x), step):
+            way, point = direction[k : k + step], x[k : k + step]
+            ahead = way @ centre.T - np.sum(way * point, axis=1)[:, None]
+            apart = np.sum(point**2, axis=1)[:, None] + square - 2.0 * (point @ centre.T)
+            reach = radius[k : k + step, None] + self._reach
+            # the squares cancel to round-off of the farthest
+            near = apart - ahead**2 <= (1.0 + SLACK) * reach**2 + 1e-14 * apart.max()
+            i, j = np.nonzero(near & (way @ self.frame[:, 2].T < np.where(self.bent, np.inf, -SLACK)))
+            found.append((k + i, j))
+        i, j = (np.concatenate(values) for values in zip(*found, strict=True))
+        return i, j
+
+    @functools.cached_property
+    def _reach(self) -> Array:
+        """Radius of the panels about their centres, (n,)."""
+        t = np.linspace(0.0, 1.0, REACH)
+        share = np.stack(np.meshgrid(t, t), axis=-1).reshape(-1, 2)
+        number = np.repeat(np.arange(len(self)), len(share))
+        x = self.at(number, self.spread(number, np.tile(share, (len(self), 1))))[0]
+        away = np.linalg.norm(x - self.centre[number], axis=1).reshape(-1, len(share))
+        return np.where(self.bent, away.max(axis=1), self.size)
+
+    def _projected(self, number: Index, x: Array, direction: Array) -> Array:
+        """Local coordinates (..., 2) where lines through points (..., 3) meet the planes of some panels."""
+        plane = self.frame[number, 2]
+        away = x - self.centre[number]
+        away = away - (np.sum(away * plane, axis=-1) / np.sum(direction * plane, axis=-1))[..., None] * direction
+        return np.asarray(np.einsum("...cd,...d->...c", self.frame[number, :2], away) / self.size[number][..., None])
+
+    def _nearest_only(self, other: PanelFaces, found: Segments, normal: Array, direction: Array | None) -> Segments:
+        """Without the points that lie behind other panels of the part, seen from the panel."""
+        x, y = self.at(found.face, found.place)[0], other.at(found.other, found.opposite)[0]
+        distance = np.linalg.norm(y - x, axis=1)
+        own = area(self.outline) * self.size**2
+        slack = np.where(self.bent, BENT, SLACK)
+        covered = np.bincount(found.face, found.weight, len(self))
+        far, near = np.zeros(len(self)), np.full(len(self), np.inf)
+        np.maximum.at(far, found.face, distance)
+        np.minimum.at(near, found.face, distance)
+        stacked = (covered > (1.0 + 10.0 * slack) * own) | (far - near > 0.5 * self.size)
+        asked = np.flatnonzero(stacked[found.face])
+        if not len(asked):
+            return found
+        outward = self.at(found.face[asked], found.place[asked])[1]
+        first = other.cast(x[asked], outward if direction is None else normal[found.face[asked]])
+        kept = np.ones(len(x), dtype=bool)
+        slack = np.maximum(slack[found.face[asked]], np.where(other.bent[found.other[asked]], BENT, SLACK))
+        kept[asked] = distance[asked] <= np.abs(first.distance) + slack * self.size[found.face[asked]]
+        return found.take(kept)
+
+
+def _four(polygon: Array) -> Array:
+    """Corners (n, 4, 2), the last one of triangles twice."""
+    return np.pad(polygon, ((0, 0), (0, 4 - polygon.shape[1]), (0, 0)), mode="edge")
+
+
+def _newton(shape: Array, polygon: Array, x: Array, direction: Array, size: Array) -> tuple[Array, Array]:
+    """Where lines meet curved panels, a panel each (see `PanelFaces._met`)."""
+    place = polygon[:, [0, 1, 2]].mean(axis=1)
+    place = np.where(np.all(polygon[:, 2] == polygon[:, 3], axis=1)[:, None], place, polygon.mean(axis=1))
+    low, high = polygon.min(axis=1) - BEYOND, polygon.max(axis=1) + BEYOND
+    distance = np.zeros(len(x))
+    step = np.full((len(x), 3), np.inf)
+    for _ in range(STEPS):
+        y, along = position(shape, place)
+        matrix = np.stack([along[:, 0], along[:, 1], -direction], axis=2)
+        away = y - x - distance[:, None] * direction
+        # lines along the panel meet it nowhere
+        flat = np.abs(np.linalg.det(matrix)) <= SLACK * np.linalg.norm(np.cross(along[:, 0], along[:, 1]), axis=1)
+        matrix[flat] = np.eye(3)
+        step = -np.linalg.solve(matrix, away[..., None])[..., 0]
+        place = np.clip(place + step[:, :2], low, high)
+        distance = distance + step[:, 2]
+        step[flat] = np.inf
+        if np.all(np.abs(step[:, :2]) < CLOSE):
+            break
+    y, along = position(shape, place)
+    missed = np.linalg.norm(y - x - distance[:, None] * direction, axis=1) > SLACK * size
+    behind = np.sum(np.cross(along[:, 0], along[:, 1]) * direction, axis=1) >= 0.0
+    return np.where((missed | behind)[:, None], np.nan, place), np.where(missed | behind, np.inf, distance)

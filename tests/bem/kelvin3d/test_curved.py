@@ -1,0 +1,134 @@
+"""Kelvin's kernels over curved panels: quadrature on subdivided panels, closed forms of flat ones, rigid motions, numpy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from curved_bodies import a_curved_panel, as_surface, icosphere
+
+from petcontact.bem import kernels as kernels_module
+from petcontact.bem.kelvin3d import integrals as module
+from petcontact.bem.kelvin3d.compiled import available
+from petcontact.bem.kelvin3d.curved import sources
+from petcontact.bem.kelvin3d.integrals import integrals
+from petcontact.bem.kelvin3d.kernel import Kelvin3D
+from petcontact.bem.kelvin3d.polar import Rule
+from petcontact.bem.kelvin3d.stress import stress_integrals
+from petcontact.bem.kelvin3d.tensors import kernels
+from petcontact.bem.kernels import field_of
+from petcontact.geometry.quadratic import REFERENCE
+from petcontact.mesh.curved_panels import CurvedPanels, make_curved_panels
+from petcontact.mesh.panelling import facet_mesh
+from petcontact.mesh.panels import make_panels, rule_points
+from petcontact.model.problem import Material
+
+NU = 0.3
+
+
+def by_subdivision(panel: CurvedPanels, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Both integrals at a point off the panel: cut dyadically until every piece is far, then 14×14 Gauss points."""
+    total = [np.zeros((3, 3, panel.n_nodes)), np.zeros((3, 3, panel.n_nodes))]
+    pieces = [REFERENCE[panel.n_corners]]
+    while pieces:
+        piece = pieces.pop()
+        corners, middle = panel.at(piece[None])[0][0], panel.at(piece.mean(axis=0)[None, None])[0][0, 0]
+        if np.linalg.norm(middle - x) < 2.2 * np.linalg.norm(corners - middle, axis=1).max():
+            sides, inner = 0.5 * (piece + np.roll(piece, -1, axis=0)), [piece.mean(axis=0)] if len(piece) == 4 else []
+            pieces += [np.array([piece[k], sides[k], *inner, sides[k - 1]]) for k in range(len(piece))]
+            pieces += [] if inner else [sides]
+            continue
+        local, weight = rule_points(piece[None], (14, 14))
+        y, normal, basis = sources(panel, 0, Rule(local[0], weight[0]))
+        for sum_, kernel in zip(total, kernels(y - x, normal, NU), strict=True):
+            sum_ += np.einsum("bq,ijq->ijb", basis, kernel)
+    return total[0], total[1]
+
+
+def beside(panel: CurvedPanels, heights: tuple[float, ...], rng: np.random.Generator) -> np.ndarray:
+    """Points at heights, in sizes of the panel, over and under places in and next to it."""
+    share = rng.dirichlet(np.ones(panel.n_corners), len(heights)) @ REFERENCE[panel.n_corners]
+    y, along = panel.at(1.2 * share[None])
+    normal = np.cross(along[0, :, 0], along[0, :, 1])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    return y[0] + rng.choice([-1.0, 1.0], len(heights))[:, None] * np.array(heights)[:, None] * panel.size[0] * normal
+
+
+@pytest.mark.parametrize("order", [0, 2, 3])
+@pytest.mark.parametrize("shape", ["spherical", "warped triangle", "warped quadrilateral"])
+def test_both_kernels_against_subdivision(shape: str, order: int) -> None:
+    """Within 1e-8 on a piece of a sphere with arcs of 32 degrees, 2e-7 where points are moved at random by 4 %."""
+    rng = np.random.default_rng(order)
+    if shape == "spherical":
+        panel, allowed = make_curved_panels(icosphere(2)[:1], order, np.arange(1))[0], 1e-8
+    else:
+        panel, allowed = a_curved_panel(3 if shape.endswith("triangle") else 4, order, rng, 0.04), 2e-7
+    points = beside(panel, (0.003, 0.03, 0.1, 0.3, 0.6, 1.0, 3.0), rng)
+    exact = zip(*(by_subdivision(panel, x) for x in points), strict=True)
+    for ours, true in zip(integrals(points, panel, NU), exact, strict=True):
+        for k, values in enumerate(true):
+            assert np.abs(ours[..., k] - values).max() <= allowed * np.abs(values).max()
+
+
+@pytest.mark.parametrize("order", range(4))
+def test_a_flat_panel_has_its_closed_form(order: int) -> None:
+    """Off the panel, and at the nodes of a rectangle and a triangle: the principal value."""
+    rng = np.random.default_rng(order)
+    a, b = np.linalg.qr(rng.normal(size=(3, 3)))[0][:2]
+    for corners in (np.array([0 * a, a, 0.3 * a + 0.8 * b]), np.array([0 * a, a, a + 0.7 * b, 0.7 * b])):
+        middle = [corners.mean(axis=0)[None]] if len(corners) == 4 else []
+        points = np.concatenate([corners, 0.5 * (corners + np.roll(corners, -1, axis=0)), *middle])
+        curved, x, weight, _ = make_curved_panels(points[None], order, np.arange(1))
+        flat, y, other = make_panels(corners[None], order, np.arange(1))
+        np.testing.assert_allclose(x, y, atol=1e-14)
+        np.testing.assert_allclose(weight, other, atol=1e-14)
+        points = np.vstack([x[0], beside(curved, (0.01, 0.2, 2.0), rng)])
+        for ours, exact in zip(integrals(points, curved, NU), integrals(points, flat, NU), strict=True):
+            assert np.all(np.abs(ours - exact).max(axis=(0, 1, 2)) <= 2e-8 * np.abs(exact).max(axis=(0, 1, 2)) + 2e-9)
+
+
+def test_rigid_motions_of_a_hollow_sphere() -> None:
+    """∑H + ½ vanishes on translations and rotations, with no trick."""
+    inner = icosphere(1)
+    mesh = facet_mesh(as_surface({"inner": inner, "outer": 2.0 * inner}), 2)
+    for motion in (np.tile([1.0, -2.0, 0.5], (mesh.n_nodes, 1)), np.cross(mesh.x, [0.3, 1.0, -0.4])):
+        defect = 0.5 * motion
+        for batch in mesh.batches():
+            defect = defect + np.einsum("ijkm,kj->mi", integrals(mesh.x, batch.elements, NU)[1], motion[batch.nodes])
+        assert np.abs(defect).max() < 1e-8
+
+
+@pytest.mark.skipif(not available(), reason="nothing was compiled here")
+@pytest.mark.parametrize("corners", [3, 4])
+@pytest.mark.parametrize("order", range(4))
+def test_compiled_code_agrees_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: int, order: int) -> None:
+    """At nodes, near and far: both kernels, and the fields of random data."""
+    rng = np.random.default_rng(10 * corners + order)
+    panel = a_curved_panel(corners, order, rng)
+    nodes = panel.at(panel.nodes)[0][0]
+    points = np.vstack([beside(panel, (0.001, 0.1, 0.5, 2.0, 30.0), rng), nodes])
+    inside, (u, t) = points[:5], rng.normal(size=(2, panel.n_nodes, 3))
+    kernel = Kelvin3D(Material(young_modulus=2.0, poisson_ratio=NU), 1.7)
+    ours = integrals(points, panel, NU), field_of(kernel, inside, panel, u, t)
+    assert all(np.array_equal(integrals(points[3:7], panel, NU)[k], ours[0][k][..., 3:7]) for k in range(2))
+    monkeypatch.setattr(module, "available", lambda: False)
+    monkeypatch.setattr(kernels_module, "FIELDS", {})
+    theirs = integrals(points, panel, NU), field_of(kernel, inside, panel, u, t)
+    for one, other in zip(ours[0], theirs[0], strict=True):
+        assert np.all(np.abs(one - other).max(axis=(0, 1, 2)) <= 1e-9 * np.abs(other).max(axis=(0, 1, 2)))
+    for one, other in zip(ours[1], theirs[1], strict=True):
+        one, other = one.reshape(5, -1), other.reshape(5, -1)
+        assert np.all(np.abs(one - other).max(axis=1) <= 1e-9 * np.abs(other).max(axis=1) + 1e-12)
+
+
+def test_stress_is_the_derivative_of_the_displacement() -> None:
+    """Of the integrals of a panel, by differences at a point near it."""
+    panel = a_curved_panel(3, 2, np.random.default_rng(3))
+    x, h = beside(panel, (0.2,), np.random.default_rng(1))[0], 1e-4
+    shifts = np.concatenate([np.zeros((1, 3)), h * np.eye(3), -h * np.eye(3)])
+    d, s = (values[..., 0] for values in stress_integrals(x[None], panel, NU))
+    for kernel, stress, sign in zip(integrals(x + shifts, panel, NU), (d, s), (1.0, -1.0), strict=True):
+        gradient = sign * (kernel[..., 1:4] - kernel[..., 4:7]) / (2.0 * h)         # (i, j, k, derivative)
+        strain = 0.5 * (gradient.transpose(0, 3, 1, 2) + gradient.transpose(3, 0, 1, 2))
+        bulk = NU / (1.0 - 2.0 * NU) * np.einsum("iijk->jk", strain)
+        for c, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):
+            assert np.abs(strain[i, j] + (i == j) * bulk - stress[c]).max() < 2e-5 * np.abs(stress).max()

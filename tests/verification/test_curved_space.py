@@ -1,0 +1,148 @@
+"""Curved panels on the one path: Lamé's hollow sphere, shells in contact, H-matrices, volume loads, what is refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy
+from curved_bodies import as_surface, icosphere, written
+
+import petcontact
+from petcontact import InputError, Problem, solve
+from petcontact.geometry.gmsh import read_msh
+from petcontact.geometry.gmsh_surface import gmsh_surface
+from petcontact.mesh.panelling import facet_mesh
+from petcontact.model.base import parse
+from petcontact.reference.lame import Sphere
+
+MATERIAL = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+WHOLE = Sphere(1.0, 2.0, 1.0, 0.3, pressure_inside=1.0)
+
+
+OPEN = {"condition": "contact", "normal": "unilateral", "gap": 10.0}
+"""Nothing pulls: the ground is far away."""
+
+
+def radial(sphere: Sphere) -> dict:
+    """The displacement A r + B/r² of a sphere under pressure, given."""
+    r = np.array([1.0, 2.0])
+    a, b = np.linalg.solve(np.column_stack([r, r**-2]), sphere.displacement(r)).tolist()
+    return {"condition": "displacement", "value": [f"({a!r} + {b!r}/sqrt(x**2 + y**2 + z**2)**3)*{c}" for c in "xyz"]}
+
+
+def body(name: str, file: str, order: int = 2, **conditions: dict) -> dict:
+    boundary = [{"part": part, **condition} for part, condition in conditions.items()]
+    return {"name": name, "material": MATERIAL, "geometry": {"shape": "gmsh", "file": file}, "mesh": {"order": order},
+            "boundary": boundary}  # fmt: skip
+
+
+def hollow(file: Path, pieces: int) -> str:
+    return written(file, {"inner": icosphere(pieces), "outer": 2.0 * icosphere(pieces)})
+
+
+def lame(tmp_path: Path, pieces: int, **bem: object) -> petcontact.Solution:
+    """u given inside, nothing pulls outside."""
+    shell = body("shell", hollow(tmp_path / "shell.msh", pieces), inner=radial(WHOLE), outer=OPEN)
+    return solve(parse(Problem, {"body": [shell], "bem": {"mat_type": "dense", **bem}}, "test"))
+
+
+def errors(solution: petcontact.Solution) -> np.ndarray:
+    """In L2, of u outside and of t inside."""
+    mesh, found = solution.meshes["shell"], solution.last.bodies["shell"]
+    r = np.linalg.norm(mesh.x, axis=1)
+    away = mesh.x / r[:, None]
+    exact = {"outer": (found.u, WHOLE.displacement(r)[:, None] * away), "inner": (found.traction, away)}
+    result = []
+    for part, (ours, true) in exact.items():
+        nodes = mesh.nodes_of(part)
+        square = [mesh.weight[nodes] @ np.sum(values[nodes] ** 2, axis=1) for values in (ours - true, true)]
+        result.append(np.sqrt(square[0] / square[1]))
+    return np.array(result)
+
+
+def test_lame_with_orders_beyond_those_of_flat_panels(tmp_path: Path) -> None:
+    """Order 2 on 20 and 80 triangles a sphere; flat ones are 3e-2 and 1e-1 off with 80."""
+    coarse, fine = (errors(lame(tmp_path, pieces)) for pieces in (1, 2))
+    assert np.all(fine < (1.5e-3, 5e-3)), fine
+    assert np.all(np.log2(coarse / fine) > (3.0, 2.5)), (coarse, fine)
+
+
+def test_a_compressed_operator_of_curved_panels(tmp_path: Path) -> None:
+    dense = lame(tmp_path, 1).last.bodies["shell"]
+    compressed = lame(tmp_path, 1, mat_type="hmatrix", hmatrix_tol=1e-6).last.bodies["shell"]
+    assert np.abs(dense.u - compressed.u).max() < 1e-5 * np.abs(dense.u).max()
+    assert np.abs(dense.traction - compressed.traction).max() < 1e-4 * np.abs(dense.traction).max()
+
+
+def test_fields_next_to_a_curved_boundary(tmp_path: Path) -> None:
+    """Radial stress at a hundredth of the thickness under the surface and in the middle."""
+    solution = lame(tmp_path, 2)
+    away = np.array([[0.6, 0.64, 0.48], [0.0, 0.6, -0.8]])
+    for radius in (1.5, 1.99):
+        x = radius * away
+        found, material = solution.last.bodies["shell"], solution.problem.body[0].material
+        u, stress = petcontact.field_at(solution.meshes["shell"], found.u, found.traction, material, x)
+        full = stress[:, [0, 3, 4, 3, 1, 5, 4, 5, 2]].reshape(-1, 3, 3)
+        exact = WHOLE.stress(np.array([radius]))[0][0]
+        assert np.abs(np.einsum("ni,nij,nj->n", away, full, away) - exact).max() < 2e-2
+        assert np.abs(np.sum(u * away, axis=1) / WHOLE.displacement(np.array([radius])) - 1.0).max() < 4e-3
+
+
+@pytest.mark.parametrize("turn", [0.4, pytest.param(0.0, marks=pytest.mark.slow)])
+def test_shells_in_contact(tmp_path: Path, turn: float) -> None:
+    """A hollow sphere in another one, as if they were one: pressure between them on meshes that match and that do not."""
+    turned = icosphere(2) @ scipy.spatial.transform.Rotation.from_rotvec([turn, -0.7 * turn, 0.9 * turn]).as_matrix()
+    both = Sphere(1.0, 3.0, 1.0, 0.3, pressure_inside=1.0)
+    core = body("core", hollow(tmp_path / "core.msh", 2), inner={"condition": "traction", "pressure": 1.0})
+    file = written(tmp_path / "shell.msh", {"inner": 2.0 * turned, "outer": 3.0 * turned})
+    shell = body("shell", file, outer=radial(both))
+    contact = {"name": "fit", "secondary": "core.outer", "primary": "shell.inner"}
+    solution = solve(parse(Problem, {"body": [core, shell], "contact": [contact], "bem": {"mat_type": "dense"}}, "test"))
+    pair, exact = solution.pairs["fit"], -both.stress(np.array([2.0]))[0][0]
+    error = np.sqrt(pair.weight @ (pair.pressure / exact - 1.0) ** 2 / pair.weight.sum())
+    assert solution.converged and error < (1e-2 if turn == 0.0 else 5e-2), error
+
+
+def test_distorted_elements_are_named(tmp_path: Path) -> None:
+    cells = icosphere(1)
+    moved = cells.copy()
+    # a middle that three eighths of the edge away from a corner makes the area factor vary
+    edge = np.linalg.norm(cells[:, 3:] - cells[0, 3], axis=2) < 1e-9
+    moved[:, 3:][edge] = (0.62 * cells[0, 0] + 0.38 * cells[0, 1]) * 1.1
+    file = written(tmp_path / "m.msh", {"inner": 0.5 * cells, "outer": moved})
+    ball = body("ball", file, 1, outer={"condition": "displacement", "value": [0.0, 0.0, 0.0]}, inner=OPEN)
+    solution = solve(parse(Problem, {"body": [ball], "bem": {"mat_type": "dense"}}, "test"))
+    told = [text for text in solution.info["warnings"] if "area factor" in text]
+    assert len(told) == 1 and "body 'ball'" in told[0] and "in element" in told[0]
+
+
+def test_what_is_refused_in_one_line(tmp_path: Path) -> None:
+    cells = icosphere(1)
+    folded, gaping, crossing = cells.copy(), cells.copy(), cells.copy()
+    edge = np.linalg.norm(cells[:, 3:] - cells[0, 3], axis=2) < 1e-9
+    folded[:, 3:][edge] = cells[0, 0] + 0.05 * (cells[0, 1] - cells[0, 0])
+    gaping[0, 3] *= 1.1
+    crossing[:, 3:][edge] *= -1.5
+    cases = {"is open": cells[:-1], "folded": folded, "different points": gaping, "crosses itself": crossing}
+    for number, (message, wrong) in enumerate(cases.items()):
+        file = written(tmp_path / f"{number}.msh", {"skin": wrong})
+        with pytest.raises(InputError) as caught:
+            gmsh_surface(read_msh(file), file)
+        assert message in str(caught.value) or (message == "crosses itself" and "folded" in str(caught.value))
+        assert "\n" not in str(caught.value)
+
+
+def test_cavities_of_curved_cells_point_inward() -> None:
+    inner = icosphere(1)
+    mesh = facet_mesh(as_surface({"inner": inner, "outer": 2.0 * inner[:, [0, 2, 1, 5, 4, 3]]}), 2)
+    outward = np.sum(mesh.normal * mesh.x, axis=1)
+    assert np.all(outward[mesh.nodes_of("inner")] < 0.0) and np.all(outward[mesh.nodes_of("outer")] > 0.0)
+
+
+def test_results_keep_curved_panels(tmp_path: Path) -> None:
+    solution = lame(tmp_path, 1)
+    petcontact.write_solution(tmp_path / "r.h5", solution)
+    mesh, again = solution.meshes["shell"], petcontact.read_result(tmp_path / "r.h5").meshes["shell"]
+    assert np.array_equal(mesh.middles, again.middles, equal_nan=True) and np.allclose(mesh.x, again.x, atol=1e-15)
