@@ -112,7 +112,7 @@ def solved(
     return solve(problem, comm=comm, monitor=monitor, announce=announce)
 
 
-def announcer(status: Any) -> Callable[[int, int, float], Callable[[float], None]]:
+def announcer(status: Any) -> Callable[[int, int, float, float], Callable[[float], None]]:
     """Announces what will take a while, and shows on the status line how far it is."""
     began = time.perf_counter()
 
@@ -120,12 +120,12 @@ def announcer(status: Any) -> Callable[[int, int, float], Callable[[float], None
         left = (time.perf_counter() - began) * (1.0 - share) / max(share, 1e-3)
         status.show(f"matrix: {share:.0%}, about {left:.0f} s left")
 
-    def announced(nodes: int, unknowns: int, seconds: float) -> Callable[[float], None]:
+    def announced(nodes: int, unknowns: int, seconds: float, memory: float) -> Callable[[float], None]:
         nonlocal began
         began = time.perf_counter()
         if seconds > SOON:
-            size = f"{nodes} nodes, {unknowns} unknowns"
-            print(f"petcontact: {size}: about {seconds:.0f} s to eliminate", file=sys.stderr, flush=True)
+            size = f"{nodes} nodes, {unknowns} unknowns, about {memory / 1e9:.2g} GB"
+            print(f"petcontact: {size}: about {seconds:.0f} s for the matrices", file=sys.stderr, flush=True)
         return progress
 
     return announced

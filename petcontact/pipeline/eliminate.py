@@ -19,7 +19,7 @@ from ..geometry.superelement import CondensedSurface
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 from ..runtime.petsc import petsc
-from .choice import LARGEST, check_memory, is_compressed, predicted_seconds, resolved_bem
+from .choice import LARGEST, check_memory, compressed_memory, is_compressed, predicted_seconds, resolved_bem
 from .discrete.discretise import Discrete
 from .discrete.load_states import body_motions
 from .trust.meshes import check_meshes, check_stiffness
@@ -30,8 +30,9 @@ SAFE = 0.1
 """Of it: compressed operators that come nearer are replaced by dense ones."""
 FORMED = 1000
 """Contact unknowns up to which S of a compressed body is formed, where T alone does not find the sets of contact."""
-Announce = Callable[[int, int, float], Callable[[float], None]]
-"""Called with nodes, unknowns, predicted seconds; what it returns is called with the share of the matrix that is built."""
+Announce = Callable[[int, int, float, float], Callable[[float], None]]
+"""Called with nodes, unknowns, predicted seconds and bytes; what it returns is called with the share of the matrix that is
+built."""
 
 
 def silent(share: float) -> None:
@@ -63,20 +64,14 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
     check_stiffness([body.name for body in posed], [body.material.young_modulus for body in posed])
     long = check_meshes([body.name for body in posed], meshes)
     discrete.warnings += [text for text in long if text not in discrete.warnings]
-    progress: Callable[[float], None] = silent
-    if announce is not None:
-        nodes, unknowns = sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes)
-        progress = announce(nodes, unknowns, sum(predicted_seconds(bem, mesh) for mesh in meshes))
+    progress = _announced(discrete, bem, announce)
     if discrete.problem.method.formulation == "full":
         bodies: list[ElasticBody | None] = [_full(discrete, bem, comm)]
     else:
         bodies = [_compressed(discrete, b, bem, comm, progress) for b in range(len(meshes))]
     dense = [b for b, body in enumerate(bodies) if body is None]
     rank, size = comm.getRank(), comm.getSize()
-    contact = [data.contact_directions.size for data in discrete.data]
-    total = discrete.data[0].contact_shape[1] * sum(len(interface.nodes) for interface in discrete.interfaces)
-    check_memory([meshes[b].x.size for b in dense], [contact[b] for b in dense], total if dense else 0,
-                 size if len(bodies) > 1 else 1)  # fmt: skip
+    check_memory(*_sizes(discrete, dense), size if len(bodies) > 1 else 1)
     if size == 1 or len(bodies) == 1:
         for b in dense:
             bodies[b] = eliminated_alone(discrete, b, comm)
@@ -94,6 +89,26 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
 
         join = joined
     return BodiesSystem(found, discrete.interfaces, x, centres, comm, cases, join)
+
+
+def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Callable[[float], None]:
+    """Refuse what does not fit the machine, and tell the size of what does."""
+    meshes = discrete.meshes
+    small = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
+    large = sum(compressed_memory(mesh, len(discrete.data[b].contact_nodes))
+                for b, mesh in enumerate(meshes) if b not in small)  # fmt: skip
+    needed = check_memory(*_sizes(discrete, small), compressed=large)
+    if announce is None:
+        return silent
+    seconds = sum(predicted_seconds(bem, mesh) for mesh in meshes)
+    return announce(sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes), seconds, needed)
+
+
+def _sizes(discrete: Discrete, some: list[int]) -> tuple[list[int], list[int], int]:
+    """Unknowns of some bodies, those in contact, and those of all contacts."""
+    directions = discrete.data[0].contact_shape[1] * sum(len(interface.nodes) for interface in discrete.interfaces)
+    return ([discrete.meshes[b].x.size for b in some], [discrete.data[b].contact_directions.size for b in some],
+            directions if some else 0)  # fmt: skip
 
 
 def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Array]:

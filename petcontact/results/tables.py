@@ -21,6 +21,11 @@ from .records import StepResult
 Table = dict[str, Any]
 """Columns by name, all of one length."""
 AXES = "xyz"
+STRESSES = {
+    2: ("sigma_xx", "sigma_yy", "sigma_xy"),
+    3: ("sigma_xx", "sigma_yy", "sigma_zz", "sigma_xy", "sigma_xz", "sigma_yz"),
+}
+"""Components of the stress by the number of dimensions."""
 
 
 def named(name: str, values: Any) -> Table:
@@ -51,7 +56,7 @@ def pairs_table(solution: SolutionData, step: StepResult) -> Table:
 
 
 def boundary_table(solution: SolutionData, step: StepResult) -> Table:
-    """All nodes of all bodies: place, outward normal, quadrature weight, displacement and traction."""
+    """All nodes of all bodies: place, outward normal, quadrature weight, displacement, traction and stress."""
     parts: list[Table] = []
     for name, mesh in solution.meshes.items():
         found = step.bodies[name]
@@ -59,6 +64,7 @@ def boundary_table(solution: SolutionData, step: StepResult) -> Table:
             "body": np.full(mesh.n_nodes, name), "part": np.array(mesh.part_names)[mesh.node_part],
             "node": np.arange(mesh.n_nodes), **named("", mesh.x), **named("n", mesh.normal), "weight": mesh.weight,
             **named("u", found.u), **named("t", found.traction),
+            **dict(zip(STRESSES[mesh.dim], solution.stress_on_boundary(name, step).T, strict=True)),
         })  # fmt: skip
     return _below(parts)
 

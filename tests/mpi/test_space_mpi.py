@@ -50,3 +50,50 @@ def test_ranks_share_an_h_matrix(tmp_path: Path) -> None:
             found.append((file["boundary/u"][()], file["contact/sigma_t"][()]))
     for one, other in zip(*found, strict=True):
         np.testing.assert_allclose(other, one, atol=1e-4 * np.abs(one).max())
+
+
+BLOCKS = """
+[bem]
+mat_type = "hmatrix"
+hmatrix_tol = 1e-5
+[[body]]
+name = "lower"
+material = { young_modulus = 1.0, poisson_ratio = 0.3 }
+geometry = { shape = "box", lower = [-1, -1, -1], upper = [1, 1, 0] }
+mesh = { element_size = 0.5, order = 1 }
+[[body.boundary]]
+part = "bottom"
+condition = "displacement"
+value = [0.0, 0.0, 0.0]
+[[body]]
+name = "upper"
+material = { young_modulus = 3.0, poisson_ratio = 0.3 }
+geometry = { shape = "box", lower = [-1, -1, 0], upper = [0.8, 0.9, 1] }
+mesh = { element_size = 0.41, order = 1 }
+[[body.boundary]]
+part = "top"
+condition = "traction"
+value = [0.002, 0.0, -0.01]
+[[contact]]
+name = "pair"
+secondary = "upper.bottom"
+primary = "lower.top"
+friction_coefficient = 0.4
+"""
+
+
+def test_ranks_share_the_matrices_of_two_bodies(tmp_path: Path) -> None:
+    """One of them is held by contact only, on panels that do not match."""
+    found = []
+    (tmp_path / "blocks.toml").write_text(BLOCKS)
+    for ranks in (1, 3):
+        output = tmp_path / f"{ranks}.h5"
+        done = launch.run(
+            ranks, "-m", "petcontact", "solve", str(tmp_path / "blocks.toml"), "-o", str(output), "--no-figures"
+        )
+        assert done.returncode == 0, done.stderr
+        with h5py.File(output) as file:
+            pair = file["steps/1/contact/pair"]
+            found.append((pair["pressure"][()], pair["sigma_t"][()], file["steps/1/body/upper/u"][()]))
+    for one, other in zip(*found, strict=True):
+        np.testing.assert_allclose(other, one, atol=1e-4 * np.abs(one).max())

@@ -105,7 +105,7 @@ SMALLEST = {
     "drawings": "-o {folder}",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
-LONG = {"verify": "--h 1.6", "attack": "--quick"}
+LONG = {"package": "--build-only", "verify": "--h 1.6", "attack": "--quick"}
 NEED_MORE = {"docs", "compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and words are looked at."""
 
@@ -137,6 +137,12 @@ def test_the_smallest_size_of_long_ones(script):
 @pytest.mark.parametrize("script", sorted(NEED_MORE))
 def test_help_of_what_needs_more(script):
     assert "usage: " in measured(script, "--help")
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning_or_a_broken_link(tmp_path):
+    pytest.importorskip("mkdocs")
+    assert "0 links or pictures that lead nowhere" in measured("docs", f"-o {tmp_path / 'site'}")
 
 
 # --- scripts/setup
@@ -385,7 +391,11 @@ def test_slurm_script_sweeps_over_all_tasks_from_the_spool(ready, tmp_path):
     petcontact = str(ready / ".venv-pypi/bin/petcontact")
     assert done.stdout.splitlines() == ["mpiexec", "-n", "12", petcontact, "sweep", "tables.toml", "-o", "out"]
     task = {f"SLURM_ARRAY_TASK_{key}": value for key, value in {"ID": "6", "MIN": "2", "MAX": "10", "STEP": "4"}.items()}
-    array = call(spooled, "--pypi", "tables.toml", env={**os.environ, **job, **task}, cwd=tmp_path)
+    single = call(spooled, "--pypi", "solve", "a.toml", "-o", "a.h5", env={**os.environ, **job}, cwd=tmp_path)
+    assert single.stdout.splitlines() == ["mpiexec", "-n", "12", petcontact, "solve", "a.toml", "-o", "a.h5"]
+    refused = call(spooled, "--pypi", "solve", "a.toml", env={**os.environ, **job, **task}, cwd=tmp_path)
+    assert refused.returncode == 2 and "a solve is one job" in one_line(refused.stderr)
+    array = call(spooled, "--pypi", "sweep", "tables.toml", env={**os.environ, **job, **task}, cwd=tmp_path)
     assert array.stdout.splitlines()[-3:] == ["tables.toml", "--part", "2/3"]
     refused = call(spooled, "tables.toml", env={**os.environ, **job, "SLURM_SUBMIT_DIR": str(tmp_path)})
     assert refused.returncode == 2

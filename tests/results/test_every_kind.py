@@ -5,12 +5,15 @@ from __future__ import annotations
 import tomllib
 from pathlib import Path
 
+import h5py
 import numpy as np
 import pytest
 
 from petcontact import InputError, read_result, solve
 from petcontact.commands.main import main
 from petcontact.model.case import load, parse_problem
+from petcontact.results.tables import boundary_table
+from petcontact.results.verdict.peaks import stress_peaks
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 LARGER = """
@@ -105,6 +108,31 @@ def test_every_command_takes_the_file(solution, tmp_path, monkeypatch, capsys):
     assert main(["field", "r.h5", "--grid", grid, "--boundary", "b.vtu", "--figure", "f.png"]) == 0, capsys.readouterr().err
     assert Path("f.png").exists() and len(list(tmp_path.glob("b*.vtu"))) == len(solution.meshes)
     assert list(tmp_path.glob("r*.vtu"))
+
+
+def test_stress_on_the_boundary(solution, tmp_path):
+    """At nodes as at the same points by coordinates; with the normal it is the traction; in file, table and verdict."""
+    solution.save(tmp_path / "r.h5")
+    count = len(solution.steps)
+    for name, mesh in solution.meshes.items():
+        stress, some = solution.stress_on_boundary(name), np.arange(0, mesh.n_nodes, max(1, mesh.n_nodes // 9))
+        size = np.abs(stress).max()
+        assert np.abs(solution.stress_at(mesh.x[some], name) - stress[some]).max() < 1e-9 * size
+        tensor = solution.state_at(mesh.x[some], name).tensor[:, : mesh.dim, : mesh.dim]
+        traction = np.einsum("nij,nj->ni", tensor, mesh.normal[some])
+        assert np.abs(traction - solution.bodies[name].traction[some]).max() < 1e-9 * size
+        with h5py.File(tmp_path / "r.h5") as file:
+            assert np.array_equal(file[f"steps/{count}/body/{name}/stress"], stress)
+    table = boundary_table(solution, solution.last)
+    assert np.array_equal(table["sigma_xy"], np.concatenate([
+        solution.stress_on_boundary(name)[:, 2 if mesh.dim == 2 else 3] for name, mesh in solution.meshes.items()
+    ]))  # fmt: skip
+    peaks = stress_peaks(solution)
+    assert set(peaks) == {"von Mises", "first principal"} and "  peak von Mises stress: " in solution.verdict()
+    for name, values in (("von Mises", "von_mises"), ("first principal", "first_principal")):
+        peak = peaks[name]
+        found = solution.state_at(peak.place[None], peak.body, peak.step, peak.part)
+        assert peak.value == pytest.approx(getattr(found, values)[0], rel=1e-6)
 
 
 def test_pictures_on_given_axes(solution):

@@ -15,7 +15,7 @@ Where nodes stick u = o and y is the traction; where they are open y is u, and t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -62,11 +62,18 @@ class Relation:
         both = np.concatenate([n_v, n_sigma / scale[:, None, None]], axis=1)
         size = np.sqrt(np.sum(both**2, axis=1, keepdims=True))
         both /= np.where(size > 0.0, size, 1.0)
-        # the orthonormal basis that is nearest, so that y keeps to its directions
-        slanted = np.abs(np.einsum("mij,mil->mjl", both, both) - np.eye(k)).max(axis=(1, 2)) > 1e-14
-        left, _, right = np.linalg.svd(both[slanted], full_matrices=False)
-        both[slanted] = left @ right
+        # bases that are alike: V + W as near the identity as can be, as it is where nodes stick or are open
+        slanted = np.abs(both[:, :k] + both[:, k:] - np.eye(k)).max(axis=(1, 2)) > 0.0
+        basis = np.linalg.svd(both[slanted], full_matrices=False)[0]
+        left, _, right = np.linalg.svd(basis[:, :k] + basis[:, k:])
+        both[slanted] = basis @ (left @ right).transpose(0, 2, 1)
         return cls(v_0, sigma_0, both[:, :k], both[:, k:])
+
+    def nearest(self, v: Array, scale: Array) -> Relation:
+        """The same law from its v_0 that is nearest to some v (M, k): what is open is not a load."""
+        eta = np.einsum("mji,mj->mi", self.of_v, v - self.v_0)
+        sigma = scale[:, None] * np.einsum("mij,mj->mi", self.of_sigma, eta)
+        return replace(self, v_0=self.v_0 + np.einsum("mij,mj->mi", self.of_v, eta), sigma_0=self.sigma_0 + sigma)
 
     @property
     def basis(self) -> Array:

@@ -21,6 +21,8 @@ from .preconditioner import Preconditioner
 from .rows import BodyRows
 
 RESTART = 200
+LEAST = 1e-8
+"""Size of a body's solution, over the largest, that counts as none."""
 
 
 class MixedEquations:
@@ -40,7 +42,7 @@ class MixedEquations:
     iterations, reason : int
         Of the last Krylov solve.
     defect : float
-        Residual that the last solve left, relative to the right-hand side.
+        Residual that the last solve left, of each body relative to its solution.
     """
 
     def __init__(self, rows: Sequence[BodyRows], coupling: Coupling, comm: Any) -> None:
@@ -53,6 +55,7 @@ class MixedEquations:
         self._order = np.concatenate([span for of_rank in spans for span in of_rank])
         self._counts = np.array([sum(map(len, of_rank)) for of_rank in spans])
         self._mine, self._is_last = np.concatenate(spans[self.rank]), self.rank == ranks - 1
+        self._weight = np.ones(coupling.size)
         self.ends = np.cumsum([0, *(body.motions.shape[1] for body in rows)])
         """First motion of each body among those of all."""
         n, r = coupling.size, int(self.ends[-1])
@@ -95,16 +98,23 @@ class MixedEquations:
     ) -> State:
         """The solution near one before.
 
-        The Krylov method reduces the residual at the start to `forcing` of it, but not below rtol of the right-hand side.
+        The Krylov method reduces the residual at the start to `forcing` of it, but not below rtol of the solution's size.
         """
         preconditioner = preconditioner or self._laws
         relation, count = posed.expansion.relation, posed.balance.count
         known, sigma = self.coupling.known(relation, posed.offset)
         known -= posed.factors
-        right = self._residual(posed, known, sigma, np.zeros(self.coupling.size + count))
         x = self._start(posed, start)
+        sizes, rest = self._sizes(start.z), np.zeros(self.coupling.size + count)
+        if not sizes.all():
+            self._weight[:] = 1.0
+            right = self.whole(self._residual(posed, known, sigma, rest))
+            sizes = np.where(sizes > 0.0, sizes, self._sizes(right))
+        # each body's residual is one over its own size, however stiff others are
+        sizes = np.maximum(sizes, LEAST * sizes.max()) if sizes.any() else np.ones(len(sizes))
+        self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))
         left = self._residual(posed, known, sigma, x)
-        scale, size = self._norm(right), self._norm(left)
+        scale, size = float(np.sqrt(len(sizes))), self._norm(left)
         target = max(rtol * scale, forcing * size)
         self.iterations = 0
         if size > target:
@@ -114,7 +124,7 @@ class MixedEquations:
                 self._border = self._eliminated()
             x += self._krylov(left, target, count)
             size = target
-        self.defect = size / scale if scale > 0.0 else 0.0
+        self.defect = size / scale
         return self._state(posed, known, sigma, x)
 
     def _start(self, posed: Posed, start: State) -> Array:
@@ -159,7 +169,7 @@ class MixedEquations:
         rows, border = self._left(posed, x, known, sigma)
         balance = posed.balance
         wanted = np.concatenate([-balance.load, balance.amplitude]) * self._border_scale(balance)
-        return self._local(posed.rows - rows, wanted - border)
+        return self._local(self._weight[self._mine] * (posed.rows - rows), wanted - border)
 
     def _left(self, posed: Posed, x: Array, known: Array | float = 0.0, sigma: Array | float = 0.0) -> tuple[Array, Array]:
         unknowns, beside = self._split(x)
@@ -186,6 +196,7 @@ class MixedEquations:
         """Of the rows of rigid motions: as large as all those of contact together."""
         root = np.sqrt(len(self.coupling.scale))
         each = np.abs(balance.resultant).sum(axis=(1, 2)) * self.coupling.scale.mean()
+        root = root * float(self._weight.min())
         return np.asarray(root * np.concatenate([1.0 / np.where(each > 0.0, each, 1.0), np.ones(len(balance.amplitude))]))
 
     # -- Krylov -------------------------------------------------------------------------------------------------------
@@ -218,7 +229,8 @@ class MixedEquations:
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
         """The matrix of type python, as PETSc calls it."""
         assert self._used is not None
-        y.setArray(self._local(*self._left(self._used[0], self.whole(x.getArray(readonly=True)))))
+        rows, border = self._left(self._used[0], self.whole(x.getArray(readonly=True)))
+        y.setArray(self._local(self._weight[self._mine] * rows, border))
 
     def apply(self, pc: Any, x: Any, y: Any) -> None:
         """The preconditioner of type python."""
@@ -226,7 +238,7 @@ class MixedEquations:
         posed, preconditioner = self._used
         r, (columns, inverse) = self.whole(x.getArray(readonly=True)), self._border
         n = self.coupling.size
-        z = preconditioner.solve(r[:n], self._product)
+        z = preconditioner.solve(r[:n] / self._weight, self._product)
         beside = inverse @ (self._border_of(posed, z, np.zeros(posed.balance.count)) - r[n:])
         y.setArray(self._local((z - columns @ beside)[self._mine], beside))
 
@@ -274,6 +286,10 @@ class MixedEquations:
     def sum(self, values: Array) -> Array:
         """The sum over the ranks."""
         return values if self._mpi is None else np.asarray(self._mpi.allreduce(values))
+
+    def _sizes(self, x: Array) -> Array:
+        """Norms of each body's part of a whole vector."""
+        return np.asarray(np.sqrt(np.add.reduceat(x[: self.coupling.size] ** 2, self.coupling.first[:-1])))
 
     def _norm(self, own: Array) -> float:
         return float(np.sqrt(self.sum(np.array([own @ own]))[0]))

@@ -110,7 +110,7 @@ class JointBodies:
         coupling = self.equations.coupling
         if np.any(soft):
             v_0, n_v = v_0 - soft * sigma_0, n_v - np.asarray(soft)[:, :, None] * n_sigma
-        relation = Relation.of(v_0, sigma_0, n_v, n_sigma, coupling.scale)
+        relation = Relation.of(v_0, sigma_0, n_v, n_sigma, coupling.scale).nearest(offset, coupling.scale)
         posed = Posed(coupling.expansion(relation, balance.motion), offset, *self.equations.loads(shares), balance)
         if start is not None:
             return self.equations.solve(posed, start, rtol, forcing)

@@ -39,7 +39,9 @@ class _SolvedCompliance(ContactCompliance):
 
     def apply(self, sigma: Array) -> Array:
         """The product S σ, by one solve."""
-        return self._joint.under(sigma).v + self.soft * sigma
+        state, equations = self._joint.under(sigma), self._joint.equations
+        self.ksp_iterations, self.ksp_reason = equations.iterations, equations.reason
+        return state.v + self.soft * sigma
 
     def matrix(self) -> Array:
         """S, a solve a column: for tests."""
@@ -141,15 +143,16 @@ class MonolithicSystem(ComposedSystem):
         slack[linearised.stick | ~linearised.active] = 0.0
         n_v = slack + np.eye(k) * ~linearised.active[:, None, :]
         v_0 = np.where(linearised.active & ~linearised.stick, linearised.constant / rho, 0.0)
-        # sets that no longer change are solved on to the end
+        # more of it pays where sets no longer change
         again = self._states is not None and np.array_equal(self._states, linearised.states)
         self._states = linearised.states
+        wanted = min(tolerance, self._joint.tolerance)
         state = self._joint.related(
             n_v, n_sigma, v_0, linearised.constant, offset=self._offset, shares=self._shares,
-            balance=self._joint.balance(self.modes, constraint), rtol=INNER * min(tolerance, self._joint.tolerance),
-            forcing=0.0 if again else FORCING, soft=self._soft,
+            balance=self._joint.balance(self.modes, constraint), rtol=INNER * wanted,
+            forcing=FORCING**2 if again else FORCING, soft=self._soft,
         )  # fmt: skip
-        self.defect = self._joint.equations.defect
+        self.defect = self._joint.equations.defect * tolerance / wanted
         v = state.v + self._soft * state.sigma
         moved = v if self.modes is None else v - self.modes.motion @ state.alpha
         self._known, self._change = (state.sigma, moved - self.u_0), None

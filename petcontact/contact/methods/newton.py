@@ -141,8 +141,12 @@ def _first_guess(
 ) -> Guess:
     base = system.u_0
     stuck = everywhere(base, law, 0.0)
-    if iteration.start is not None:
-        v, sigma = iteration.start
+    start = iteration.start
+    if start is None and isinstance(system, MonolithicSystem) and system.modes is None and len(law.groups) > 1:
+        # nodes that do not meet without contact need not be solved for, nor preconditioned, as closed ones
+        start = base, np.zeros_like(base)
+    if start is not None:
+        v, sigma = start
         return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
     if system.modes is not None and not system.modes.load.any() and not law_residual(law, base, 0.0 * base, 1.0).any():
         return base, 0.0 * base, base       # nothing is loaded and nothing touches: no motion is the least

@@ -18,9 +18,9 @@ KINDS = {
 HEAD = """# Verification manual
 
 Published cases and closed forms, each solved by petcontact, on a page of its own: problem, reference with its uncertainty
-and source, mesh, tested values, pictures. `scripts/verification` solves them again and writes these pages; a quick subset is
-part of the tests (`tests/verification/test_cases.py`). Cases that cannot be posed, and values outside of their tolerance,
-are listed like all others.
+and source, mesh, tested values, pictures. `scripts/verification` solves them again and writes these pages; a quick subset
+is part of the tests (`tests/verification/cases/test_cases.py`). Cases that cannot be posed, and values outside of their
+tolerance, are listed like all others.
 
 A ratio is computed / target. A tolerance is relative; that of an error, whose target is 0, absolute. It is what the
 reference deserves: 3 to 15 % where codes differ by that, 1 % where a closed form is that of half planes and the bodies are

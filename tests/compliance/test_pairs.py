@@ -1,0 +1,150 @@
+"""Bodies in space on H-matrices against dense ones: every law, motions of bodies and obstacles, faces that do not match."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from petcontact import InputError, solve
+from petcontact.compliance.body.dense import DenseBody
+from petcontact.compliance.hierarchical.body import HierarchicalBody
+from petcontact.model.case import parse_problem
+from petcontact.pipeline import choice
+from petcontact.pipeline.run import prepare
+
+TOLERANCE = 1e-5
+
+
+def box(name, lower, upper, size, young, *conditions, **more):
+    return {"name": name, "material": {"young_modulus": young, "poisson_ratio": 0.3}, "boundary": list(conditions),
+            "geometry": {"shape": "box", "lower": lower, "upper": upper}, "mesh": {"element_size": size, "order": 1}, **more}
+
+
+def held(part, value):
+    return {"part": part, "condition": "displacement", "value": value}
+
+
+def loaded(part, value):
+    return {"part": part, "condition": "traction", "value": value}
+
+
+def blocks(young=1.0, **contact):
+    """Two blocks with a gap, pressed, then pushed."""
+    pressed, pushed = [0.0, 0.0, -0.02], [0.01, 0.0, -0.02]
+    return {
+        "body": [box("lower", [-1, -1, -1], [1, 1, 0], 0.5, young, held("bottom", [0.0, 0.0, 0.0])),
+                 box("upper", [-1, -1, 0], [1, 1, 1], 0.5, 1.0, held("top", pressed))],
+        "contact": [{"name": "pair", "secondary": "lower.top", "primary": "upper.bottom", "gap": "0.05*(x**2 + y**2)",
+                     **contact}],
+        "method": {"tolerance": 1e-7},
+        "step": [{"name": "press"}, {"name": "push", "boundary": [{"body": "upper", "part": "top", "value": pushed}]}],
+    }  # fmt: skip
+
+
+def floating():
+    """A stack of three that contact holds, on panels that do not match, with a point force and weight."""
+    force = {"at": [0.1, 0, 0.3], "force": [0.001, 0, -0.004]}
+    middle = box("middle", [-1, -1, 0], [1, 1, 0.6], 0.6, 3.0, point_force=[force])
+    top = box("top", [-0.8, -0.7, 0.6], [0.7, 0.8, 1.2], 0.41, 2.0, loaded("top", [0.001, 0.0, -0.01]))
+    bottom = box("bottom", [-1, -1, -0.6], [1, 1, 0], 0.6, 1.0, held("bottom", [0.0, 0.0, 0.0]))
+    return {
+        "body": [bottom, middle, {**top, "loads": {"force": [0.0, 0.0, -0.002]}}],
+        "contact": [{"name": "one", "secondary": "middle.bottom", "primary": "bottom.top", "friction_coefficient": 0.4},
+                    {"name": "two", "secondary": "top.bottom", "primary": "middle.top", "friction_coefficient": 0.3}],
+    }  # fmt: skip
+
+
+def punched():
+    """A rigid punch, round below, that its force presses and draws and that may tilt."""
+    punch = {"name": "punch", "displacement": ["free"] * 3, "rotation": ["free", "free", 0.0], "force": [0.001, 0.0, -0.02],
+             "centre": [0.0, 0.0, 1.0]}  # fmt: skip
+    contact = {"name": "one", "secondary": "block.top", "primary": "punch", "friction_coefficient": 0.4,
+               "gap": "0.05*(x**2 + y**2)"}  # fmt: skip
+    block = box("block", [-1, -1, -1], [1, 1, 0], 0.5, 1.0, held("bottom", [0.0, 0.0, 0.0]))
+    return {"body": [block], "obstacle": [punch], "contact": [contact]}
+
+
+def on_ground():
+    """A block that lies on rigid ground and is pushed by less than friction holds; one that slides on rollers beside it."""
+    ground = {"part": "bottom", "condition": "contact", "normal": "unilateral", "friction_coefficient": 0.5}
+    free = box("free", [0, 0, 0], [1, 1, 1], 0.5, 1.0, ground, loaded("top", [0.002, 0.0, -0.01]))
+    roller, pressed = held("left", [0.0, "free", "free"]), loaded("top", [0.0, 0.0, -0.02])
+    return {"body": [free, box("half", [2, 0, 0], [3, 1, 1], 0.5, 2.0, ground, roller, pressed)]}
+
+
+CASES = {
+    "Coulomb": lambda: blocks(friction_coefficient=0.3), "stiff": lambda: blocks(1e4, friction_coefficient=0.3),
+    "Tresca": lambda: blocks(1e-2, friction_bound=0.0005), "frictionless": lambda: blocks(),
+    "bonded": lambda: blocks(normal="bonded"), "floating": floating, "punch": punched, "ground": on_ground,
+    "worn": lambda: blocks(friction_coefficient=0.3, wear_coefficient=5.0),
+}  # fmt: skip
+
+
+def solved(data, **changes):
+    return solve(parse_problem(data, "test", {key.replace("__", "."): value for key, value in changes.items()}, Path()))
+
+
+SLOW = ("stiff", "frictionless", "worn")
+
+
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * (name in SLOW)) for name in CASES])
+def test_bodies_are_solved_as_on_dense_operators(name):
+    """The same sets, and everything to some ten times the tolerance of the compression, each body by its own size."""
+    dense = solved(CASES[name](), bem__mat_type="dense")
+    found = solved(CASES[name](), bem__mat_type="hmatrix", bem__hmatrix_tol=TOLERANCE)
+    assert dense.converged and found.converged, (dense.reason, found.reason)
+    assert "hmatrix" in found.info["solver"] and found.info["motions"] == dense.info["motions"]
+    for step, other in zip(found.steps, dense.steps, strict=True):
+        assert max(step.history.ksp_iterations) <= 20 and step.residuals["balance"] <= 1e-6
+        for key, pair in other.pairs.items():
+            size = np.abs(pair.pressure).max()
+            assert np.array_equal(step.pairs[key].state, pair.state)
+            assert np.abs(step.pairs[key].force - pair.force).max() <= 10 * TOLERANCE * np.abs(pair.force).max()
+            for values in ("pressure", "sigma_t", "wear"):
+                if getattr(pair, values) is not None:
+                    wanted = getattr(pair, values)
+                    most = size if values != "wear" else np.abs(wanted).max() + 1e-12
+                    assert np.abs(getattr(step.pairs[key], values) - wanted).max() <= 20 * TOLERANCE * most, values
+        for key, body in other.bodies.items():
+            assert np.abs(step.bodies[key].u - body.u).max() <= 10 * TOLERANCE * np.abs(body.u).max()
+        for key, obstacle in other.obstacles.items():
+            moved = step.obstacles[key].displacement
+            assert moved == pytest.approx(obstacle.displacement, abs=10 * TOLERANCE * np.abs(obstacle.displacement).max())
+
+
+def test_one_body_is_dense_and_the_other_compressed(monkeypatch):
+    monkeypatch.setattr(choice, "SMALLEST_SURFACE", 230)
+    data = blocks(friction_coefficient=0.3)
+    data["body"][1]["mesh"]["element_size"] = 1.0
+    prepared = prepare(parse_problem(data, "test", {}, Path()))
+    assert [type(body) for body in prepared.system.bodies] == [HierarchicalBody, DenseBody]
+    prepared.close()
+    mixed = solved(data, bem__hmatrix_tol=TOLERANCE)
+    dense = solved(data, bem__mat_type="dense")
+    assert "dense" in mixed.info["solver"] and "hmatrix" in mixed.info["solver"]
+    wanted = dense.pairs["pair"]
+    assert np.abs(mixed.pairs["pair"].pressure - wanted.pressure).max() <= 20 * TOLERANCE * wanted.pressure.max()
+
+
+def test_a_part_that_is_a_secondary_twice_is_refused():
+    data = blocks()
+    again = {**data["contact"][0], "name": "again", "primary": "wall"}
+    data |= {"contact": [data["contact"][0], again], "obstacle": [{"name": "wall"}]}
+    with pytest.raises(InputError, match=r"^bem\.mat_type: compressed bodies in space can be secondary once") as caught:
+        solved(data, bem__mat_type="hmatrix")
+    assert "\n" not in str(caught.value)
+
+
+def test_bodies_that_do_not_fit_the_machine_together_are_refused(monkeypatch):
+    monkeypatch.setattr(choice, "physical_memory", lambda: 1e6)
+    with pytest.raises(InputError, match=r"^mesh: the compressed operators of all bodies take about .* GB, this"):
+        solved(blocks(), bem__mat_type="hmatrix")
+
+
+def test_loads_that_nothing_holds_are_named():
+    data = on_ground()
+    data["body"][0]["boundary"][1]["value"] = [0.008, 0.0, -0.01]
+    found = solved(data, bem__mat_type="hmatrix")
+    assert not found.converged and "body 'free' cannot be held: the load pushes it along +x" in found.reason
