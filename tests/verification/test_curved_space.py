@@ -160,6 +160,6 @@ def test_a_sphere_by_its_shape(tmp_path: Path) -> None:
     assert solution.converged and mesh.n_elements == 96
     assert abs(mesh.weight.sum() / (4.0 * np.pi) - 1.0) < 1e-4
     pressed = pair.pressure > 0.0
-    assert np.all(np.linalg.norm(pair.x[pressed, :2], axis=1) < 0.35) and 4 <= np.count_nonzero(pressed)
+    assert np.all(np.linalg.norm(pair.x[pressed, :2], axis=1) < 0.35) and np.count_nonzero(pressed) >= 4
     resultant = np.sum(mesh.weight[:, None] * solution.last.bodies["ball"].traction, axis=0)
     assert np.abs(resultant).max() < 2e-2 * float(pair.weight @ pair.pressure)
