@@ -48,14 +48,17 @@ class Sites:
 
 
 def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> list[StepResult]:
-    """The increments of the steps from one to another, the last time they were done; of all steps by default.
+    """The increments of the steps from one to another, the last time they were done; by default of the problem's cycle, or
+    of all steps.
 
     Raises
     ------
     InputError
         If there are no such steps, in this order, or fewer than two increments of them.
     """
-    names = [step.name for step in solution.problem.step]
+    names, cycle = [step.name for step in solution.problem.step], solution.problem.cycle
+    if first is None and last is None and cycle is not None:
+        first, last = cycle.first, cycle.last
     numbers = []
     for option, name, default in (("--first", first, 1), ("--last", last, max(len(names), 1))):
         if name is not None and name not in names:

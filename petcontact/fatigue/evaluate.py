@@ -68,7 +68,7 @@ def fatigue(
     solution : Solution
     parameter : {"smith-watson-topper", "findley", "crossland", "dang-van", "ruiz-1", "ruiz-2"}
     first, last : str, optional
-        Names of the steps that the cycle begins and ends with; all steps by default.
+        Names of the steps that the cycle begins and ends with; by default those of `[cycle]`, or all steps.
     depth : float
         How far below the surface, too, next to contact; 0 for the surface alone [length].
     sensitivity : float, optional

@@ -11,9 +11,9 @@ from importlib.resources import files
 from importlib.resources.abc import Traversable
 
 ORDER = (
-    "tutorial", "recipes", "config", "contact", "loads", "wear", "space", "operators", "methods", "options", "sweeps",
-    "fields", "fatigue", "export", "python", "paper", "verification", "cases", "accuracy", "speed", "reliability",
-    "gallery", "glossary", "extending", "changes",
+    "tutorial", "installing", "recipes", "config", "contact", "loads", "wear", "space", "operators", "methods",
+    "options", "sweeps", "fields", "fatigue", "export", "python", "paper", "verification", "cases", "accuracy",
+    "speed", "reliability", "gallery", "glossary", "extending", "changes",
 )  # fmt: skip
 SUFFIX = ".md"
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import difflib
+import inspect
 import stat
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, dataclass_transform
 
@@ -14,7 +15,6 @@ import pydantic_core
 
 from ..arrays import LARGEST_COORDINATE, LARGEST_NUMBER
 from ..errors import InputError
-from ..runtime.petsc_options import refused_in_config
 
 if TYPE_CHECKING:
     from pydantic._internal._model_construction import ModelMetaclass
@@ -72,25 +72,6 @@ def something(value: tuple[float, ...] | None) -> tuple[float, ...] | None:
     return value
 
 
-def _option(value: Any) -> bool | int | float | str:
-    if isinstance(value, (bool, int, float, str)):
-        return value
-    raise ValueError("must be text, a number or true/false")
-
-
-def _option_name(name: Any) -> str:
-    if isinstance(name, str) and name[:1].isalpha() and name.isascii() and name.replace(".", "_").isidentifier():
-        return name
-    raise ValueError("must be the name of a PETSc option without its dash")
-
-
-def checked_options(table: Mapping[str, bool | int | float | str]) -> dict[str, bool | int | float | str]:
-    """Options of PETSc that a config may set."""
-    if reason := refused_in_config(table):
-        raise ValueError(reason)
-    return dict(table)
-
-
 def one_of(names: Collection[str]) -> pydantic.BeforeValidator:
     """Check that a text is one of some names, with the words of a literal."""
 
@@ -110,14 +91,7 @@ Expression = Annotated[
 ]  # fmt: skip
 """A number, or an expression in x, y, nx, ny, s (see `petcontact.model.expressions`); in Python also a function of some of
 these by name, or one value a node of the part."""
-Options = Annotated[
-    dict[
-        Annotated[str, pydantic.BeforeValidator(_option_name)],
-        Annotated[bool | int | float | str, pydantic.BeforeValidator(_option)],
-    ],
-    pydantic.AfterValidator(checked_options),
-]
-"""PETSc options without the leading dash."""
+
 
 
 def _plain(value: Any) -> Any:
@@ -138,6 +112,23 @@ class _OneLine(ModelMetaclass):
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
         kwargs = {name: _plain(value) for name, value in (cls._by_place(args, kwargs) | kwargs).items()}
         return _checked(cls, lambda: super(_OneLine, cls).__call__(**kwargs), kwargs)
+
+    @property
+    def __signature__(cls: Any) -> inspect.Signature:
+        """Fields by place or by name, as values may be given; `help` and editors show it."""
+        kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
+        fields = [(bool(field.kw_only), name, field) for name, field in cls.model_fields.items()]
+        texts = {name: text for base in reversed(cls.__mro__) for name, text in vars(base).get("__annotations__", {}).items()
+                 }  # fmt: skip
+        return inspect.Signature([
+            inspect.Parameter(name, kinds[by_name], default=inspect.Parameter.empty if field.is_required() else
+                              field.get_default(call_default_factory=True), annotation=texts[name])
+            for by_name, name, field in sorted(fields, key=lambda item: item[0])
+        ])  # fmt: skip
+
+    @__signature__.setter
+    def __signature__(cls, value: Any) -> None:
+        """Pydantic's own is of names only."""
 
     def _by_place(cls: Any, values: tuple[Any, ...], named: dict[str, Any]) -> dict[str, Any]:
         """Values without a name, by the fields in their order."""
@@ -315,6 +306,7 @@ def _models_at(cls: Any, loc: list[int | str]) -> list[Any]:
 
 
 def models_in(annotation: Any) -> list[Any]:
+    """The models that an annotation names, over lists and unions."""
     if isinstance(annotation, type) and issubclass(annotation, Model):
         return [annotation]
     return [model for inner in getattr(annotation, "__args__", ()) for model in models_in(inner)]

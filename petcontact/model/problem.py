@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Self
 import pydantic
 import tomli_w
 
-from .base import Model, Options, nearest
+from .base import Model, nearest
 from .bodies import (
     Body,
     Condition,
@@ -26,7 +26,7 @@ from .bodies import (
 from .cycle import Cycle, check_cycle
 from .load_steps import Obstacle, Step, changed_condition, check_step
 from .loads import PointForce, VolumeLoads, check_material
-from .solver_options import Bem, MeshOptions, Method
+from .solver_options import Bem, MeshOptions, Method, Options
 from .summary import html_table, summary
 
 ONE_BODY = "body"

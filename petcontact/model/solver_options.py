@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
 
 import pydantic
 
+from ..runtime.petsc_options import refused_in_config
 from .base import Model, Point, Positive, one_of
 
 METHODS = {
@@ -34,6 +36,35 @@ READ_BY = {
 }
 """Keys of `[method]` that only some methods, or some rules of the projection method, read."""
 Count = Annotated[int, pydantic.Field(ge=0, le=10**9, strict=True)]
+
+
+def _option(value: Any) -> bool | int | float | str:
+    if isinstance(value, (bool, int, float, str)):
+        return value
+    raise ValueError("must be text, a number or true/false")
+
+
+def _option_name(name: Any) -> str:
+    if isinstance(name, str) and name[:1].isalpha() and name.isascii() and name.replace(".", "_").isidentifier():
+        return name
+    raise ValueError("must be the name of a PETSc option without its dash")
+
+
+def checked_options(table: Mapping[str, bool | int | float | str]) -> dict[str, bool | int | float | str]:
+    """Options of PETSc that a config may set."""
+    if reason := refused_in_config(table):
+        raise ValueError(reason)
+    return dict(table)
+
+
+Options = Annotated[
+    dict[
+        Annotated[str, pydantic.BeforeValidator(_option_name)],
+        Annotated[bool | int | float | str, pydantic.BeforeValidator(_option)],
+    ],
+    pydantic.AfterValidator(checked_options),
+]
+"""PETSc options without the leading dash."""
 
 
 class Method(Model):

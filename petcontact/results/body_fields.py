@@ -12,7 +12,7 @@ from ..arrays import Array, Index
 from ..bem.particular.inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError
-from ..fields.boundary.places import located
+from ..fields.boundary.places import ON, located, sizes
 from ..fields.boundary.stress import BoundaryField
 from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, points_in, principal_stresses, von_mises
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -103,6 +103,11 @@ def quantity(state: StressState, name: str) -> Array:
     return np.asarray(np.linalg.norm(state.u, axis=1) if name == "u" else state.u[:, "xyz".index(name[-1])])
 
 
+LAYER = np.array([0.3, 0.4, 0.3, 0.17, 0.11, 0.075])
+"""By the order of an element: depth of the layer under it in which stresses are interpolated, over its half length, in space
+over the distance of its corners from the middle."""
+
+
 @dataclass(frozen=True)
 class BodyFields:
     """What `SolutionData` evaluates of a body after an increment.
@@ -178,6 +183,7 @@ class BodyFields:
         on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
         material = self.problem.body[self.number].material
         u, stress = field_at(self.mesh, *self._data, material, points[inside], progress, outside=outside)
+        self._next_to_boundary(points[inside], stress)
         within = self._whole(points[inside], u, stress, self._loads.at(points[inside]))
         if not len(on):
             return within
@@ -185,6 +191,30 @@ class BodyFields:
         order = np.argsort(np.concatenate([inside, on]), kind="stable")
         return StressState(*(np.concatenate([getattr(within, key), getattr(rim, key)])[order]
                              for key in StressState.__annotations__))  # fmt: skip
+
+    def _next_to_boundary(self, x: Array, stress: Array) -> None:
+        """Replace stresses so near to an element that the jumps between elements show: from the stress on the boundary and
+        those at two points below, by a parabola along the normal. Where these are next to the boundary themselves, as at
+        corners, the stress stays as it is."""
+        layer = LAYER[self.mesh.order] * sizes(self.mesh)
+        element, place = located(self.mesh, x, within=layer)
+        rows = np.flatnonzero((element >= 0) & np.isfinite(stress).all(axis=1))
+        at = self.mesh.variables_at(element[rows], place[rows])
+        foot, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[: self.mesh.dim]]) for n in ("", "n"))
+        depth = layer[element[rows], None]
+        below = np.stack([foot - depth * normal, foot - 2.0 * depth * normal])
+        met = located(self.mesh, below.reshape(-1, self.mesh.dim), within=(1.0 - ON) * layer)[0]
+        free = (met < 0).reshape(2, -1).all(axis=0)
+        rows, foot, depth, below = rows[free], foot[free], depth[free], below[:, free]
+        if not len(rows):
+            return
+        material = self.problem.body[self.number].material
+        under = field_at(self.mesh, *self._data, material, below.reshape(-1, self.mesh.dim), outside=np.nan)[1]
+        first, second = under.reshape(2, len(rows), -1)
+        rim = self._boundary.stress(element[rows], place[rows])
+        s = np.linalg.norm(x[rows] - foot, axis=1)[:, None] / depth
+        found = 0.5 * (1.0 - s) * (2.0 - s) * rim + s * (2.0 - s) * first - 0.5 * s * (1.0 - s) * second
+        stress[rows] = np.where(np.isfinite(found), found, stress[rows])
 
     def _whole(self, x: Array, u: Array, stress: Array, loads: tuple[Array, Array, Array]) -> StressState:
         """With what loads in the body add."""

@@ -70,7 +70,7 @@ def test_a_title_of_any_characters_is_printed_on_one_line_and_drawn(folder, loca
     first, second = done.stdout.splitlines()[:2]
     accented = "é" if locale == "C.UTF-8" else "\\xe9"
     assert first == f"$\\frac{{$ \\x1b[31mred\\n second line {accented}" and second.startswith("  converged")
-    assert len(list(folder.glob("*.png"))) == 5
+    assert len(list(folder.glob("*.png"))) == 7
 
 
 def toml(text):

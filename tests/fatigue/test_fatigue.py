@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from petcontact import (
 )
 from petcontact.commands.main import main
 from petcontact.fatigue.evaluate import fatigue, table
+from petcontact.model.cycle import Cycle
 from petcontact.model.load_steps import BoundaryChange
 
 STEEL = Material(200.0, 0.3)
@@ -99,6 +101,14 @@ def test_fretting_is_worst_at_the_edge_on_the_surface(fretting):
     # equal bodies, pushed to and fro alike: the same from left and right, above and below
     lower, upper = (one.value.max() for one in result.found)
     assert lower == pytest.approx(upper, rel=0.03)
+
+
+def test_a_cycle_of_the_problem_is_the_default(fretting):
+    cycle = Cycle(first="pull", last="push again", count=3)
+    cyclic = replace(fretting, problem=fretting.problem.model_copy(update={"cycle": cycle}))
+    wanted = fatigue(fretting, "ruiz-1", first="pull", last="push again").found[0].value
+    assert np.array_equal(fatigue(cyclic, "ruiz-1").found[0].value, wanted)
+    assert not np.array_equal(fatigue(fretting, "ruiz-1").found[0].value, wanted)
 
 
 def test_the_command(fretting, tmp_path, capsys, monkeypatch):

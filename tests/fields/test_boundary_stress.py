@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from smooth_field import STEEL, boundary_data, exact, meshed
 
-from petcontact import Material, MeshOptions, Polygon
+from petcontact import Box, Contact, Material, MeshOptions, Polygon, Problem
 from petcontact.fields.boundary.gradients import surface_gradient
 from petcontact.fields.boundary.places import best_places, located, nodal_places
 from petcontact.fields.boundary.stress import BoundaryField, components, hooke
@@ -16,6 +16,8 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
+from petcontact.results.body_fields import BodyFields
+from petcontact.results.records import BodyResult
 
 CUBE = BoxSurface(np.full(3, -1.0), np.ones(3))
 SOFT = Material(2.6, 0.3)
@@ -95,6 +97,22 @@ def test_exact_data_on_panels(order, size, bounds):
     for (element, place), bound in zip(places, bounds, strict=True):
         wanted = components(kelvin(at(mesh, element, place))[1])
         assert np.abs(field.stress(element, place) - wanted).max() < bound * np.abs(wanted).max()
+
+
+@pytest.mark.parametrize("depth", [1e-5, 0.005, 0.03])
+def test_next_to_panels_stress_is_as_accurate_as_on_them(depth):
+    """The field of the data as they are has jumps at the panels' edges, with stresses that grow towards these."""
+    mesh = box_mesh(CUBE, lambda part: 0.25, 2, 1.0)
+    u, stress = kelvin(mesh.x)
+    problem = Problem(material=SOFT, geometry=Box((-1, -1, -1), (1, 1, 1)), boundary=[Contact("top")])
+    found = BodyResult(u, np.einsum("nij,nj->ni", stress, mesh.normal))
+    fields = BodyFields(problem, 0, mesh, found, None, np.full(mesh.n_nodes, -1), {1: 1.0})
+    top = np.flatnonzero(mesh.part == mesh.part_names.index("top"))[::5]
+    element, place = everywhere(mesh, 2, np.random.default_rng(0))
+    chosen = np.isin(element, top)
+    x = at(mesh, element[chosen], place[chosen]) - [0.0, 0.0, depth]
+    x = x[np.abs(x[:, :2]).max(axis=1) < 0.9]
+    assert np.abs(fields.at(x).stress - components(kelvin(x)[1])).max() < 4.5e-3 * np.abs(stress).max()
 
 
 def triangles(mesh):

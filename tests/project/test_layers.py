@@ -10,7 +10,7 @@ from import_graph import ImportGraph
 ROOT = Path(__file__).parents[2] / "petcontact"
 LAYERS = (
     "errors arrays native manual", "reference runtime geometry compression", "linalg model", "mesh contact", "bem",
-    "compliance fields refinement", "results", "pipeline", "sweep compare doctor fatigue", "commands",
+    "compliance fields refinement", "results", "pipeline", "sweep compare convert doctor fatigue", "commands",
 )  # fmt: skip
 FRONT = {"", "__main__"}
 """What may name everything: the front door, and the program."""

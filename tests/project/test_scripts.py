@@ -105,7 +105,7 @@ SMALLEST = {
     "drawings": "-o {folder}",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
-LONG = {"verify": "--h 1.6", "attack": "--quick"}
+LONG = {"package": "--build-only", "verify": "--h 1.6", "attack": "--quick"}
 NEED_MORE = {"docs", "compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and words are looked at."""
 
@@ -391,7 +391,11 @@ def test_slurm_script_sweeps_over_all_tasks_from_the_spool(ready, tmp_path):
     petcontact = str(ready / ".venv-pypi/bin/petcontact")
     assert done.stdout.splitlines() == ["mpiexec", "-n", "12", petcontact, "sweep", "tables.toml", "-o", "out"]
     task = {f"SLURM_ARRAY_TASK_{key}": value for key, value in {"ID": "6", "MIN": "2", "MAX": "10", "STEP": "4"}.items()}
-    array = call(spooled, "--pypi", "tables.toml", env={**os.environ, **job, **task}, cwd=tmp_path)
+    single = call(spooled, "--pypi", "solve", "a.toml", "-o", "a.h5", env={**os.environ, **job}, cwd=tmp_path)
+    assert single.stdout.splitlines() == ["mpiexec", "-n", "12", petcontact, "solve", "a.toml", "-o", "a.h5"]
+    refused = call(spooled, "--pypi", "solve", "a.toml", env={**os.environ, **job, **task}, cwd=tmp_path)
+    assert refused.returncode == 2 and "a solve is one job" in one_line(refused.stderr)
+    array = call(spooled, "--pypi", "sweep", "tables.toml", env={**os.environ, **job, **task}, cwd=tmp_path)
     assert array.stdout.splitlines()[-3:] == ["tables.toml", "--part", "2/3"]
     refused = call(spooled, "tables.toml", env={**os.environ, **job, "SLURM_SUBMIT_DIR": str(tmp_path)})
     assert refused.returncode == 2

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 import subprocess
 import sys
 from pathlib import Path
 
+import pydantic
 import pytest
 
 import petcontact
@@ -74,3 +76,14 @@ def test_nothing_heavy_is_imported_before_it_is_used():
     )
     done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=60)
     assert done.stdout.strip() == "[]", done.stdout + done.stderr
+
+
+def test_help_shows_how_a_shape_is_written():
+    """By place first, then what is by name only; defaults as they are."""
+    text = str(inspect.signature(petcontact.Rectangle))
+    assert text.startswith("(lower_left: 'Point', upper_right: 'Point', *, shape:")
+    for name in dir(petcontact):
+        kind = getattr(petcontact, name)
+        if inspect.isclass(kind) and issubclass(kind, pydantic.BaseModel):
+            given = inspect.signature(kind).parameters
+            assert set(given) == set(kind.model_fields) and kind.__doc__, name

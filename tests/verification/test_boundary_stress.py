@@ -36,6 +36,13 @@ def test_a_ring_and_a_hole(problem, between, nodes, tmp_path):
     x = np.column_stack([at["x"], at["y"]])
     stress = problem.exact(x)[1]
     assert np.abs(solution.stress_at(x) - stress).max() < between * np.abs(stress).max()
+    # next to the boundary, too, but for the ends of parts
+    ends = mesh.start[mesh.part != np.roll(mesh.part, 1)]
+    away = np.linalg.norm(x[:, None] - ends, axis=2).min(axis=1) > 0.1
+    normal = np.column_stack([at["nx"], at["ny"]])
+    for depth in (1e-5, 1e-3, 1e-2):
+        under = (x - depth * normal)[away]
+        assert np.abs(solution.stress_at(under) - problem.exact(under)[1]).max() < nodes * np.abs(stress).max()
     solution.save(tmp_path / "r.h5")
     with h5py.File(tmp_path / "r.h5") as file:
         stored = file["boundary/stress"][()]

@@ -19,8 +19,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("result", metavar="RESULT.h5", help="a result file")
     parser.add_argument("--parameter", metavar="NAME", default="smith-watson-topper",
                         help="smith-watson-topper (default), findley, crossland, dang-van, ruiz-1, ruiz-2")  # fmt: skip
-    parser.add_argument("--first", metavar="STEP", help="name of the step that the cycle begins with (default: the first)")
-    parser.add_argument("--last", metavar="STEP", help="name of the step that it ends with (default: the last)")
+    parser.add_argument("--first", metavar="STEP", help="name of the step that the cycle begins with (default: [cycle]'s)")
+    parser.add_argument("--last", metavar="STEP", help="name of the step that it ends with (default: [cycle]'s)")
     parser.add_argument("--depth", metavar="LENGTH", default="0", help="how far below the surface, too (default: 0)")
     parser.add_argument("--sensitivity", metavar="NUMBER", help="k of findley, alpha of crossland and dang-van")
     parser.add_argument("--limit", metavar="STRESS", help="what the parameter may be: the largest value is given over it")

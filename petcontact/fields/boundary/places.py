@@ -19,8 +19,10 @@ ON = 1e-6
 """Points nearer to an element than this share of its size lie on it."""
 
 
-def located(mesh: BoundaryMesh, points: Array, part: str | None = None) -> tuple[Index, Array]:
-    """The elements that points lie on.
+def located(
+    mesh: BoundaryMesh, points: Array, part: str | None = None, within: Array | None = None
+) -> tuple[Index, Array]:
+    """The elements that points lie on, or next to.
 
     Parameters
     ----------
@@ -29,29 +31,39 @@ def located(mesh: BoundaryMesh, points: Array, part: str | None = None) -> tuple
         [length]
     part : str, optional
         Only its elements: says which side of a corner is meant.
+    within : (n_elements,) array, optional
+        How far away from each element a point may be; by default they lie on it [length].
 
     Returns
     -------
     element : (m,) array
-        -1 for points off the boundary. Where elements meet, the one that holds the point better.
+        -1 for points off the boundary; of several the nearest, and where elements meet, the one that holds the point better.
     place : (m,) or (m, 2) array
-        As `Hits` has them.
+        Of the point, or its foot, as `Hits` has them.
     """
     numbers = np.arange(mesh.n_elements)
     if part is not None:
         numbers = numbers[mesh.part == mesh.part_names.index(part)]
     centre, radius = _spheres(mesh)
-    found = scipy.spatial.cKDTree(points).query_ball_point(centre[numbers], (1.0 + ON) * radius[numbers])
+    reach = ON * radius if within is None else within
+    found = scipy.spatial.cKDTree(points).query_ball_point(centre[numbers], (1.0 + ON) * radius[numbers] + reach[numbers])
     counts = np.array([len(rows) for rows in found], dtype=np.int64)
     row = np.array([k for rows in found for k in rows], dtype=np.int64)
     element = np.repeat(numbers, counts)
     place, distance, depth = _on(mesh, element, points[row])
-    kept = np.flatnonzero((distance < ON * radius[element]) & (depth > -ON))
-    kept = kept[np.lexsort((-np.minimum(depth[kept], 1e-3), row[kept]))]
+    kept = np.flatnonzero((distance < reach[element]) & (depth > -ON))
+    # distances on the boundary are round-off
+    far = np.where(distance[kept] < ON * radius[element[kept]], 0.0, distance[kept])
+    kept = kept[np.lexsort((-np.minimum(depth[kept], 1e-3), far, row[kept]))]
     kept = kept[np.append(True, np.diff(row[kept]) > 0)[: len(kept)]]
     elements, places = np.full(len(points), -1), np.zeros((len(points), *place.shape[1:]))
     elements[row[kept]], places[row[kept]] = element[kept], place[kept]
     return elements, places
+
+
+def sizes(mesh: BoundaryMesh) -> Array:
+    """Half lengths of the elements of curves, distances of corners of panels from the middle, (n_elements,) [length]."""
+    return _spheres(mesh)[1]
 
 
 @functools.singledispatch

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -13,6 +14,14 @@ from ..curve_mesh import CurveMesh, build_mesh
 from .common_breakpoints import SideMesh
 from .curves import Curves
 from .ray_casting import along
+
+
+def as_meshed(boundary: Any, mesh: Any) -> Any:
+    """The boundary whose sides a mesh was cut from: graded meshes join sides that go on straight or along one circle."""
+    if not isinstance(boundary, Outline):
+        return boundary
+    ends = {(x, y) for x, y in mesh.end.tolist()}
+    return boundary if all(tuple(side.end.tolist()) in ends for side in boundary.sides) else boundary.joined
 
 
 def side_meshes(outline: Outline, mesh: CurveMesh) -> list[SideMesh]:

@@ -12,7 +12,7 @@ from ...geometry.surface import Boundary, BoxSurface
 from ..boundary_mesh import BoundaryMesh
 from .box_faces import face_projection, grid_lines, mesh_of_lines
 from .common_breakpoints import match
-from .curve_sides import curve_projection, mesh_of_sides, side_meshes
+from .curve_sides import as_meshed, curve_projection, mesh_of_sides, side_meshes
 from .periodic import translated_sides
 
 KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., Any]]] = {
@@ -42,6 +42,7 @@ def matched(
     InputError
         If periodic parts are not one the other moved along.
     """
+    boundaries = [as_meshed(boundary, mesh) for boundary, mesh in zip(boundaries, meshes, strict=True)]
     kinds = [KINDS.get(type(boundary)) for boundary in boundaries]
     joints = [kind[0](*given) if kind else [] for kind, *given in zip(kinds, boundaries, meshes, strict=True)]
     projections = []

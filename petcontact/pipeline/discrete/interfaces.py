@@ -94,53 +94,65 @@ def check_parts(problem: Problem, boundaries: list[Boundary], sides: list[Interf
     InputError
     """
     d = boundaries[0].dim
-    for number, (body, boundary) in enumerate(zip(problem.body, boundaries, strict=True)):
+    for number, boundary in enumerate(boundaries):
         if boundary.dim != d:
-            raise InputError(f"body {body.name!r}: has {boundary.dim} dimensions, body {problem.body[0].name!r} has {d}")
-        for k, point in enumerate(body.point_force):
-            _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
-            _check_components(f"body {body.name!r}: point_force[{k}].force", point.force, d)
-        if isinstance(boundary, CondensedSurface) and (body.point_force or body.loads):
-            key = "point_force" if body.point_force else "loads"
-            raise InputError(f"body {body.name!r}: {key}: loads inside a superelement belong into its file, as force or u_0")
-        for loads in [loads for loads in loads_by_step(problem, number) if not loads.is_none]:
-            if boundary.exterior:
-                raise InputError(f"body {body.name!r}: loads: an infinite plate has no volume loads")
-            if d == 2 and loads.axis is not None:
-                raise InputError(f"body {body.name!r}: loads.axis: a plane body turns about its normal; leave it out")
-            for key, value in loads.vectors():
-                _check_components(f"body {body.name!r}: loads.{key}", value, d)
+            name, first = problem.body[number].name, problem.body[0].name
+            raise InputError(f"body {name!r}: has {boundary.dim} dimensions, body {first!r} has {d}")
+        _check_loads(problem, number, boundary)
     for side in sides:
         if side.direction is not None:
             _check_components(f"{side.key}.direction", side.direction, d)
     for k, step in enumerate(problem.step):
         for j, force in enumerate(step.point_force):
             _check_components(f"step[{k}].point_force[{j}].force", force.force, d)
-    for b, (body, boundary) in enumerate(zip(problem.body, boundaries, strict=True)):
-        taken: list[str] = []
-        for k, condition in enumerate(body.boundary):
-            _known_part(f"body {body.name!r}: boundary[{k}].part", condition.part, boundary.parts)
-            if condition.part in taken:
-                raise InputError(f"body {body.name!r}: boundary[{k}].part: {condition.part!r} has a condition already")
-            taken.append(condition.part)
-        for side in sides:
-            if side.primary is None and isinstance(side.law, Contact):
-                continue
-            if side.periodic and d > 2:
-                raise InputError(f"{side.key}: periodic sides are those of plane bodies")
-            ends = [("secondary", side.body, side.part), ("primary", *(side.primary or (-1, "")))]
-            for what, number, part in [("partner", *ends[1][1:])] if side.periodic else ends:
-                if number != b:
-                    continue
-                _known_part(f"{side.key}.{what}: body {body.name!r}", part, boundary.parts)
-                if part in taken:
-                    raise InputError(f"{side.key}.{what}: {part!r} of body {body.name!r} has a boundary condition already")
-        faces = [(s.body, s.part) for s in sides] + [s.primary for s in sides if s.primary]
-        met = [*taken, *(part for number, part in faces if number == b)]
-        missing = [part for part in boundary.parts if part not in met]
-        if missing and body.name == ONE_BODY and len(problem.body) == 1:
-            raise InputError(f"boundary: part {missing[0]!r} has no condition; each of {', '.join(boundary.parts)} needs "
-                             "one or a [[contact]] (only parts of a [[body]] are free of traction without)")  # fmt: skip
+    for number, boundary in enumerate(boundaries):
+        _check_conditions(problem, number, boundary, sides)
+
+
+def _check_loads(problem: Problem, number: int, boundary: Boundary) -> None:
+    """Loads inside of a body: whether it may have them, and their components."""
+    body, d = problem.body[number], boundary.dim
+    for k, point in enumerate(body.point_force):
+        _check_components(f"body {body.name!r}: point_force[{k}].at", point.at, d)
+        _check_components(f"body {body.name!r}: point_force[{k}].force", point.force, d)
+    if isinstance(boundary, CondensedSurface) and (body.point_force or body.loads):
+        key = "point_force" if body.point_force else "loads"
+        raise InputError(f"body {body.name!r}: {key}: loads inside a superelement belong into its file, as force or u_0")
+    for loads in [loads for loads in loads_by_step(problem, number) if not loads.is_none]:
+        if boundary.exterior:
+            raise InputError(f"body {body.name!r}: loads: an infinite plate has no volume loads")
+        if d == 2 and loads.axis is not None:
+            raise InputError(f"body {body.name!r}: loads.axis: a plane body turns about its normal; leave it out")
+        for key, value in loads.vectors():
+            _check_components(f"body {body.name!r}: loads.{key}", value, d)
+
+
+def _check_conditions(problem: Problem, number: int, boundary: Boundary, sides: list[InterfaceSpec]) -> None:
+    """Parts of a body: whether those that are named exist, and each has one condition or contact."""
+    body, taken = problem.body[number], list[str]()
+    for k, condition in enumerate(body.boundary):
+        _known_part(f"body {body.name!r}: boundary[{k}].part", condition.part, boundary.parts)
+        if condition.part in taken:
+            raise InputError(f"body {body.name!r}: boundary[{k}].part: {condition.part!r} has a condition already")
+        taken.append(condition.part)
+    ends = [(side, what, end) for side in sides for what, end in
+            (("secondary", (side.body, side.part)), ("primary", side.primary)) if end and end[0] == number]  # fmt: skip
+    for side, what, (_, part) in ends:
+        if side.primary is None and isinstance(side.law, Contact):
+            continue
+        if side.periodic and boundary.dim > 2:
+            raise InputError(f"{side.key}: periodic sides are those of plane bodies")
+        if side.periodic and what == "secondary":
+            continue  # it is the part of the condition itself
+        _known_part(f"{side.key}.{'partner' if side.periodic else what}: body {body.name!r}", part, boundary.parts)
+        if part in taken:
+            raise InputError(f"{side.key}.{'partner' if side.periodic else what}: {part!r} of body {body.name!r} has a "
+                             "boundary condition already")  # fmt: skip
+    met = [*taken, *(part for _, _, (_, part) in ends)]
+    missing = [part for part in boundary.parts if part not in met]
+    if missing and body.name == ONE_BODY and len(problem.body) == 1:
+        raise InputError(f"boundary: part {missing[0]!r} has no condition; each of {', '.join(boundary.parts)} needs "
+                         "one or a [[contact]] (only parts of a [[body]] are free of traction without)")  # fmt: skip
 
 
 def _known_part(key: str, part: str, parts: tuple[str, ...]) -> None:

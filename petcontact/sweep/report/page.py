@@ -20,6 +20,8 @@ DRAWN = {
     "displacement": "tangential displacement on the contact part",
     "traction": "tangential traction on the contact part",
     "normal": "normal traction on the contact part",
+    "stress": "von Mises stress in the deformed body",
+    "hoop": "stress along the boundary",
     "history": "convergence",
 }
 OF_THE_PAPER = ("deformed", "displacement", "traction")

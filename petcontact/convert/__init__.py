@@ -1,0 +1,1 @@
+"""Problems from the input files of other programs."""

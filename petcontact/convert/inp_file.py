@@ -1,0 +1,159 @@
+"""Input files of Abaqus and CalculiX: keywords, sets, surfaces, nodes and elements."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from ..errors import InputError
+from ..model.base import regular_file
+
+LARGEST = 500_000_000
+"""Bytes."""
+FACES: dict[int, tuple[tuple[int, ...], ...]] = {
+    3: ((0, 1), (1, 2), (2, 0)),
+    4: ((0, 1), (1, 2), (2, 3), (3, 0)),
+    -4: ((0, 1, 2), (0, 3, 1), (1, 3, 2), (2, 3, 0)),
+    -6: ((0, 1, 2), (3, 5, 4), (0, 3, 4, 1), (1, 4, 5, 2), (2, 5, 3, 0)),
+    -8: ((0, 1, 2, 3), (4, 7, 6, 5), (0, 4, 5, 1), (1, 5, 6, 2), (2, 6, 7, 3), (3, 7, 4, 0)),
+}
+"""Corners of the faces S1, S2, ... of elements of so many corners, negative in space."""
+CORNERS = {
+    **{f"{plane}{n}": corners for plane in ("CPE", "CPS") for n, corners in ((3, 3), (4, 4), (6, 3), (8, 4))},
+    **{f"C3D{n}": corners for n, corners in ((4, -4), (10, -4), (6, -6), (15, -6), (8, -8), (20, -8))},
+}
+"""Corners of the types of elements, of second order too, whose edges are taken as straight."""
+Face = tuple[int, int]
+"""Element and number of its face, from 0."""
+
+
+@dataclass(frozen=True)
+class Keyword:
+    """One keyword with its parameters, in capitals, and data lines as words."""
+
+    name: str
+    parameters: dict[str, str]
+    rows: list[list[str]]
+    line: int
+
+
+@dataclass
+class InpFile:
+    """What a file defines; names of sets in capitals.
+
+    Attributes
+    ----------
+    nodes, elements : dicts by number
+        Coordinates; type without its last letters, and corner nodes.
+    nsets, elsets : dicts of lists of numbers by name
+    rest : list of Keyword
+        All other keywords, in order.
+    """
+
+    path: str
+    nodes: dict[int, tuple[float, ...]] = field(default_factory=dict)
+    elements: dict[int, tuple[str, tuple[int, ...]]] = field(default_factory=dict)
+    nsets: dict[str, list[int]] = field(default_factory=dict)
+    elsets: dict[str, list[int]] = field(default_factory=dict)
+    rest: list[Keyword] = field(default_factory=list)
+
+    def element_numbers(self, word: str) -> list[int]:
+        """Of a set or a single number."""
+        return [int(word)] if word.isdecimal() else self._of(self.elsets, word, "ELSET")
+
+    def node_numbers(self, word: str) -> list[int]:
+        """Of a set or a single number."""
+        return [int(word)] if word.isdecimal() else self._of(self.nsets, word, "NSET")
+
+    def _of(self, sets: dict[str, list[int]], word: str, kind: str) -> list[int]:
+        if word.upper() not in sets:
+            raise InputError(f"{self.path}: no {kind} {word!r}; there are {', '.join(sets) or 'none'}")
+        return sets[word.upper()]
+
+
+def read_inp(path: str | Path) -> InpFile:
+    """A flat input file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, a number is none, or it is written in parts and instances.
+    """
+    found = InpFile(str(path))
+    for keyword in _keywords(path):
+        if keyword.name in ("PART", "INSTANCE", "ASSEMBLY"):
+            raise InputError(f"{path}: line {keyword.line}: *{keyword.name}: parts and instances are not read; write a flat "
+                             "file (in Abaqus/CAE an attribute of the model)")  # fmt: skip
+        if keyword.name == "INCLUDE":
+            raise InputError(f"{path}: line {keyword.line}: *INCLUDE: other files are not read; put them into this one")
+        try:
+            _take(found, keyword)
+        except ValueError:
+            raise InputError(f"{path}: line {keyword.line}: *{keyword.name}: a number was expected") from None
+    if not (found.nodes and found.elements):
+        raise InputError(f"{path}: has no *NODE and *ELEMENT of types {', '.join(CORNERS)}")
+    return found
+
+
+def _keywords(path: str | Path) -> Iterator[Keyword]:
+    text = regular_file(path, LARGEST).read_text(encoding="utf-8", errors="replace")
+    now: Keyword | None = None
+    for number, line in enumerate(text.splitlines(), 1):
+        if line.startswith("**") or not line.strip():
+            continue
+        words = [word.strip() for word in line.strip().rstrip(",").split(",")]
+        if not line.lstrip().startswith("*"):
+            if now is not None:
+                now.rows.append(words)
+            continue
+        if now is not None:
+            yield now
+        pairs = (word.partition("=") for word in words[1:])
+        parameters = {key.strip().upper(): value.strip() for key, _, value in pairs}
+        now = Keyword(" ".join(words[0].lstrip("* ").upper().split()), parameters, [], number)
+    if now is not None:
+        yield now
+
+
+def _take(found: InpFile, keyword: Keyword) -> None:
+    """Nodes, elements and sets; anything else is kept."""
+    if keyword.name == "NODE":
+        rows = {int(row[0]): tuple(float(word) for word in row[1:4]) for row in keyword.rows}
+        found.nodes |= rows
+        _extend(found.nsets, keyword.parameters.get("NSET"), list(rows))
+    elif keyword.name == "ELEMENT":
+        _extend(found.elsets, keyword.parameters.get("ELSET"), _elements(found, keyword))
+    elif keyword.name in ("NSET", "ELSET"):
+        sets = found.nsets if keyword.name == "NSET" else found.elsets
+        numbers: list[int] = []
+        for row in keyword.rows:
+            if "GENERATE" in keyword.parameters:
+                first, last, step = (int(word) for word in (*row, "1")[:3])
+                numbers += range(first, last + 1, step)
+            else:
+                for word in row:
+                    numbers += [int(word)] if word.isdecimal() else found._of(sets, word, keyword.name)
+        _extend(sets, keyword.parameters.get(keyword.name), numbers)
+    else:
+        found.rest.append(keyword)
+
+
+def _elements(found: InpFile, keyword: Keyword) -> list[int]:
+    kind = keyword.parameters.get("TYPE", "").upper().rstrip("RIHMT")
+    if kind not in CORNERS:
+        found.rest.append(Keyword("ELEMENT", keyword.parameters, [], keyword.line))
+        return []
+    digits = "".join(c for c in kind[3:] if c.isdecimal())
+    words = [word for row in keyword.rows for word in row]
+    width, numbers = 1 + int(digits), []
+    for start in range(0, len(words) - width + 1, width):
+        number, *nodes = (int(word) for word in words[start : start + width])
+        found.elements[number] = kind, tuple(nodes[: abs(CORNERS[kind])])
+        numbers.append(number)
+    return numbers
+
+
+def _extend(sets: dict[str, list[int]], name: str | None, numbers: list[int]) -> None:
+    if name:
+        sets.setdefault(name.upper(), []).extend(numbers)

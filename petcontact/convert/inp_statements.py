@@ -1,0 +1,157 @@
+"""What the keywords of an input file say of surfaces, materials, contact, conditions and loads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+from ..errors import InputError
+from .inp_file import Face, InpFile, Keyword
+
+SILENT = {
+    "HEADING", "STATIC", "END STEP", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT", "NODE PRINT", "EL PRINT",
+    "NODE FILE", "EL FILE", "CONTACT FILE", "CONTACT PRINT", "ENERGY OUTPUT", "RESTART", "PREPRINT", "CONTROLS", "MONITOR",
+    "SURFACE BEHAVIOR", "MATERIAL", "SURFACE INTERACTION", "SOLID SECTION", "PHYSICAL CONSTANTS", "PRINT",
+}  # fmt: skip
+"""What says nothing of the problem, or is read with the keyword that it belongs to."""
+TYPED = {"ENCASTRE": (1, 2, 3), "PINNED": (1, 2, 3), "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,)}
+"""Degrees of freedom that named conditions hold."""
+
+
+@dataclass
+class Statements:
+    """What the keywords say.
+
+    Attributes
+    ----------
+    file : InpFile
+    notes : list of str
+        What was not taken.
+    surfaces : dict of lists of faces by name
+    materials : dict of dicts by name
+        Keys and values of a `material`.
+    sections : dict of str by element
+        Name of the material.
+    friction : dict of float by interaction
+    pairs : list of dict
+        interaction, kind, secondary, primary.
+    held : list of dicts by node set
+        At the end of each step, values by degree of freedom from 1 [length].
+    pressed : list of dicts by face
+        At the end of each step [stress].
+    gravity : dict of vectors by element
+    names : dict
+        Of the parts of pressed faces, once bodies have given them.
+    """
+
+    file: InpFile
+    notes: list[str] = field(default_factory=list)
+    surfaces: dict[str, list[Face]] = field(default_factory=dict)
+    materials: dict[str, dict[str, float]] = field(default_factory=dict)
+    sections: dict[int, str] = field(default_factory=dict)
+    friction: dict[str, float] = field(default_factory=dict)
+    pairs: list[dict[str, str]] = field(default_factory=list)
+    held: list[dict[str, dict[int, float]]] = field(default_factory=lambda: [{}])
+    pressed: list[dict[Face, float]] = field(default_factory=lambda: [{}])
+    gravity: dict[int, tuple[float, ...]] = field(default_factory=dict)
+    names: dict[str, str] = field(default_factory=dict)
+
+    def read(self) -> None:
+        """All keywords, in order; those in a step belong to it."""
+        material = interaction = ""
+        for keyword in self.file.rest:
+            name, given = keyword.name, keyword.parameters
+            if name == "MATERIAL":
+                material = given.get("NAME", "").upper()
+                self.materials[material] = {}
+            elif name == "SURFACE INTERACTION":
+                interaction = given.get("NAME", "").upper()
+            elif name in ("ELASTIC", "DENSITY", "EXPANSION") and keyword.rows:
+                keys = {"ELASTIC": ("young_modulus", "poisson_ratio"), "DENSITY": ("density",),
+                        "EXPANSION": ("thermal_expansion",)}[name]  # fmt: skip
+                if name == "ELASTIC" and given.get("TYPE", "ISOTROPIC").upper() not in ("ISO", "ISOTROPIC"):
+                    raise self.error(keyword, "materials are isotropic; take the body as a superelement")
+                self.materials[material] |= dict(zip(keys, self.floats(keyword, keyword.rows[0]), strict=False))
+            elif name == "FRICTION" and keyword.rows:
+                self.friction[interaction] = self.floats(keyword, keyword.rows[0])[0]
+            elif name == "SOLID SECTION":
+                for number in self.file.element_numbers(given.get("ELSET", "")):
+                    self.sections[number] = given.get("MATERIAL", "").upper()
+            elif name == "STEP":
+                # the first step's conditions stand beside those of the model
+                if "STEP" in self.names:
+                    self.held.append(dict(self.held[-1]))
+                    self.pressed.append(dict(self.pressed[-1]))
+                self.names["STEP"] = "seen"
+            elif not self._take(keyword) and name not in SILENT:
+                self.note(keyword, "not taken")
+
+    def _take(self, keyword: Keyword) -> bool:
+        """Whether a keyword is one of surfaces, contact, conditions or loads, and was read."""
+        readers = {"SURFACE": self._surface, "CONTACT PAIR": self._pair, "TIE": self._pair, "BOUNDARY": self._boundary,
+                   "DLOAD": self._load, "DSLOAD": self._load}  # fmt: skip
+        if keyword.name not in readers:
+            return False
+        readers[keyword.name](keyword)
+        return True
+
+    def _surface(self, keyword: Keyword) -> None:
+        if keyword.parameters.get("TYPE", "ELEMENT").upper() != "ELEMENT":
+            self.note(keyword, "a surface of nodes has no faces; not taken")
+            return
+        faces = self.surfaces.setdefault(keyword.parameters.get("NAME", "").upper(), [])
+        for row in keyword.rows:
+            numbers, side = self.file.element_numbers(row[0]), row[1].upper() if len(row) > 1 else ""
+            if not (side[:1] == "S" and side[1:].isdecimal()):
+                self.note(keyword, f"face {side or 'missing'} of {row[0]}: S1, S2, ... are read; not taken")
+                continue
+            faces += [(number, int(side[1:]) - 1) for number in numbers if number in self.file.elements]
+
+    def _pair(self, keyword: Keyword) -> None:
+        for row in keyword.rows:
+            self.pairs.append({"interaction": keyword.parameters.get("INTERACTION", "").upper(), "kind": keyword.name,
+                               "secondary": row[0].upper(), "primary": row[1].upper()})  # fmt: skip
+
+    def _boundary(self, keyword: Keyword) -> None:
+        for row in keyword.rows:
+            known = self.held[-1].setdefault(row[0].upper(), {})
+            if len(row) > 1 and row[1].upper() in TYPED:
+                known |= dict.fromkeys(TYPED[row[1].upper()], 0.0)
+                continue
+            first, last, value = self.floats(keyword, [*row[1:], *["", "", ""]][:3])
+            for freedom in range(int(first), int(last or first) + 1):
+                if freedom <= 3:
+                    known[freedom] = value
+                else:
+                    self.note(keyword, f"{row[0]}: rotations are none of solids; not taken")
+
+    def _load(self, keyword: Keyword) -> None:
+        for row in keyword.rows:
+            kind = row[1].upper() if len(row) > 1 else ""
+            if keyword.name == "DSLOAD" and kind == "P":
+                faces = self.surfaces.get(row[0].upper(), [])
+            elif kind == "GRAV":
+                size, *way = self.floats(keyword, row[2:6])
+                self.gravity |= dict.fromkeys(self.file.element_numbers(row[0]), tuple(size * c for c in way))
+                continue
+            elif kind[:1] == "P" and kind[1:].isdecimal():
+                faces = [(number, int(kind[1:]) - 1) for number in self.file.element_numbers(row[0])]
+            else:
+                self.note(keyword, f"load {kind or 'missing'} on {row[0]}; not taken")
+                continue
+            self.pressed[-1] |= dict.fromkeys(faces, self.floats(keyword, row[2:3])[0])
+
+    def floats(self, keyword: Keyword, words: Sequence[str]) -> list[float]:
+        """Numbers of a row; what is left out is 0."""
+        try:
+            return [float(word.upper().replace("D", "E")) if word else 0.0 for word in words]
+        except ValueError:
+            raise self.error(keyword, f"numbers are expected, got {', '.join(words)}") from None
+
+    def error(self, keyword: Keyword, text: str) -> InputError:
+        """One line that says where."""
+        return InputError(f"{self.file.path}: line {keyword.line}: *{keyword.name}: {text}")
+
+    def note(self, keyword: Keyword, text: str) -> None:
+        """What is reported of a keyword."""
+        self.notes.append(f"line {keyword.line}: *{keyword.name}: {text}")
