@@ -11,11 +11,11 @@ from ..bem.compatibility import check_compatible
 from ..errors import InputError
 from ..geometry.outline import Outline
 from ..geometry.superelement import CondensedSurface
-from ..geometry.surface import BoxSurface, FacetSurface
+from ..geometry.surface import BoxSurface, FacetSurface, SphereSurface
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import mesh_outline
-from ..mesh.panelling import box_mesh, facet_mesh
+from ..mesh.panelling import box_mesh, facet_mesh, sphere_mesh
 from ..mesh.panels import HIGHEST_ORDER
 from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Problem
@@ -71,6 +71,17 @@ def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
     _check_size(2.0 * float(sum(pairs)) / finest**2 * (order + 1) ** 2)
     exponent = EXPONENT if options.exponent is None else options.exponent
     return box_mesh(boundary, lambda part: options.element_sizes.get(part, usual), order, exponent)
+
+
+@_mesh.register
+def _(boundary: SphereSurface, problem: Problem) -> SurfaceMesh:
+    order = _order(problem.mesh)
+    for key in ("element_sizes", "exponent"):
+        if _is_given(problem.mesh, key):
+            raise InputError(f"mesh.{key}: is for boxes; panels of spheres are of one size, mesh.element_size")
+    size = problem.mesh.element_size or 2.0 * boundary.radius / PANELS
+    _check_size(6.0 * (0.5 * np.pi * boundary.radius / size) ** 2 * (order + 1) ** 2)
+    return sphere_mesh(boundary, size, order)
 
 
 @_mesh.register

@@ -299,7 +299,7 @@ def test_run_is_replaced_by_petcontact_so_that_signals_reach_it(ready):
         assert job.stdout is not None
         assert int(job.stdout.readline()) == job.pid
         job.send_signal(signal.SIGTERM)
-        assert job.wait(timeout=30) == 143
+        assert job.wait(timeout=120) == 143
     finally:
         job.kill()
         job.communicate()
