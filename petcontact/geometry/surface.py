@@ -69,6 +69,23 @@ class BoxSurface:
 
 
 @dataclass(frozen=True)
+class SphereSurface:
+    """A sphere in six parts, named like the faces of the box around it [length]."""
+
+    centre: Array
+    radius: float
+    parts: tuple[str, ...] = tuple(BOX_PARTS)
+    dim: ClassVar[int] = 3
+    exterior: ClassVar[bool] = False
+    closed: ClassVar[bool] = True
+
+    @property
+    def diameter(self) -> float:
+        """Length of the diagonal of the bounding box [length]."""
+        return float(np.sqrt(12.0) * self.radius)
+
+
+@dataclass(frozen=True)
 class FacetSurface:
     """Facets, counter-clockwise seen from outside.
 

@@ -7,8 +7,13 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..arrays import Array, Index
-from ..geometry.surface import BOX_PARTS, BoxSurface, FacetSurface
+from ..geometry.surface import BOX_PARTS, BoxSurface, FacetSurface, SphereSurface
 from .surface_mesh import SurfaceMesh
+
+FEWEST = 2
+"""Panels along a quarter of a great circle: their area factor varies by less than 2."""
+GRID = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
+"""Points of a 9-node quadrilateral in a grid twice as fine: corners, middles of the sides, middle."""
 
 
 def graded(count: int, exponent: float) -> Array:
@@ -66,6 +71,32 @@ def box_of_lines(box: BoxSurface, lines: Sequence[Array], orders: Sequence[Index
         part.append(np.full(len(cells), number))
         order.append(np.minimum.outer(orders[2 * number], orders[2 * number + 1]).ravel())
     return SurfaceMesh(np.vstack(corners), np.concatenate(order), np.concatenate(part), box.parts)
+
+
+def sphere_mesh(sphere: SphereSurface, size: float, order: int) -> SurfaceMesh:
+    """Curved quadrilaterals on a sphere: on each part of the sphere a grid of equal angles, projected from the cube's face.
+
+    Parameters
+    ----------
+    sphere : SphereSurface
+    size : float
+        A quarter of a great circle has its length over this panels, at least `FEWEST` [length].
+    order : int
+        p, 0 to 3.
+    """
+    count = max(FEWEST, round(0.5 * np.pi * sphere.radius / size))
+    slope = np.tan(0.25 * np.pi * np.linspace(-1.0, 1.0, 2 * count + 1))
+    cells = []
+    for axis, side in BOX_PARTS.values():
+        u, v = face_axes(axis, side)
+        x = np.empty((2 * count + 1, 2 * count + 1, 3))
+        x[..., u], x[..., v] = np.meshgrid(slope, slope, indexing="ij")
+        x[..., axis] = 2 * side - 1
+        x = sphere.centre + sphere.radius * x / np.linalg.norm(x, axis=2, keepdims=True)
+        nine = [x[i : i + 2 * count - 1 : 2, j : j + 2 * count - 1 : 2] for i, j in GRID]
+        cells.append(np.stack(nine, axis=2).reshape(-1, 9, 3))
+    points, part = np.concatenate(cells), np.repeat(np.arange(len(cells)), count**2)
+    return SurfaceMesh(points[:, :4], np.full(len(points), order), part, sphere.parts, points[:, 4:])
 
 
 def facet_mesh(surface: FacetSurface, order: int) -> SurfaceMesh:

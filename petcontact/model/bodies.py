@@ -8,7 +8,7 @@ import pydantic
 
 from .base import Expression, Finite, Model, Name, NotNegative, Positive, Share, Vector, something
 from .loads import PointForce, VolumeLoads
-from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide, Superelement
+from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide, Sphere, Superelement
 from .solver_options import MeshOptions
 
 UnitName = Annotated[str, pydantic.Field(min_length=1, max_length=20)]
@@ -230,7 +230,9 @@ class Contact(Model):
 
 
 Condition = Annotated[Displacement | Traction | Symmetry | Periodic | Contact, pydantic.Field(discriminator="condition")]
-Geometry = Annotated[Rectangle | Polygon | SideBySide | Box | Gmsh | Superelement, pydantic.Field(discriminator="shape")]
+Geometry = Annotated[
+    Rectangle | Polygon | SideBySide | Box | Sphere | Gmsh | Superelement, pydantic.Field(discriminator="shape")
+]
 
 
 class Body(Model):

@@ -15,7 +15,7 @@ from ..geometry.gmsh import gmsh_outline, read_msh
 from ..geometry.gmsh_surface import gmsh_surface, is_surface
 from ..geometry.outline import Outline, Side, arc, oriented
 from ..geometry.superelement import LARGEST, CondensedSurface, read_superelement
-from ..geometry.surface import BoxSurface, FacetSurface
+from ..geometry.surface import BoxSurface, FacetSurface, SphereSurface
 from .base import Finite, Model, Point, Positive, SpacePoint, regular_file
 
 LARGEST_MESH = 2_000_000_000
@@ -220,6 +220,30 @@ class Box(Model):
     def outline(self) -> BoxSurface:
         """The six faces."""
         return BoxSurface(np.array(self.lower), np.array(self.upper))
+
+
+class Sphere(Model):
+    """A ball of curved panels, in parts left x-, right x+, front y-, back y+, bottom z-, top z+.
+
+    A part is where the direction from the centre is nearest to that axis.
+
+    Attributes
+    ----------
+    shape : "sphere"
+        The shape.
+    centre : point with three coordinates
+        [length]
+    radius : float
+        [length]
+    """
+
+    shape: Literal["sphere"] = pydantic.Field(default="sphere", kw_only=True)
+    centre: SpacePoint
+    radius: Positive
+
+    def outline(self) -> SphereSurface:
+        """The surface."""
+        return SphereSurface(np.array(self.centre), self.radius)
 
 
 class Gmsh(Model):

@@ -11,11 +11,11 @@ from ..bem.compatibility import check_compatible
 from ..errors import InputError
 from ..geometry.outline import Outline
 from ..geometry.superelement import CondensedSurface
-from ..geometry.surface import BoxSurface, FacetSurface
+from ..geometry.surface import BoxSurface, FacetSurface, SphereSurface
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import mesh_outline
-from ..mesh.panelling import box_mesh, facet_mesh
+from ..mesh.panelling import box_mesh, facet_mesh, sphere_mesh
 from ..mesh.panels import HIGHEST_ORDER
 from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Problem
@@ -28,7 +28,7 @@ PANELS = 4
 """Panels on the shortest edge of a box without a given element size."""
 EXPONENT = 1.4
 """Of the grading of boxes; friction limits the order to 2, and this is near enough to what edges and corners ask."""
-PLANE_KEYS = ("grading", "levels", "graded_points", "accuracy")
+PLANE_KEYS = ("grading", "levels", "graded_points")
 """Keys of `[mesh]` that say nothing in space."""
 
 
@@ -74,6 +74,17 @@ def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
 
 
 @_mesh.register
+def _(boundary: SphereSurface, problem: Problem) -> SurfaceMesh:
+    order = _order(problem.mesh)
+    for key in ("element_sizes", "exponent"):
+        if _is_given(problem.mesh, key):
+            raise InputError(f"mesh.{key}: is for boxes; panels of spheres are of one size, mesh.element_size")
+    size = problem.mesh.element_size or 2.0 * boundary.radius / PANELS
+    _check_size(6.0 * (0.5 * np.pi * boundary.radius / size) ** 2 * (order + 1) ** 2)
+    return sphere_mesh(boundary, size, order)
+
+
+@_mesh.register
 def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
     for key in ("element_size", "element_sizes", "exponent"):
@@ -114,6 +125,8 @@ def _order(options: MeshOptions) -> int:
     for key in PLANE_KEYS:
         if _is_given(options, key):
             raise InputError(f"mesh.{key}: is for plane bodies; meshes of boxes are graded by mesh.exponent")
+    if options.accuracy is not None and not options.automatic:
+        raise InputError("mesh.accuracy: is for adaptive meshes, which name no element_size, order or grading")
     if options.order is not None and options.order > HIGHEST_ORDER:
         raise InputError(f"mesh.order: panels in space have order 0 to {HIGHEST_ORDER}, got {options.order}")
     return 2 if options.order is None else options.order

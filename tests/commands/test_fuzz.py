@@ -25,8 +25,8 @@ from petcontact.pipeline.solve import solve
 
 EXAMPLE = tomllib.loads((Path(__file__).parents[2] / "configs" / "example1.toml").read_text())
 EXAMPLE["mesh"]["element_size"] = 1.0
-PATIENT = settings(max_examples=150, deadline=5000, suppress_health_check=list(HealthCheck), derandomize=True)
-LONGEST = 2.0
+PATIENT = settings(max_examples=150, deadline=None, suppress_health_check=list(HealthCheck), derandomize=True)
+LONGEST = 120.0  # seconds: only what hangs takes so long, however loaded the machine is
 
 numbers = st.one_of(
     st.floats(), st.integers(), st.sampled_from([0.0, -0.0, 1e-300, 1e300, -1e308, 5e-324, 10**400, 2**63, True])

@@ -105,7 +105,7 @@ SMALLEST = {
     "drawings": "-o {folder}",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
-LONG = {"package": "--build-only", "verify": "--h 1.6", "attack": "--quick"}
+LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick", "attack": "--quick"}
 NEED_MORE = {"docs", "compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and words are looked at."""
 
@@ -299,7 +299,7 @@ def test_run_is_replaced_by_petcontact_so_that_signals_reach_it(ready):
         assert job.stdout is not None
         assert int(job.stdout.readline()) == job.pid
         job.send_signal(signal.SIGTERM)
-        assert job.wait(timeout=30) == 143
+        assert job.wait(timeout=120) == 143
     finally:
         job.kill()
         job.communicate()

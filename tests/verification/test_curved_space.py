@@ -146,3 +146,20 @@ def test_results_keep_curved_panels(tmp_path: Path) -> None:
     petcontact.write_solution(tmp_path / "r.h5", solution)
     mesh, again = solution.meshes["shell"], petcontact.read_result(tmp_path / "r.h5").meshes["shell"]
     assert np.array_equal(mesh.middles, again.middles, equal_nan=True) and np.allclose(mesh.x, again.x, atol=1e-15)
+
+
+def test_a_sphere_by_its_shape(tmp_path: Path) -> None:
+    """Hertz: a ball whose upper half is moved down on a rigid plane, gap from the geometry."""
+    ball = {"name": "ball", "material": MATERIAL, "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0},
+            "mesh": {"element_size": 0.4, "order": 2},
+            "boundary": [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.05]}]}  # fmt: skip
+    contact = {"name": "foot", "secondary": "ball.bottom", "primary": "ground", "gap": "z"}
+    problem = {"body": [ball], "obstacle": [{"name": "ground"}], "contact": [contact], "bem": {"mat_type": "dense"}}
+    solution = solve(parse(Problem, problem, "test"))
+    mesh, pair = solution.meshes["ball"], solution.pairs["foot"]
+    assert solution.converged and mesh.n_elements == 96
+    assert abs(mesh.weight.sum() / (4.0 * np.pi) - 1.0) < 1e-4
+    pressed = pair.pressure > 0.0
+    assert np.all(np.linalg.norm(pair.x[pressed, :2], axis=1) < 0.35) and np.count_nonzero(pressed) >= 4
+    resultant = np.sum(mesh.weight[:, None] * solution.last.bodies["ball"].traction, axis=0)
+    assert np.abs(resultant).max() < 2e-2 * float(pair.weight @ pair.pressure)

@@ -17,6 +17,8 @@ PROBED = 24
 HELD = 1e-3
 """Displacement over what the mean traction would do to a body that nothing holds, below which it is compared with that."""
 PROBE_SEED = 20190
+ROUND_OFF = 1e-14
+"""Share of the forces on a body below which their resultant is round-off: such loads are in equilibrium by themselves."""
 
 
 class ElasticBody(abc.ABC):
@@ -56,9 +58,12 @@ class ElasticBody(abc.ABC):
         self.resultant = np.zeros((data.states, modes.shape[2]))
         if modes.shape[2]:
             acting = data.known_traction if data.volume is None else data.known_traction - data.volume[2]
-            self.resultant = np.einsum("kic,icr->kr", acting * self.mesh.weight[:, None], modes)
+            forces, motions = acting * self.mesh.weight[:, None], modes
             if data.point.size:
-                self.resultant += np.einsum("kfc,fcr->kr", data.force, _modes_at(self.mesh, modes, data.point))
+                forces = np.concatenate([forces, data.force], axis=1)
+                motions = np.concatenate([modes, _modes_at(self.mesh, modes, data.point)])
+            resultant, size = (np.einsum("kic,icr->kr", f, m) for f, m in ((forces, motions), (abs(forces), abs(motions))))
+            self.resultant = np.where(np.abs(resultant) > ROUND_OFF * size, resultant, 0.0)
 
     @abc.abstractmethod
     def apply(self, traction: Array) -> Array:

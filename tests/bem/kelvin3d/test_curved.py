@@ -53,7 +53,7 @@ def beside(panel: CurvedPanels, heights: tuple[float, ...], rng: np.random.Gener
     return y[0] + rng.choice([-1.0, 1.0], len(heights))[:, None] * np.array(heights)[:, None] * panel.size[0] * normal
 
 
-@pytest.mark.parametrize("order", [0, 2, 3])
+@pytest.mark.parametrize("order", [2, pytest.param(0, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("shape", ["spherical", "warped triangle", "warped quadrilateral"])
 def test_both_kernels_against_subdivision(shape: str, order: int) -> None:
     """Within 1e-8 on a piece of a sphere with arcs of 32 degrees, 2e-7 where points are moved at random by 4 %."""
@@ -62,7 +62,7 @@ def test_both_kernels_against_subdivision(shape: str, order: int) -> None:
         panel, allowed = make_curved_panels(icosphere(2)[:1], order, np.arange(1))[0], 1e-8
     else:
         panel, allowed = a_curved_panel(3 if shape.endswith("triangle") else 4, order, rng, 0.04), 2e-7
-    points = beside(panel, (0.003, 0.03, 0.1, 0.3, 0.6, 1.0, 3.0), rng)
+    points = beside(panel, (0.003, 0.1, 0.4, 1.0, 3.0), rng)
     exact = zip(*(by_subdivision(panel, x) for x in points), strict=True)
     for ours, true in zip(integrals(points, panel, NU), exact, strict=True):
         for k, values in enumerate(true):

@@ -42,7 +42,8 @@ def _kinds(solution, number):
     kinds = dict.fromkeys(solution.meshes[body.name].part_names, "free")
     for condition in body.boundary:
         kind = {"displacement": "held", "symmetry": "held", "contact": "contact"}.get(condition.condition, "loaded")
-        if kind == "loaded" and condition.pressure is None and not any(condition.value):
+        mesh, found = solution.meshes[body.name], solution.bodies[body.name]
+        if kind == "loaded" and not found.traction[mesh.nodes_of(condition.part)].any():
             kind = "free"
         kinds[condition.part] = kind
     for pair in problem.contact:
@@ -124,6 +125,8 @@ def _curves(figure, solution):
     if np.abs(pair.sigma_t).max(initial=0.0) > 1e-9 * np.abs(pair.pressure).max(initial=1.0):
         axes.plot(s, pair.sigma_t[order, 0], label="shear q")
     plane._window(axes, [pair])
+    if np.ptp(pair.pressure) < 0.01 * pair.pressure.max():  # a constant, but for round-off
+        axes.set_ylim(0.0, 1.2 * pair.pressure.max())
     axes.set(xlabel=f"arc length along {'.'.join(solution.sides[name])}" + (f" [{units.length}]" if units.length else ""),
              ylabel="traction" + (f" [{units.stress}]" if units.stress else ""))  # fmt: skip
     axes.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0))
