@@ -8,6 +8,7 @@ import numpy as np
 
 from petcontact import Circle, Contact, Displacement, InputError, Material, OutlineSide, Problem, SideBySide, Traction
 from petcontact.mesh.curve_mesh import build_mesh
+from petcontact.model.base import parse
 from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.pipeline.eliminate import operators_of
 
@@ -151,3 +152,35 @@ def _displacement(rng: np.random.Generator, alone: bool, size: float, length: fl
     if rng.random() < 0.3:
         value[int(rng.integers(2))] = "free"
     return tuple(value)
+
+
+def random_contact(seed, number):
+    """A quadrilateral in unilateral contact with friction, on a rigid floor that is flat or bent, or on another one."""
+    random = np.random.default_rng([seed, number, 17])
+    wide, tall, lean = random.uniform(1.0, 3.0), random.uniform(0.5, 2.0, 2), random.uniform(-0.3, 0.3, 4)
+    low, gap = random.uniform(1.0, 2.5), random.choice([0.0, random.uniform(0.0, 0.01)])
+    mu, tilt = random.choice([0.0, random.uniform(0.0, 1.0)]), random.choice([0.0, random.uniform(-0.02, 0.02)])
+    upper = np.array([[0.0, 0.0], [wide, 0.0], [wide + lean[0], tall[0]], [lean[1], tall[0]]]) - [0.5 * wide, 0.0]
+    upper = upper @ [[np.cos(tilt), np.sin(tilt)], [-np.sin(tilt), np.cos(tilt)]]
+    upper[:, 0] += 0.3 * low * random.uniform(-1.0, 1.0)
+    upper[:, 1] += gap - upper[:2, 1].min()
+    lower = np.array([[lean[2] - low, -tall[1]], [low + lean[3], -tall[1]], [low, 0.0], [-low, 0.0]])
+    modulus, ratio = 10.0 ** random.uniform(0.0, 2.0, 2), random.uniform(0.0, 0.45, 2)
+    push = [random.uniform(-0.03, 0.03), -random.uniform(0.005, 0.05) - gap]
+    top = {"part": "top", "condition": "displacement", "value": push}
+    if random.random() < 0.4:
+        pressure = 0.02 * modulus[0]
+        top = {"part": "top", "condition": "traction", "value": [random.uniform(-0.2, 0.2) * mu * pressure, -pressure]}
+    bodies = [{"name": name, "material": {"young_modulus": float(e), "poisson_ratio": float(nu)}, "boundary": [condition],
+               "geometry": {"shape": "polygon", "vertices": vertices.tolist(), "parts": ["bottom", "right", "top", "left"]}}
+              for name, vertices, e, nu, condition in zip(
+                  ("upper", "lower"), (upper, lower), modulus, ratio,
+                  (top, {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}), strict=True)]  # fmt: skip
+    contact = {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top", "friction_coefficient": float(mu)}
+    data = {"body": bodies, "contact": [contact], "step": [{}, {"boundary": [{"body": "upper", "part": "top", "value": [
+        -0.5 * top["value"][0], top["value"][1]]}]}][: int(random.choice([1, 2]))]}  # fmt: skip
+    if random.random() < 0.5:
+        bend, place = random.choice([0.0, random.uniform(0.0, 0.2)]), random.uniform(-0.3, 0.3)
+        data |= {"body": bodies[:1], "obstacle": [{"name": "floor"}], "contact": [
+            {**contact, "primary": "floor", "gap": f"y + {0.5 * bend!r}*(x - {place!r})**2"}]}  # fmt: skip
+    return parse(Problem, data, f"contact {number}")

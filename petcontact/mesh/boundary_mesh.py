@@ -101,6 +101,10 @@ class BoundaryMesh(Protocol):
         """Nodal values to values at places, as `Hits` has them, of elements (q,): a sparse array (q, n)."""
         ...
 
+    def lower_degree(self, kind: int) -> Array:
+        """Polynomials of one degree less, a basis (k, r), at the k nodes of an element of a kind; of order 1 or more."""
+        ...
+
     def batches(self) -> list[Batch]:
         """All elements, grouped by kind."""
         ...

@@ -15,7 +15,7 @@ from ..arrays import Array, Index
 from ..errors import InputError
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..geometry.outline import Outline, Side, hull_scale, round_loops
-from .basis import COINCIDE, gauss, lagrange
+from .basis import COINCIDE, gauss, lagrange, legendre
 from .boundary_mesh import Batch, BoundaryMesh, Collocated
 from .elements import Elements, Targets
 from .pairs.curves import Curves
@@ -136,6 +136,11 @@ class CurveMesh(Collocated):
         """Numbers of the elements of a part, and these as curves that may be faced."""
         numbers = np.flatnonzero(self.part == self.part_names.index(part))
         return numbers, Curves(self.start[numbers], self.end[numbers], self.curvature[numbers])
+
+    @staticmethod
+    def lower_degree(kind: int) -> Array:
+        """See `BoundaryMesh.lower_degree`."""
+        return legendre(kind - 1, gauss(kind)[0]).T
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
         """Nodal values to values at fractions (q,) of the arc lengths of elements (q,), as a sparse array (q, n)."""

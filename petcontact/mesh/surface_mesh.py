@@ -14,7 +14,7 @@ from .basis import COINCIDE
 from .boundary_mesh import Batch, Collocated
 from .curved_panels import CurvedPanels, make_curved_panels
 from .pairs.panel_faces import PanelFaces
-from .panels import Panels, make_panels
+from .panels import Panels, make_panels, monomials, reference_nodes
 
 TRIANGLE, CURVED = 4, 8
 """Are added to the order of triangles, and of curved panels: the kind of a panel."""
@@ -119,6 +119,12 @@ class SurfaceMesh(Collocated):
         panels = PanelFaces.of(list(self._groups.values()), element)
         x, normal = panels.at(np.arange(len(element)), place)
         return {**dict(zip("xyz", x.T, strict=True)), **dict(zip(("nx", "ny", "nz"), normal.T, strict=True))}
+
+    @staticmethod
+    def lower_degree(kind: int) -> Array:
+        """See `BoundaryMesh.lower_degree`."""
+        corners, order = (3 if kind & TRIANGLE else 4), kind % TRIANGLE
+        return monomials(reference_nodes(corners, order)[0], reference_nodes(corners, order - 1)[1])
 
     def batches(self) -> list[Batch]:
         """All panels, grouped by shape and order."""

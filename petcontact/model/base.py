@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
+import re
 import stat
 from collections.abc import Callable, Collection
 from pathlib import Path
@@ -242,7 +243,7 @@ def _allowed(kind: str, message: str) -> str:
         return "must be a table" if kind in tables else "must be an array"
     for theirs, ours in _WORDS:
         message = message.replace(theirs, ours)
-    return message
+    return re.sub(r"\d{16,}", lambda digits: f"{float(digits[0]):g}", message)
 
 
 _WORDS = (

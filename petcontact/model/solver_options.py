@@ -168,14 +168,14 @@ class MeshOptions(Model):
         Further points of the boundary to grade towards [length]. On contact parts of adaptive solves they are a first
         guess of transition points.
     accuracy : float, optional
-        In the plane, where neither sizes nor order nor grading are given, the solve is adaptive: it refines until the
-        estimated relative error is below this [-]; of u_t of one body in bilateral contact (1e-4 by default), else of
-        pressure and shear (1e-2).
+        Where neither sizes nor order nor grading are given, the solve is adaptive: it refines until the estimated relative
+        error is below this [-]; of u_t of one body in bilateral contact (1e-4 by default), else of pressure and shear
+        (1e-2); in space 2e-2. Surfaces from files are refined only where it is given.
     exponent : float, optional
         In space: panels on the faces of a box shrink towards the edges with this power of their number, by default 1.4; 1
         for equal ones.
-        Of the other keys `element_size` (a quarter of the shortest edge by default), `element_sizes` and `order` (0 to 3,
-        by default 2) count in space; on surfaces from files the facets are the panels.
+        Of the other keys `element_size` (a quarter of the shortest edge by default), `element_sizes`, `order` (0 to 3, by
+        default 2) and `accuracy` count in space; on surfaces from files the facets are the panels.
     """
 
     element_size: Positive | None = None

@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
-INTERFACE = 0x912514E4
+INTERFACE = 0xB4F8845C
 """`petcontact_interface` of the C files beside this one; a library of others expects other arguments."""
 FILLER = "pipippp"
 """Arguments of a function of C that fills columns of an operator: what it knows, rows, columns, and two blocks."""

@@ -13,7 +13,7 @@ from ..model.problem import Problem
 from ..model.solver_options import Method
 from ..results.solution import Solution
 from ..runtime.petsc_options import refused_in_config
-from .adaptive.climb import adapt, can_adapt
+from .adaptive.climb import adapt, adapts_itself
 from .adaptive.fixed_mesh import with_estimate
 from .eliminate import Announce
 from .run import prepare, run
@@ -31,7 +31,7 @@ def solve(
     monitor: Monitor | None = None,
     announce: Announce | None = None,
 ) -> Solution:
-    """Solve a problem; in the plane adaptively where `[mesh]` leaves the meshes open.
+    """Solve a problem; adaptively where `[mesh]` leaves the meshes open.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def solve(
     'converged'
     """
     problem, method = posed(problem, method, petsc_options)
-    if all(body.mesh.automatic for body in problem.body) and can_adapt(problem):
+    if adapts_itself(problem):
         return adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor)
     prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
     try:

@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..errors import InputError
 from ..geometry.outline import Outline
-from ..mesh.curve_mesh import CurveMesh
+from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
@@ -170,11 +170,11 @@ class Body:
 class LevelMesh:
     """A mesh, and the largest defect of the data that it leaves beyond what was asked (or 0)."""
 
-    mesh: CurveMesh
+    mesh: BoundaryMesh
     missed: float
 
 
-def default_mesh(problem: Problem, outline: Outline) -> CurveMesh:
+def default_mesh(problem: Problem, outline: Outline) -> BoundaryMesh:
     """The mesh of a problem that names no element size, order or grading: a refinement level, with the points given."""
     body, level = Body.of(problem, outline), REFINEMENT_LEVELS[first_level(problem.mesh.accuracy or ACCURACY)]
     largest = [

@@ -28,7 +28,7 @@ PANELS = 4
 """Panels on the shortest edge of a box without a given element size."""
 EXPONENT = 1.4
 """Of the grading of boxes; friction limits the order to 2, and this is near enough to what edges and corners ask."""
-PLANE_KEYS = ("grading", "levels", "graded_points", "accuracy")
+PLANE_KEYS = ("grading", "levels", "graded_points")
 """Keys of `[mesh]` that say nothing in space."""
 
 
@@ -125,6 +125,8 @@ def _order(options: MeshOptions) -> int:
     for key in PLANE_KEYS:
         if _is_given(options, key):
             raise InputError(f"mesh.{key}: is for plane bodies; meshes of boxes are graded by mesh.exponent")
+    if options.accuracy is not None and not options.automatic:
+        raise InputError("mesh.accuracy: is for adaptive meshes, which name no element_size, order or grading")
     if options.order is not None and options.order > HIGHEST_ORDER:
         raise InputError(f"mesh.order: panels in space have order 0 to {HIGHEST_ORDER}, got {options.order}")
     return 2 if options.order is None else options.order

@@ -35,6 +35,8 @@ MEASURES = ("equilibrium", "elimination", "overlap")
 STILL = ("x", "normal", "tangent", "weight", "arc_length")
 """Of an interface what no increment changes: stored once, by several names."""
 MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "state")
+OPTIONAL = ("pressure_error", "sigma_t_error", "wear")
+"""What files of earlier versions, or without wear, lack."""
 RESULTANTS = ("force", "moment", "dissipated", "dissipated_error", "force_primary", "moment_primary")
 PLACES = ("displacement", "rotation", "force", "moment")
 ONE_BODY = ("nodes", "x", "tangent", "weight", "arc_length", "u_t", "sigma_t", "sigma_n", "friction_bound", "state",
@@ -134,9 +136,12 @@ def _write_step(group: Any, place: Any, solution: SolutionData, step: StepResult
             here[key] = group[f"pairs/{name}/{key}"]
         for key in MOVING:
             here[key] = getattr(pair, key)
+        for key in OPTIONAL:
+            if (values := getattr(pair, key)) is not None:
+                here[key] = values
         known = {key: getattr(pair, key) for key in (*RESULTANTS, "area", "imbalance")}
         if pair.wear is not None:
-            here["wear"], known["worn_volume"], known["worn_depth"] = pair.wear, pair.worn_volume, pair.worn_depth
+            known["worn_volume"], known["worn_depth"] = pair.worn_volume, pair.worn_depth
         here.attrs.update({key: value for key, value in known.items() if value is not None})
     for name, body in step.bodies.items():
         here = _ordered(place, f"body/{name}")
@@ -278,7 +283,7 @@ def _read_step(place: Any, history: History) -> StepResult:
     pairs = {
         name: PairResult(**{key: here[key][()] for key in (*STILL, *MOVING)},
                          **{key: here.attrs[key] for key in RESULTANTS if key in here.attrs},
-                         wear=here["wear"][()] if "wear" in here else None)
+                         **{key: here[key][()] for key in OPTIONAL if key in here})
         for name, here in place.get("contact", {}).items()
     }  # fmt: skip
     bodies = {name: BodyResult(here["u"][()], here["traction"][()]) for name, here in place.get("body", {}).items()}

@@ -47,6 +47,9 @@ class PairResult:
         Energy that friction took in this increment, by the trapezoidal rule [force, in space force · length].
     dissipated_error : float
         A bound of its error; nan in files before it was known.
+    pressure_error, sigma_t_error : (m,) arrays, optional
+        Estimated errors of p and of the vector σ_t, rms over each element (`panels.tail`); None in files before they were
+        known [stress].
     force_primary, moment_primary : (d,) array, and float, in space (3,) array, optional
         On the body of the primary side, as its nodes feel them; None where that is the ground or an obstacle.
     wear : (m, 2) array, optional
@@ -72,6 +75,8 @@ class PairResult:
     force_primary: Array | None = None
     moment_primary: Axial | None = None
     wear: Array | None = None
+    pressure_error: Array | None = None
+    sigma_t_error: Array | None = None
 
     @property
     def worn_volume(self) -> Array:

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from conftest import example
 
-from petcontact import Bem, Contact, Displacement, MeshOptions, Method, Traction, solve
+from petcontact import Bem, Contact, Displacement, MeshOptions, Method, Problem, Traction, solve
 from petcontact.contact.friction_law import contact_norm
 from petcontact.contact.law_protocol import bound_excess
 from petcontact.contact.laws import SignoriniCoulomb, Tresca
+from petcontact.model.base import parse
 
 COARSE = MeshOptions(element_size=0.4)
 
@@ -112,3 +113,20 @@ def test_a_rigid_displacement_swallows_no_error(shift, keys, comm):
         if solution.converged:
             assert np.allclose(solution.contact.sigma_t, -150.0, rtol=1e-3)
             assert np.allclose(solution.contact.sigma_n, exact, rtol=0, atol=1e-3 * np.abs(exact).max())
+
+
+@pytest.mark.parametrize("loads", [{"point_force": [{"at": [0.0, 0.0], "force": [0.0, -0.01]}]},
+                                   {"loads": {"temperature": 9.0}}])  # fmt: skip
+def test_a_body_that_is_held_all_around_has_a_solution(loads):
+    """Where all sticks u is round-off, and no measure of the residuals of a body."""
+    rim = {"part": "rim", "center": [0.0, 0.0], "radius": 1.0}
+    problem = parse(Problem, {
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3, "thermal_expansion": 1e-5}, "mesh": {"element_size": 0.2},
+        "geometry": {"shape": "outline", "loops": [rim]}, **loads,
+        "boundary": [{"part": "rim", "condition": "contact", "friction_bound": 0.1}],
+    }, "disc")  # fmt: skip
+    solution = solve(problem)
+    assert solution.converged, solution.reason
+    pair, wanted = solution.last.pairs["rim"], [0.0, 0.01 * ("point_force" in loads)]
+    assert np.abs(solution.last.bodies["body"].u).max() < 1e-15 and pair.force == pytest.approx(wanted, abs=1e-14)
+    assert 0.003 < np.abs(pair.pressure).max() < 0.004 or pair.pressure == pytest.approx(1.3 * 9e-5 / 0.52, rel=0.02)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from pathlib import Path
 
+import h5py
 import meshio
 import numpy as np
 import pytest
@@ -38,6 +39,18 @@ def test_a_result_in_space_is_read_as_it_was_written(solution, tmp_path: Path) -
     np.testing.assert_array_equal(again.mesh.x, solution.mesh.x)
     assert again.contact.tangent.shape == (len(again.contact.nodes), 2, 3)
     assert again.verdict() == solution.verdict()
+    pair = again.pairs["bottom"]
+    np.testing.assert_array_equal(pair.sigma_t_error, solution.pairs["bottom"].sigma_t_error)
+    assert pair.pressure_error.min() > 0.0
+
+
+def test_errors_that_a_file_does_not_hold_are_not_known(solution, tmp_path: Path) -> None:
+    write_solution(tmp_path / "r.h5", solution)
+    with h5py.File(tmp_path / "r.h5", "r+") as file:
+        del file["steps/1/contact/bottom/sigma_t_error"], file["steps/1/contact/bottom/pressure_error"]
+    again = read_solution(tmp_path / "r.h5")
+    assert again.pairs["bottom"].pressure_error is None and again.verdict() == solution.verdict()
+    write_solution(tmp_path / "s.h5", again)
 
 
 def test_constant_stress(solution, tmp_path: Path) -> None:
@@ -58,6 +71,7 @@ def test_constant_stress(solution, tmp_path: Path) -> None:
     write_boundary_vtu(tmp_path / "s.vtu", patch)
     surface = meshio.read(tmp_path / "s.vtu")
     np.testing.assert_allclose(surface.point_data["displacement"], surface.points @ strain, atol=1e-9)
+    assert surface.cell_data_dict["traction_error"]["quad"].max() < 1e-9 * mu  # constant tractions of order 1
 
 
 def test_field_command(solution, tmp_path, monkeypatch, capsys) -> None:

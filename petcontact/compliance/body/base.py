@@ -14,6 +14,8 @@ from ..contact_compliance import ContactCompliance, MakeSurrogate
 
 PROBED = 24
 """Nodes at which the integral equations are checked."""
+HELD = 1e-3
+"""Displacement over what the mean traction would do to a body that nothing holds, below which it is compared with that."""
 PROBE_SEED = 20190
 ROUND_OFF = 1e-14
 """Share of the forces on a body below which their resultant is round-off: such loads are in equilibrium by themselves."""
@@ -118,8 +120,18 @@ class ElasticBody(abc.ABC):
             defect = defect + self.modes[rows] @ self.unknowns(shares, sigma)[self.operators.n_unknowns :]
         if self.data.point.size:
             defect = defect - self.operators.point_displacement(rows, np.tensordot(shares, self.data.force, 1))
-        size = float(np.abs(u).max(initial=0.0))
-        return float(np.abs(defect).max()) / size if size > 0.0 else float(np.abs(defect).max())
+        return float(np.abs(defect).max()) / (self.displaced(u, traction) or 1.0)
+
+    def displaced(self, u: Array, traction: Array) -> float:
+        """The largest displacement, at least `HELD` of what the mean traction would do: where all nodes are held, u = 0.
+
+        Parameters
+        ----------
+        u, traction : (n, d) arrays
+            [length], [stress]
+        """
+        mean = float(self.mesh.weight @ np.abs(traction).max(axis=1)) / float(self.mesh.weight.sum())
+        return max(float(np.abs(u).max(initial=0.0)), HELD * mean / self.operators.traction_scale)
 
 
 def gauge(mesh: BoundaryMesh, data: BoundaryData, modes: Array) -> Array:

@@ -227,8 +227,7 @@ class SuperelementBody(ElasticBody):
         held = self._alpha @ np.concatenate([shares, sigma.ravel()])
         motion = self._given.modes @ (alpha if alpha.size else held)
         expected = (self._given.free.T @ shares + self._given.compliance @ traction.ravel()).reshape(u.shape) + motion
-        size = float(np.abs(u).max(initial=0.0)) or 1.0
-        return float(np.abs(u - expected).max()) / size
+        return float(np.abs(u - expected).max()) / (self.displaced(u, traction) or 1.0)
 
     def describe(self) -> str:
         """A line for the verdict: the file that the body comes from."""

@@ -15,14 +15,17 @@ from .ray_casting import SLACK
 
 
 def grid_lines(box: BoxSurface, mesh: SurfaceMesh) -> list[SideMesh]:
-    """The grid lines along both axes of each face of a mesh of the box, twelve sides."""
-    result = []
+    """The grid lines along both axes of each face of a mesh of the box, twelve sides; none where a face is no grid."""
+    result: list[SideMesh] = []
     for number, face in enumerate(BOX_PARTS.values()):
         mine = np.flatnonzero(mesh.part == number)
+        first = len(result)
         for axis in face_axes(*face):
             lines = np.unique(mesh.corners[mine, :, axis])
             breaks = (lines - box.lower[axis]) / (box.upper - box.lower)[axis]
             result.append(SideMesh(breaks, np.full(len(breaks) - 1, mesh.order[mine[0]])))
+        if len(result[first].order) * len(result[first + 1].order) != len(mine):
+            return []
     return result
 
 

@@ -51,8 +51,8 @@ def matched(
         kind = kinds[a]
         if pair.periodic:
             projections.append(translated_sides(a, as_outline(boundaries[a], "periodic"), part, other))
-        elif kind is not None and kind is kinds[b]:
+        elif kind is not None and kind is kinds[b] and joints[a] and joints[b]:
             projections.append(kind[2]((a, boundaries[a], part), (b, boundaries[b], other), pair.direction))
     match(joints, [projection for projection in projections if projection is not None])
-    return [kind[1](boundary, sides) if kind else mesh
+    return [kind[1](boundary, sides) if kind and sides else mesh
             for kind, boundary, sides, mesh in zip(kinds, boundaries, joints, meshes, strict=True)]  # fmt: skip

@@ -11,17 +11,18 @@ from __future__ import annotations
 
 import math
 import time
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Protocol
 
 from ...contact.state import Start
 from ...errors import SolverError
-from ...geometry.outline import Outline, as_outline
-from ...geometry.surface import Boundary
-from ...mesh.curve_mesh import CurveMesh
+from ...geometry.outline import Outline
+from ...geometry.surface import Boundary, BoxSurface
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
-from ...refinement.levels import Level, check_accuracy
-from ...refinement.marks import Body, LevelMesh
+from ...refinement.levels import check_accuracy
+from ...refinement.marks import LevelMesh
 from ...results.solution import Solution
 from ...runtime.petsc import petsc
 from ...runtime.signals import BrokenOff, answering
@@ -29,44 +30,68 @@ from ..discrete.discretise import Discrete, MeshMaker, discretise
 from ..discrete.interfaces import interfaces_of
 from ..run import prepare, run
 from ..steps.increment import Monitor, PreparedProblem
+from .fixed_mesh import carries_something
+from .panel_tails import PanelTails
 from .slip import Slip
-from .tractions import Tractions, with_later_data
-
-DENSE_NODES = 2500
-"""Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
+from .tractions import Tractions
 
 
 class Quantity(Protocol):
-    """What an adaptive solve refines for: `Slip` or `Tractions`."""
+    """What an adaptive solve refines for: `Slip` or `Tractions` in the plane, `PanelTails` in space.
+
+    Attributes
+    ----------
+    differences : list of float
+        Between neighbouring meshes, where they are compared [-].
+    dense_nodes : int
+        Of a body, up to which `mat_type = "auto"` stays dense.
+    wanted, asked : float, bool
+        The accuracy, and whether somebody named it.
+    exhausted : str
+        Why there is no mesh after the last, or nothing.
+    """
 
     differences: list[float]
+    dense_nodes: int
+    wanted: float
+    asked: bool
+    exhausted: str
 
     @property
     def accuracy(self) -> float: ...
     @property
-    def levels(self) -> tuple[Level, ...]: ...
+    def levels(self) -> Sequence[Any]: ...
     @property
     def attempts(self) -> int: ...
     @property
     def estimate(self) -> float: ...
-    def check(self, problem: Problem, body: Body) -> None: ...
-    def mesh(self, number: int, body: Body, level: Level) -> LevelMesh: ...
+    def mesh(self, number: int, one: Problem, boundary: Boundary, level: Any) -> LevelMesh: ...
     def start(self, problem: PreparedProblem) -> Start | None: ...
-    def observe(self, solution: Solution, level: Level) -> None: ...
+    def goes_on(self, solution: Solution) -> bool: ...
+    def observe(self, solution: Solution, level: Any) -> None: ...
     def apart(self, solution: Solution) -> float: ...
     def is_vague(self) -> bool: ...
     def info(self) -> dict[str, Any]: ...
 
 
 def quantity_for(problem: Problem) -> Quantity:
-    """u_t of one body in bilateral contact without load steps; p and q of everything else."""
+    """In the plane u_t of one body in bilateral contact without load steps, else p and q; in space their tails."""
+    if not in_plane(problem):
+        return PanelTails(problem)
     slip = len(problem.body) == 1 and not problem.step and all(side.holds_normal for side in interfaces_of(problem))
     return Slip() if slip else Tractions(problem)
 
 
-def can_adapt(problem: Problem) -> bool:
+def in_plane(problem: Problem) -> bool:
     """Whether all bodies are plane ones."""
     return all(isinstance(body.geometry.outline(), Outline) for body in problem.body)
+
+
+def adapts_itself(problem: Problem) -> bool:
+    """Whether a problem that names no mesh is solved on adaptive ones; of surfaces from files where it has an accuracy."""
+    asked = any(body.mesh.accuracy is not None for body in problem.body)
+    return all(body.mesh.automatic and (asked or isinstance(body.geometry.outline(), Outline | BoxSurface))
+               for body in problem.body)  # fmt: skip
 
 
 class AdaptiveSolve:
@@ -94,7 +119,6 @@ class AdaptiveSolve:
         self.solutions: list[Solution] = []
         self.discrete: Discrete | None = None
         self.missed = self.left = 0.0
-        self._bodies: dict[int, Body] = {}
 
     def climb(self, accuracy: float) -> str:
         """Level after level until the estimate is below the accuracy; what kept a level from being solved, or nothing."""
@@ -111,26 +135,25 @@ class AdaptiveSolve:
                     return f"{solution.reason} (on the mesh after the last)"
                 self.solutions.append(solution)
                 if solution.status != "converged":
+                    if quantity.goes_on(solution):
+                        break
                     return ""
                 quantity.observe(solution, level)
                 if not quantity.is_vague() or attempt == quantity.attempts - 1:
                     break
-            if self.missed > 0.0 or quantity.estimate <= accuracy:
+            if self.missed > 0.0 or quantity.estimate <= accuracy or quantity.exhausted:
                 break
-        return ""
+        return quantity.exhausted
 
-    def _solved(self, level: Level) -> Solution:
+    def _solved(self, level: Any) -> Solution:
         """The solution on the mesh of a level."""
         self.missed = 0.0
 
-        def make(number: int, one: Problem, boundary: Boundary) -> CurveMesh:
-            if number not in self._bodies:
-                body = Body.of(one, as_outline(boundary, "--adapt").joined)
-                self.quantity.check(one, body)
-                self._bodies[number] = with_later_data(body, self.problem, number, one)
-            made = self.quantity.mesh(number, self._bodies[number], level)
+        def make(number: int, one: Problem, boundary: Boundary) -> BoundaryMesh:
+            made = self.quantity.mesh(number, one, boundary, level)
             self.missed = max(self.missed, made.missed)
-            return made.mesh
+            mesh: BoundaryMesh = made.mesh
+            return mesh
 
         with answering(self.comm):
             discrete, problem = self._prepared(make)
@@ -145,7 +168,8 @@ class AdaptiveSolve:
         """The problem on the meshes that are made for it, eliminated."""
         began = time.perf_counter()
         discrete = discretise(self.problem, make, self.law)
-        if self.problem.bem.mat_type == "auto" and max(mesh.n_nodes for mesh in discrete.meshes) <= DENSE_NODES:
+        largest = max(mesh.n_nodes for mesh in discrete.meshes)
+        if self.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
             dense = self.problem.bem.model_copy(update={"mat_type": "dense"})
             discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": dense}))
         seconds = time.perf_counter() - began
@@ -158,16 +182,16 @@ def adapt(
     problem: Problem, accuracy: float | None = None, *, method: Any = None, rule: Any = None, law: Any = None,
     comm: Any = None, monitor: Monitor | None = None,
 ) -> Solution:  # fmt: skip
-    """The solution with an estimated error below a wanted one, on meshes that follow it; of plane bodies.
+    """The solution with an estimated error below a wanted one, on meshes that follow it.
 
     Parameters
     ----------
     problem : Problem
-        Of its `[mesh]` tables only `graded_points` count. The meshes are found with semismooth Newton; the problem's own
-        method, where it is another one, then solves on the last of them.
+        Of plane `[mesh]` tables only `graded_points` count; in space the first mesh is what they ask for. The meshes are
+        found with semismooth Newton; the problem's own method, where it is another one, then solves on the last of them.
     accuracy : float, optional
         Wanted error, relative, L2 on the contact [-]: of u_t of one body in bilateral contact (by default the smallest
-        `mesh.accuracy`, or 1e-4), else of p and q at the ends of all steps (1e-2).
+        `mesh.accuracy`, or 1e-4), else of p and q at the ends of all steps (1e-2); in space 2e-2.
     method, rule, law
         As in `solve`.
     comm : PETSc.Comm, optional
@@ -190,10 +214,12 @@ def adapt(
     """
     comm, began = comm if comm is not None else petsc().COMM_WORLD, time.perf_counter()
     work = AdaptiveSolve(problem, comm, monitor, law)
+    given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
+    work.quantity.asked = accuracy is not None or bool(given)
     if accuracy is None:
-        given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
         accuracy = min(given, default=work.quantity.accuracy)
     check_accuracy(accuracy)
+    work.quantity.wanted = accuracy
     trouble = work.climb(accuracy)
     solution = work.solutions[-1]
     own = rule is not None or method is not None or problem.method.resolved_name != "semismooth-newton"
@@ -208,6 +234,13 @@ def adapt(
     return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
 
 
+def _short_of(estimate: float, accuracy: float, trouble: str, exhausted: str) -> str:
+    """Why the estimate is above the accuracy."""
+    if trouble and not exhausted:
+        return trouble
+    return f"estimated error {estimate:.1e} > {accuracy:g}" + (f": {exhausted}" if exhausted else " on the finest mesh")
+
+
 def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
     quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
     estimate = max(quantity.estimate, work.left) if shown else math.inf
@@ -216,8 +249,7 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
         "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
         **(quantity.info() if shown else {}),
     }  # fmt: skip
-    # where nothing carries anything there is no p whose error could be known
-    if solution.bilateral or any(pair.pressure.any() for step in solution.tried for pair in step.pairs.values()):
+    if carries_something(solution):
         info["estimated_error"] = estimate
     status, reason = solution.status, solution.reason
     if status == "converged" and work.missed > 0.0:
@@ -225,8 +257,11 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
     elif status == "converged" and quantity.estimate <= accuracy < estimate:
         status, reason = "not converged", (f"{solution.info['method']} leaves an error of {work.left:.1e} on the last mesh, "
                                            f"which semismooth-newton solves to {quantity.estimate:.1e}")  # fmt: skip
+    elif status == "converged" and estimate > accuracy and trouble and not quantity.asked:
+        text = f"estimated error {estimate:.1e} > {accuracy:g}: {trouble}; --accuracy asks for more"
+        info["warnings"] = [*info.get("warnings", []), text]
     elif status == "converged" and estimate > accuracy:
-        status, reason = "not converged", trouble or f"estimated error {estimate:.1e} > {accuracy:g} on the finest mesh"
+        status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity.exhausted)
     timings: dict[str, float] = {}
     for found in {id(each): each for each in (*work.solutions, solution)}.values():
         for name, value in found.timings.items():

@@ -1,4 +1,5 @@
-"""The error on meshes that the user fixed, where it is cheap: against the same meshes with pairs of elements joined."""
+"""The error on meshes that the user fixed: in the plane, where that is cheap, against the same meshes with pairs of elements
+joined; on surfaces by the tails of tractions."""
 
 from __future__ import annotations
 
@@ -18,6 +19,7 @@ from ...results.solution import Solution
 from ..discrete.discretise import discretise
 from ..run import prepare, run
 from .slip import contact_lines, displacement_scale
+from .tails import tail_error
 from .tractions import relative_difference
 
 CHEAP = 1200
@@ -31,8 +33,9 @@ MOST_INCREMENTS = 12
 def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     """The solution, its info with `estimated_error` where that is cheap, else with `error_unknown`, the reason.
 
-    What two meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of
-    the finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q.
+    On surfaces it comes from the solution itself, see `tail_error`, with `resultant_error`. On curves what two
+    meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of the
+    finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q.
 
     Parameters
     ----------
@@ -43,7 +46,12 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     """
     if "estimated_error" in solution.info or not solution.converged:
         return solution
-    reason = _unknown(solution, comm)
+    curves = all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values())
+    reason = "" if carries_something(solution) else "nothing is in contact"
+    if not reason and not curves:
+        error, of_resultants = tail_error(solution)
+        return replace(solution, info={**solution.info, "estimated_error": error, "resultant_error": of_resultants})
+    reason = reason or _costly(solution, comm)
     if not reason:
         try:
             coarse = _coarser(solution, comm, law)
@@ -55,13 +63,14 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     return replace(solution, info={**solution.info, "error_unknown": reason})
 
 
-def _unknown(solution: Solution, comm: Any) -> str:
+def carries_something(solution: Solution) -> bool:
+    """Whether there is a u_t, or a p, whose error could be known."""
+    return solution.bilateral or any(pair.pressure.any() for step in solution.tried for pair in step.pairs.values())
+
+
+def _costly(solution: Solution, comm: Any) -> str:
     """Why no other mesh is solved on; empty where one is."""
     meshes = list(solution.meshes.values())
-    if not solution.bilateral and not any(pair.pressure.any() for step in solution.steps for pair in step.pairs.values()):
-        return "nothing is in contact"
-    if not all(isinstance(mesh, CurveMesh) for mesh in meshes):
-        return "surfaces have no estimate; compare with a finer mesh"
     if any(isinstance(body.geometry, Superelement) for body in solution.problem.body):
         return "a superelement has one mesh"
     if comm.getSize() > 1:

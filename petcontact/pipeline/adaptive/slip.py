@@ -10,7 +10,10 @@ import numpy as np
 
 from ...bem.compatibility import check_compatible
 from ...contact.state import Start
+from ...geometry.outline import as_outline
+from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
+from ...model.problem import Problem
 from ...refinement.contact_line import ContactLine, difference, largest, transition, without_specks
 from ...refinement.levels import MOST_GAIN, REFINEMENT_LEVELS, Level, believed
 from ...refinement.marks import Body, LevelMesh
@@ -21,6 +24,8 @@ from ..steps.start import carried_over
 
 LEAST_SLIP = 1e-3
 """‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""
+DENSE_NODES = 2500
+"""Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
 FIRST_LOOK = 12
 """Least number of elements on a contact side when nothing is known of its zones."""
 
@@ -40,24 +45,30 @@ class Slip:
         Relative differences of u_t between neighbouring meshes.
     """
 
-    levels, attempts, accuracy = REFINEMENT_LEVELS, 1, 1e-4
+    levels, attempts, accuracy, dense_nodes, exhausted = REFINEMENT_LEVELS, 1, 1e-4, DENSE_NODES, ""
 
     def __init__(self) -> None:
         self.differences: list[float] = []
+        self.wanted, self.asked = self.accuracy, True
         self._shown: list[list[ContactLine]] = []
         self._last: Solution | None = None
         self._body: Body | None = None
 
-    def mesh(self, number: int, body: Body, level: Level) -> LevelMesh:
-        """Graded to the transition points that the last solution shows."""
-        self._body = body
+    def mesh(self, number: int, one: Problem, boundary: Boundary, level: Level) -> LevelMesh:
+        """Graded to the transition points that the last solution shows.
+
+        Raises
+        ------
+        InputError
+            If data contradict each other where parts meet.
+        """
+        if self._body is None:
+            self._body = Body.of(one, as_outline(boundary, "--adapt").joined)
+            check_compatible(one, self._body.outline)
+        body = self._body
         longest = [side.length / FIRST_LOOK if contact and not self._shown else np.inf
                    for side, contact in zip(body.outline.sides, body.contact, strict=True)]  # fmt: skip
         return body.mesh(level, longest, self._shown[-1] if self._shown else None)
-
-    def check(self, problem: Any, body: Body) -> None:
-        """Refuse data that contradict each other where parts meet."""
-        check_compatible(problem, body.outline)
 
     def start(self, problem: PreparedProblem) -> Start | None:
         """u_t and σ_t of the last solution on another mesh."""
@@ -75,6 +86,10 @@ class Slip:
         """Relative difference of u_t between the last solution that was kept and another one."""
         assert self._body is not None
         return difference(self._shown[-1], contact_lines(self._body, solution)) / displacement_scale(solution)
+
+    def goes_on(self, solution: Solution) -> bool:
+        """Whether a solution that is not accepted asks for another mesh."""
+        return False
 
     def is_vague(self) -> bool:
         """Whether the same level is to be tried again."""

@@ -10,6 +10,8 @@ import numpy as np
 from ...arrays import Array, Index
 from ...contact.law_protocol import OPEN, SLIP
 from ...contact.state import Start
+from ...geometry.outline import as_outline
+from ...geometry.surface import Boundary
 from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.problem import Problem
@@ -22,6 +24,7 @@ from ...results.solution import Solution
 from ..discrete.discretise import Discrete
 from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
+from .slip import DENSE_NODES
 
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same level."""
@@ -46,19 +49,22 @@ class Tractions:
         Relative differences of p and q between neighbouring meshes.
     """
 
-    levels, attempts, accuracy = CONTACT_REFINEMENT_LEVELS, 3, 1e-2
+    levels, attempts, accuracy, dense_nodes, exhausted = CONTACT_REFINEMENT_LEVELS, 3, 1e-2, DENSE_NODES, ""
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
+        self.wanted, self.asked = self.accuracy, True
+        self._problem, self._bodies = problem, dict[int, Body]()
         self._last = list[Solution]()
         self._edges: dict[str, list[Edge]] = {}
         self._names = {(side.body, side.part): side.name for side in interfaces_of(problem)}
 
-    def check(self, problem: Problem, body: Body) -> None:
-        """Accept every body: contact needs no check of its corners."""
-
-    def mesh(self, number: int, body: Body, level: Level) -> LevelMesh:
+    def mesh(self, number: int, one: Problem, boundary: Boundary, level: Level) -> LevelMesh:
         """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
+        if number not in self._bodies:
+            body = Body.of(one, as_outline(boundary, "--adapt").joined)
+            self._bodies[number] = with_later_data(body, self._problem, number, one)
+        body = self._bodies[number]
         found = {part: self._edges.get(name, []) for (b, part), name in self._names.items() if b == number}
         largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
         for k, (side, start) in enumerate(zip(body.outline.sides, offsets(body.outline), strict=True)):
@@ -83,6 +89,10 @@ class Tractions:
     def apart(self, solution: Solution) -> float:
         """Relative difference of p and q between the last solution that was kept and another one."""
         return relative_difference(self._last[-1], solution)
+
+    def goes_on(self, solution: Solution) -> bool:
+        """Whether a solution that is not accepted asks for another mesh."""
+        return False
 
     def is_vague(self) -> bool:
         """Whether a contact is seen by so few nodes that its edges are guesses."""

@@ -12,6 +12,7 @@ from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_re
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
+from ...refinement.panels.tail import tail
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ..eliminate import ELASTIC_LIMIT
 from ..trust.increments import imbalance, objection
@@ -130,6 +131,7 @@ def _pairs(
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
+            tail(mesh, face.nodes, pressure[:, None]), tail(mesh, face.nodes, sigma_t),
         )  # fmt: skip
     return pairs
 

@@ -56,7 +56,7 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
     arm = np.linalg.norm(motions, axis=1).max(axis=0)
     worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), least * arm + np.finfo(float).tiny)).max())
     if body.modes.shape[2]:
-        strained = float(np.abs(u - body.modes @ alpha).max(initial=0.0))
+        strained = body.displaced(u - body.modes @ alpha, traction)
         multipliers = body.unknowns(shares, sigma)[body.operators.n_unknowns :]
         drift = float(np.abs(body.modes @ multipliers).max(initial=0.0))
         worst = max(worst, drift / strained if strained > 0.0 else 0.0)

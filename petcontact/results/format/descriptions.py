@@ -10,6 +10,8 @@ FIELDS = {
     "arc_length": ("length", "arc length along the part, 0 in space"),
     "pressure": ("stress", "-sigma_n"),
     "sigma_t": ("stress", "traction on the secondary along the tangents"),
+    "pressure_error": ("stress", "estimated error of the pressure, rms over each element"),
+    "sigma_t_error": ("stress", "estimated error of sigma_t, rms over each element"),
     "bound": ("stress", "largest |sigma_t| that friction allows"),
     "gap": ("length", "what is left of the gap, infinite where nothing is faced"),
     "slip": ("length", "tangential displacement of the secondary against the primary"),

@@ -117,6 +117,12 @@ def _accuracy(solution: SolutionData) -> list[str]:
     if "estimated_error" not in info:
         return [f"  error of {what} not known: nothing is in contact"] * ("accuracy" in info)
     error = f"  error of {what}: {info['estimated_error']:.1e} estimated"
+    if "resultant_error" in info:
+        error += f" in L2, of resultants {info['resultant_error']:.1e}"
+        if "accuracy" not in info:
+            return [error]
+        elements = wrapped("  elements: ", [str(count) for count in info["levels"]])
+        return [f"{error}, {info['accuracy']:.1e} wanted", *elements]
     if "accuracy" not in info:
         return [f"{error}, against half as many elements"]
     meshes = ", ".join(str(count) for count in info["levels"])

@@ -16,6 +16,7 @@ from ...mesh.basis import lagrange
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh, corner_values
+from ...refinement.panels.tail import tail
 from ...runtime.figure_style import STATES
 from ..body_fields import BodyFields, StressState
 from ..data import SolutionData
@@ -25,14 +26,15 @@ from .writing import in_space, unit_notes, write_mesh
 
 @dataclass(frozen=True)
 class _Values:
-    """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, bound (n,) of the shear,
-    and what evaluates the stress."""
+    """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, bound (n,) of the shear, what evaluates
+    the stress, and the estimated error of the traction (n_elements,)."""
 
     u: Array
     traction: Array
     state: Index
     bound: Array
     fields: BodyFields
+    error: Array
 
 
 def write_boundary_vtu(
@@ -43,9 +45,10 @@ def write_boundary_vtu(
     Points belong to one element each, since tractions jump from element to element; in the plane elements of higher order
     and arcs are cut into short lines. Point data: displacement, traction, stress, von_mises; in the plane also normal,
     sigma_n, sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and arc_length. Cell
-    data: the number of the part, and contact (-1 elsewhere, 0 stick, 1 slip, 2 open; of a panel the largest of its nodes).
-    Shear between the nodes of a contact element is cut at the bound, which a polynomial may pass there. Names of parts,
-    states and units are those of the arrays of the field data (ParaView's "Information").
+    data: the number of the part, traction_error, estimated (`panels.tail`), and contact (-1 elsewhere, 0 stick, 1 slip,
+    2 open; of a panel the largest of its nodes). Shear between the nodes of a contact element is cut at the bound, which a
+    polynomial may pass there. Names of parts, states and units are those of the arrays of the field data (ParaView's
+    "Information").
 
     Parameters
     ----------
@@ -71,8 +74,9 @@ def write_boundary_vtu(
 def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshio.Mesh:
     """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an increment."""
     mesh, found = solution.meshes[name], step.bodies[name]
+    error = tail(mesh, np.arange(mesh.n_nodes), found.traction)[mesh.first_node[:-1]]
     values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes),
-                     solution.body_fields(name, step))  # fmt: skip
+                     solution.body_fields(name, step), error)  # fmt: skip
     for pair, (owner, _) in solution.sides.items():
         if owner == name and pair in step.pairs:
             nodes, bound = solution.nodes[pair], step.pairs[pair].bound
@@ -105,7 +109,8 @@ def _(mesh: SurfaceMesh, values: _Values) -> Any:
     return meshio.Mesh(
         corners.reshape(-1, 3), cells,
         point_data={"displacement": u.reshape(-1, 3), "traction": traction.reshape(-1, 3), **_stress_data(stress)},
-        cell_data={"part": [mesh.part[mine] for _, mine in kinds], "contact": [state[mine] for _, mine in kinds]},
+        cell_data={name: [field[mine] for _, mine in kinds]
+                   for name, field in (("part", mesh.part), ("contact", state), ("traction_error", values.error))},
     )  # fmt: skip
 
 
@@ -135,7 +140,8 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
             "sigma_n": sigma_n, "sigma_t": sigma_t, "friction_bound": np.where(touching, bound, 0.0), "arc_length": s,
             **_stress_data(stress),
         },
-        cell_data={"part": [np.repeat(mesh.part, counts - 1)], "contact": [cell_state]},
+        cell_data={"part": [np.repeat(mesh.part, counts - 1)], "contact": [cell_state],
+                   "traction_error": [np.repeat(values.error, counts - 1)]},
     )  # fmt: skip
 
 

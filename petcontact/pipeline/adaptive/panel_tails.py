@@ -1,0 +1,230 @@
+"""Tails of tractions on surfaces: what an adaptive solve in space refines for."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array, Mask
+from ...contact.state import Start
+from ...errors import InputError
+from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
+from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.surface_mesh import as_surface
+from ...model.problem import Contact, Problem
+from ...model.solver_options import MeshOptions
+from ...refinement.marks import LevelMesh
+from ...refinement.meshes import mesh_of
+from ...refinement.panels.marks import FINER, element_sizes, facing, faded, largest, too_large
+from ...refinement.panels.quartering import quartered
+from ...refinement.panels.tail import tail
+from ...results.records import StepResult, step_ends
+from ...results.solution import Solution
+from ..choice import check_memory, is_compressed, predicted_seconds, resolved_bem
+from ..discrete.interfaces import interfaces_of
+from ..steps.increment import PreparedProblem
+from ..steps.start import carried_over
+from ..trust.increments import OVERLAP
+from .tails import inside, tail_error
+
+FIRST = 36
+"""Panels on a face in contact of the first mesh, about; on others a quarter of them."""
+LONGEST = 1.5
+"""Panels of the first mesh over the shortest edge of the box."""
+SHARE = 0.5
+"""Of the sum of squared errors, whose panels are cut."""
+FAR, WIDE = 4.0, 0.75
+"""While the estimate is so many times the wanted error the share is larger."""
+
+
+@dataclass(frozen=True)
+class Budget:
+    """What a mesh may cost: nodes of all bodies, and predicted processor seconds of eliminating them."""
+
+    nodes: int
+    seconds: float
+
+
+BUDGETS = {False: Budget(2500, 1.5), True: Budget(30_000, 90.0)}
+"""By whether the accuracy was asked for."""
+
+
+class PanelTails:
+    """p and q, or u_t of one body in bilateral contact, by the tails of tractions on panels.
+
+    Attributes
+    ----------
+    levels : range
+        As many meshes as a budget allows; each has the panels of the one before, some of them cut into four.
+    attempts : int
+    accuracy : float
+        That is wanted by default [-].
+    wanted : float
+        What is wanted [-].
+    asked : bool
+        Whether somebody asked for it, which raises the budget.
+    estimate : float
+        Of the error of the last mesh [-].
+    exhausted : str
+        Why there is no next mesh, or nothing.
+    """
+
+    levels, attempts, accuracy, dense_nodes = range(40), 1, 2e-2, 0
+
+    def __init__(self, problem: Problem) -> None:
+        self.differences: list[float] = []
+        self.estimate, self.wanted, self.asked, self.exhausted = math.inf, self.accuracy, False, ""
+        self._problem, self._sides = problem, interfaces_of(problem)
+        self._estimates: list[float] = []
+        self._resultants = math.nan
+        self._last: Solution | None = None
+        self._meshes: list[BoundaryMesh] = []
+
+    def mesh(self, number: int, one: Problem, boundary: Boundary, level: int) -> LevelMesh:
+        """The mesh of the config, or a coarse one where it names none; later the refined one."""
+        if self._meshes:
+            return LevelMesh(self._meshes[number], 0.0)
+        return LevelMesh(mesh_of(self._first(one, boundary), boundary), 0.0)
+
+    def _first(self, one: Problem, boundary: Boundary) -> Problem:
+        """With the options of the first mesh: order 2 for u_t, which is smooth, else 1, as good a node and cheaper."""
+        if not one.mesh.automatic:
+            return one
+        order = 2 if all(side.holds_normal for side in self._sides) else 1
+        options: dict[str, Any] = {"order": order}
+        if isinstance(boundary, BoxSurface):
+            extent = boundary.upper - boundary.lower
+            touching = [c.part for c in one.boundary if isinstance(c, Contact)]
+            longest = LONGEST * float(extent.min())
+            area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
+            sizes = {part: min(longest, math.sqrt(area[part] / FIRST)) for part in touching}
+            options |= {"element_size": min(longest, 2.0 * min(sizes.values())), "element_sizes": sizes, "exponent": 1.0}
+        return one.model_copy(update={"mesh": MeshOptions(**options)})
+
+    def start(self, problem: PreparedProblem) -> Start | None:
+        """The first increment of the last solution."""
+        if self._last is None:
+            return None
+        return carried_over(problem, replace(self._last, steps=self._last.steps[:1]))
+
+    def observe(self, solution: Solution, level: int) -> None:
+        """Keep what a solution shows, and mark its panels."""
+        self._last = solution
+        self.estimate, self._resultants = tail_error(solution)
+        self._estimates.append(self.estimate)
+        if self.estimate > self.wanted:
+            share = WIDE if self.estimate > FAR * self.wanted else SHARE
+            square = [np.zeros(mesh.n_elements) for mesh in solution.meshes.values()]
+            for step in step_ends(solution.steps):
+                for total, values in zip(square, self._squares(solution, step), strict=True):
+                    total += values
+            counts = np.cumsum([0, *map(len, square)])
+            marked = largest(np.concatenate(square), share)
+            self._refine(solution, [marked[a:b] for a, b in itertools.pairwise(counts)])
+
+    def goes_on(self, solution: Solution) -> bool:
+        """Whether a solution that is not accepted asks for smaller panels: then all those of the contact are cut."""
+        failed = solution.failed
+        if failed is None or failed.status != "not converged" or not failed.residuals.get("overlap", 0.0) <= OVERLAP:
+            return False
+        if "overlap between nodes" not in failed.reason:
+            return False
+        marked = [np.zeros(mesh.n_elements, dtype=bool) for mesh in solution.meshes.values()]
+        for side in self._sides:
+            name = self._problem.body[side.body].name
+            marked[side.body][solution.meshes[name].element[solution.nodes[side.name]]] = True
+        self._refine(solution, marked)
+        return not self.exhausted
+
+    def _squares(self, solution: Solution, step: StepResult) -> list[Array]:
+        """Squared errors of the elements of each body after a step, over those of p; of u_t each times its size squared."""
+        meshes = list(solution.meshes.values())
+        touching, norms = self._touching(solution), list[float]()
+        square = [np.zeros(mesh.n_elements) for mesh in meshes]
+        for side in self._sides:
+            mesh, pair, nodes = meshes[side.body], step.pairs[side.name], solution.nodes[side.name]
+            weight = pair.weight * inside(mesh, side.part, nodes)
+            assert pair.pressure_error is not None and pair.sigma_t_error is not None
+            norms.append(float(weight @ pair.pressure**2) or math.inf)
+            error = weight * (pair.pressure_error**2 + pair.sigma_t_error**2) / norms[-1]
+            np.add.at(square[side.body], mesh.element[nodes], error)
+        least = min(norms)
+        for total, mesh, contact, body in zip(square, meshes, touching, step.bodies.values(), strict=True):
+            # elsewhere tractions matter as far as their errors reach the contact
+            error = mesh.weight * tail(mesh, np.arange(mesh.n_nodes), body.traction) ** 2
+            elsewhere = np.bincount(mesh.element, error) * faded(mesh, contact)
+            total += np.where(contact, 0.0, elsewhere / least)
+            total *= element_sizes(mesh) ** 2 if solution.bilateral else 1.0
+        return square
+
+    def _touching(self, solution: Solution) -> list[Mask]:
+        """Which elements of each body are in contact, or face some that are."""
+        meshes = list(solution.meshes.values())
+        touching = [np.zeros(mesh.n_elements, dtype=bool) for mesh in meshes]
+        for side in self._sides:
+            touching[side.body][meshes[side.body].element[solution.nodes[side.name]]] = True
+            if side.primary is not None:
+                b, part = side.primary
+                touching[b][facing((meshes[side.body], side.part), (meshes[b], part), side.direction)[1]] = True
+        return touching
+
+    def _refine(self, solution: Solution, marked: list[Mask]) -> None:
+        """The next meshes, of marked panels cut with those that face them and those too large beside them; or why not."""
+        meshes = list(solution.meshes.values())
+        sizes = [element_sizes(mesh) for mesh in meshes]
+        for side in self._sides:
+            if side.primary is not None:
+                b, part = side.primary
+                own, other = facing((meshes[side.body], side.part), (meshes[b], part), side.direction)
+                cut = marked[side.body][own] & (sizes[b][other] > FINER * sizes[side.body][own])
+                marked[b][other[cut]] = True
+        marked = [mine | too_large(mesh, contact)
+                  for mine, mesh, contact in zip(marked, meshes, self._touching(solution), strict=True)]  # fmt: skip
+        finer = [quartered(as_surface(mesh), mine) for mesh, mine in zip(meshes, marked, strict=True)]
+        self.exhausted = self._too_much(solution, finer)
+        if not self.exhausted:
+            self._meshes = list(finer)
+
+    def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
+        """What meshes cost beyond the budget or the memory; nothing where they fit."""
+        budget, bem = BUDGETS[self.asked], resolved_bem(self._problem.bem)
+        nodes = sum(mesh.n_nodes for mesh in meshes)
+        seconds = sum(predicted_seconds(bem, mesh) for mesh in meshes)
+        if nodes > budget.nodes:
+            return f"the next mesh has {nodes} nodes, the budget is {budget.nodes}"
+        if seconds > budget.seconds:
+            return f"the next mesh takes about {seconds:.0f} s to eliminate, the budget is {budget.seconds:g} s"
+        faces = [(side.body, side.part) for side in self._sides]
+        both = [*faces, *(side.primary for side in self._sides if side.primary is not None)]
+        dense = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
+        contact = [3 * sum(len(meshes[b].nodes_of(part)) for b, part in both if b == k) for k in dense]
+        total = 3 * sum(len(meshes[b].nodes_of(part)) for b, part in faces)
+        try:
+            check_memory([meshes[b].x.size for b in dense], contact, total if dense else 0)
+        except InputError as error:
+            return f"the next mesh does not fit the memory ({error})"
+        return ""
+
+    def apart(self, solution: Solution) -> float:
+        """Relative difference of p and q between the last solution and one by another method on the same mesh."""
+        assert self._last is not None
+        worst = 0.0
+        for name, pair in solution.pairs.items():
+            old = self._last.pairs[name]
+            size = float(np.sqrt(pair.weight @ pair.pressure**2)) or math.inf
+            for change in (pair.pressure - old.pressure, np.linalg.norm(pair.sigma_t - old.sigma_t, axis=1)):
+                worst = max(worst, float(np.sqrt(pair.weight @ change**2)) / size)
+        return worst
+
+    def is_vague(self) -> bool:
+        """Whether the same level is to be tried again."""
+        return False
+
+    def info(self) -> dict[str, Any]:
+        """The estimates on all meshes, and that of resultants on the last."""
+        return {"estimates": self._estimates, "resultant_error": self._resultants}

@@ -1,0 +1,67 @@
+"""Which panels of surfaces are cut into four: those with the largest errors, those that face them, and those too large."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from ...arrays import Array, Index, Mask
+from ...mesh.boundary_mesh import BoundaryMesh
+
+GROWTH = 2.0
+"""Largest ratio of a panel to the nearest one in contact, beyond its distance from it."""
+FINER = 0.6
+"""Size of a panel over that of one that faces it from which on it is as large."""
+
+
+def element_sizes(mesh: BoundaryMesh) -> Array:
+    """Lengths of elements, in space of the side of a square as large, (n_elements,) [length]."""
+    return np.asarray(np.bincount(mesh.element, mesh.weight) ** (1.0 / (mesh.dim - 1)))
+
+
+def largest(square: Array, share: float) -> Mask:
+    """The fewest elements whose squared errors (n,) have a share of their sum; none where there is no error."""
+    order = np.argsort(-square, kind="stable")
+    total = np.cumsum(square[order])
+    marked = np.zeros(len(square), dtype=bool)
+    if len(square) and total[-1] > 0.0:
+        marked[order[: 1 + np.searchsorted(total, share * total[-1])]] = True
+    return marked
+
+
+Part = tuple[BoundaryMesh, str]
+"""A mesh and the name of one of its parts."""
+
+
+def facing(secondary: Part, primary: Part, direction: Array | None) -> tuple[Index, Index]:
+    """Numbers of elements of two parts that face one another, (k,) and (k,)."""
+    (one, part), (two, other) = secondary, primary
+    (elements, own), (others, opposite) = one.faces(part), two.faces(other)
+    found = own.segments(opposite, one.order[elements], two.order[others], direction)
+    couples = np.unique(np.column_stack([elements[found.face], others[found.other]]), axis=0)
+    return couples[:, 0], couples[:, 1]
+
+
+def too_large(mesh: BoundaryMesh, contact: Mask) -> Mask:
+    """Elements off the contact (of which `contact` says which are on it) that are too large for those of it nearby."""
+    marked = np.zeros(mesh.n_elements, dtype=bool)
+    nodes = np.flatnonzero(contact[mesh.element])
+    if not len(nodes):
+        return marked
+    size = element_sizes(mesh)
+    distance, nearest = scipy.spatial.cKDTree(mesh.x[nodes]).query(mesh.x)
+    allowed = np.full(mesh.n_elements, np.inf)
+    np.minimum.at(allowed, mesh.element, distance + GROWTH * size[mesh.element[nodes[nearest]]])
+    return np.asarray(~contact & (size > allowed))
+
+
+def faded(mesh: BoundaryMesh, contact: Mask) -> Array:
+    """How much squared errors on elements matter on the contact, (n_elements,): 1 there, off it by size h and distance r
+    (h/(r+h))⁶, as fast as the stress under a load without resultant falls."""
+    nodes = np.flatnonzero(contact[mesh.element])
+    if not len(nodes):
+        return np.zeros(mesh.n_elements)
+    distance = np.full(mesh.n_elements, np.inf)
+    np.minimum.at(distance, mesh.element, scipy.spatial.cKDTree(mesh.x[nodes]).query(mesh.x)[0])
+    size = element_sizes(mesh)
+    return np.where(contact, 1.0, (size / (distance + size)) ** 6)

@@ -1,0 +1,145 @@
+"""Adaptive meshes in space: Hertz, two blocks through load steps, surfaces from files, and what a budget leaves."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from facets import box as facet_box
+
+from petcontact import InputError, Problem, adapt, solve
+from petcontact.mesh.pairs.box_faces import grid_lines
+from petcontact.mesh.panelling import box_mesh
+from petcontact.model.base import parse
+from petcontact.pipeline.adaptive import panel_tails
+from petcontact.pipeline.adaptive.panel_tails import Budget, PanelTails
+from petcontact.reference.half_space import elliptic_load
+from petcontact.reference.hertz import elliptic
+from petcontact.refinement.panels.marks import largest, too_large
+from petcontact.refinement.panels.quartering import quartered
+
+SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+
+
+def hertz():
+    """A block cut out of a half space under a rigid sphere, a = p_0 = 1, without a mesh."""
+    flip = np.array([1.0, 1.0, -1.0])
+
+    def component(c):
+        return lambda x, y, z: flip[c] * elliptic_load(np.column_stack([x, y, -z]), 1.0, 1.0, 0.0, 0.3)[:, c]
+
+    sides = [{"part": part, "condition": "displacement", "value": [component(c) for c in range(3)]}
+             for part in ("left", "right", "front", "back", "bottom")]  # fmt: skip
+    block = {"name": "block", "material": SOFT, "boundary": sides,
+             "geometry": {"shape": "box", "lower": [-1.5] * 3, "upper": [1.5, 1.5, 0.0]}}  # fmt: skip
+    gap = f"{0.25 * np.pi * (1.0 - 0.3**2)}*(x**2 + y**2 - 2)"
+    return {"body": [block], "obstacle": [{"name": "sphere"}],
+            "contact": [{"name": "pair", "secondary": "block.top", "primary": "sphere", "gap": gap}]}  # fmt: skip
+
+
+def true_error(solution):
+    """Of the function p, relative, by points on a fine grid of the face."""
+    mesh, line = solution.meshes["block"], 1.5 * (2.0 * (np.arange(60) + 0.5) / 60.0 - 1.0)
+    x = np.stack([*np.meshgrid(line, line), np.zeros((60, 60))], axis=-1).reshape(-1, 3)
+    numbers, faces = mesh.faces("top")
+    hits = faces.cast(x - [0.0, 0.0, 1.0], np.tile([0.0, 0.0, -1.0], (len(x), 1)))
+    nodes, pair = solution.nodes["pair"], solution.pairs["pair"]
+    found = mesh.basis_at(numbers[hits.face], hits.place)[:, nodes] @ pair.pressure
+    exact = elliptic(np.hypot(x[:, 0], x[:, 1]), 1.0)
+    return np.linalg.norm(found - exact) / np.linalg.norm(exact)
+
+
+def test_hertz_is_solved_to_the_wanted_error_on_panels_that_follow_the_contact():
+    solution = adapt(parse(Problem, hertz(), "hertz"), 0.15)
+    error, true = solution.info["estimated_error"], true_error(solution)
+    assert solution.converged and error <= 0.15 and 1.0 < error / true < 4.0
+    assert len(solution.nodes["pair"]) <= 400 and true < 0.07
+    sizes = np.bincount(solution.meshes["block"].element, solution.meshes["block"].weight)
+    assert sizes.max() > 15.0 * sizes.min()
+    assert "0.15 wanted" in solution.verdict() or "1.5e-01 wanted" in solution.verdict()
+
+
+@pytest.mark.parametrize("asked", [False, True])
+def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
+    monkeypatch.setattr(panel_tails, "BUDGETS", {key: Budget(300, 10.0) for key in (False, True)})
+    problem = parse(Problem, hertz(), "hertz")
+    solution = adapt(problem, 0.05) if asked else solve(problem)
+    assert solution.info["estimated_error"] > 0.05
+    said = "the budget is 300"
+    if asked:
+        assert solution.status == "not converged" and said in solution.reason
+    else:
+        assert solution.converged and any(said in text for text in solution.info["warnings"])
+
+
+def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatch):
+    monkeypatch.setattr(panel_tails, "FIRST", 9)
+    monkeypatch.setattr(panel_tails, "BUDGETS", {True: Budget(700, 10.0)})
+
+    def block(name, low, high, *conditions):
+        return {"name": name, "material": SOFT, "boundary": list(conditions),
+                "geometry": {"shape": "box", "lower": low, "upper": high}}  # fmt: skip
+
+    def held(part, value):
+        return {"part": part, "condition": "displacement", "value": value}
+
+    data = {
+        "body": [block("base", [-1.0, -1.0, -1.0], [2.0, 2.0, 0.0], held("bottom", [0.0] * 3)),
+                 block("block", [0.0, 0.0, 0.0], [1.0, 1.0, 0.5], held("top", [0.0, 0.0, -0.02]))],
+        "contact": [{"name": "pair", "secondary": "block.bottom", "primary": "base.top", "friction_coefficient": 0.3}],
+        "step": [{}, {"boundary": [{"body": "block", "part": "top", "value": [0.004, 0.0, -0.02]}]}],
+    }  # fmt: skip
+    solution = adapt(parse(Problem, data, "blocks"), 0.01)
+    assert len(solution.info["levels"]) > 1 and len(solution.steps) == 2 and "700" in solution.reason
+    assert not any("match" in text for text in solution.info["warnings"])
+    assert max(step.pairs["pair"].imbalance for step in solution.steps) < 1e-11
+
+
+def test_panels_of_a_file_are_cut_where_that_is_asked_for(tmp_path):
+    file = facet_box(tmp_path / "box.msh", (0.0, 0.0, 0.0), (2.0, 1.0, 1.0), (4, 2, 2))
+    free = [{"part": part, "condition": "traction", "value": [1.0, 0.0, 0.0] if part == "left" else [0.0] * 3}
+            for part in ("left", "right", "front", "back")]  # fmt: skip
+    data = {
+        "material": {"young_modulus": 100.0, "poisson_ratio": 0.3}, "geometry": {"shape": "gmsh", "file": file},
+        "boundary": [{"part": "bottom", "condition": "contact", "friction_bound": 0.4},
+                     {"part": "top", "condition": "displacement", "value": [0.0] * 3}, *free],
+    }  # fmt: skip
+    plain = solve(parse(Problem, data, "facets"))
+    assert "accuracy" not in plain.info and plain.mesh.n_elements == 80
+    wanted = 0.7 * plain.info["estimated_error"]
+    finer = solve(parse(Problem, {**data, "mesh": {"accuracy": wanted}}, "facets"))
+    assert finer.converged and finer.info["estimated_error"] <= wanted and finer.mesh.n_elements > 80
+
+
+def test_a_contact_between_the_nodes_of_the_first_mesh_is_found():
+    """A sphere that touches where the first panels have no nodes: the mesh is cut until they see it."""
+    data = hertz()
+    data["body"][0]["boundary"] = [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}]
+    data["contact"][0]["gap"] = "1.5*(x**2 + y**2)"
+    data["obstacle"] = [{"name": "sphere", "displacement": [0.0, 0.0, -0.02]}]
+    solution = adapt(parse(Problem, data, "sphere"), 0.9)
+    assert solution.converged and len(solution.info["levels"]) > 1 and solution.pairs["pair"].pressure.max() > 0.0
+
+
+def test_marks():
+    square = np.array([1.0, 5.0, 2.0, 2.0])
+    assert largest(square, 0.5).tolist() == [False, True, False, False]
+    assert largest(square, 0.6).tolist() == [False, True, True, False]
+    assert not largest(np.zeros(3), 0.5).any()
+    problem = parse(Problem, hertz(), "hertz")
+    box = problem.body[0].geometry.outline()
+    mesh = box_mesh(box, lambda part: 1.5, 1, 1.0)
+    top = mesh.part == mesh.part_names.index("top")
+    assert not too_large(mesh, top).any() and len(grid_lines(box, mesh)) == 12
+    for _ in range(3):
+        mesh = quartered(mesh, mesh.part == mesh.part_names.index("top"))
+    coarse = too_large(mesh, mesh.part == mesh.part_names.index("top"))
+    assert coarse.any() and not coarse[mesh.part == mesh.part_names.index("bottom")].any()
+    assert grid_lines(box, quartered(mesh, np.arange(mesh.n_elements) == 0)) == []
+
+
+def test_an_accuracy_beside_a_mesh_is_refused():
+    data = hertz()
+    data["body"][0]["mesh"] = {"element_size": 0.5, "accuracy": 1e-2}
+    with pytest.raises(InputError, match=r"mesh\.accuracy: is for adaptive meshes"):
+        solve(parse(Problem, data, "hertz"))
+    assert PanelTails(parse(Problem, hertz(), "hertz")).estimate == np.inf

@@ -1,0 +1,79 @@
+"""The tail of nodal values against functions whose Legendre coefficients are known."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from facets import box as facet_box
+
+from petcontact.geometry.outline import as_outline
+from petcontact.geometry.surface import BoxSurface
+from petcontact.mesh.grading import mesh_outline
+from petcontact.mesh.panelling import box_mesh, facet_mesh
+from petcontact.model.shapes import Gmsh, Rectangle
+from petcontact.model.solver_options import MeshOptions
+from petcontact.refinement.panels.quartering import quartered
+from petcontact.refinement.panels.tail import MARGIN, RIM, rim_distance, tail
+
+BOX = BoxSurface(np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 1.0]))
+
+
+def meshes(order, tmp_path):
+    """A box of quadrilaterals, one of triangles, and a rectangle in the plane, elements of about 1/4."""
+    file = facet_box(tmp_path / "box.msh", (-2.0, -1.0, 0.0), (2.0, 1.0, 1.0), (8, 4, 2))
+    outline = as_outline(Rectangle((0.0, 0.0), (2.0, 1.0)).outline(), "a test")
+    return [box_mesh(BOX, lambda part: 0.5, order, 1.0), facet_mesh(Gmsh(file=file).outline(), order),
+            mesh_outline(outline, MeshOptions(element_size=0.25, order=order))]  # fmt: skip
+
+
+def inner(mesh, nodes):
+    """Which nodes lie on elements away from the rims."""
+    nearest = np.full(mesh.n_elements, np.inf)
+    np.minimum.at(nearest, mesh.element, rim_distance(mesh, np.arange(mesh.n_nodes)))
+    area = np.bincount(mesh.element, mesh.weight)
+    return (nearest > area ** (1.0 / (mesh.dim - 1)))[mesh.element[nodes]]
+
+
+@pytest.mark.parametrize("order", [1, 2, 3])
+def test_lower_degrees_have_no_tail_and_the_highest_is_all_tail(order, tmp_path):
+    for mesh in meshes(order, tmp_path):
+        nodes, x = np.arange(mesh.n_nodes), mesh.x[:, :1]
+        assert tail(mesh, nodes, np.hstack([x ** (order - 1), 3.0 + 0.0 * x])).max() < 1e-12
+        found = tail(mesh, nodes, x**order)
+        assert found[np.abs(mesh.normal[:, 0]) < 0.5].min() > 1e-5
+        assert np.ptp(found[mesh.first_node[0] : mesh.first_node[1]]) == 0.0
+
+
+def test_legendre_polynomial_on_its_panel():
+    """x² on panels of width h: P_2 of coefficient (h/2)² 2/3, whose mean square is 1/5."""
+    mesh = box_mesh(BOX, lambda part: 0.25, 2, 1.0)
+    nodes = mesh.nodes_of("top")
+    found, away = tail(mesh, nodes, mesh.x[nodes, :1] ** 2), inner(mesh, nodes)
+    assert found[away] == pytest.approx(MARGIN[2] * 0.125**2 * 2.0 / 3.0 / np.sqrt(5.0))
+    assert found[~away].max() == pytest.approx(RIM * found[away].max())
+
+
+def test_constant_elements_take_slopes_from_their_neighbours():
+    for dim, mesh in ((3, box_mesh(BOX, lambda part: 0.25, 0, 1.0)), (2, meshes_of_order_0())):
+        nodes = mesh.nodes_of("top")
+        away = inner(mesh, nodes)
+        found = tail(mesh, nodes, np.column_stack([3.0 * mesh.x[nodes, 0], 4.0 * mesh.x[nodes, 0]]))
+        assert away.any() and found[away] == pytest.approx(MARGIN[0] * 5.0 * 0.25 / np.sqrt(12.0)), dim
+
+
+def meshes_of_order_0():
+    return mesh_outline(as_outline(Rectangle((0.0, 0.0), (2.0, 1.0)).outline(), "a test"), MeshOptions(element_size=0.25))
+
+
+def test_quarters_are_the_same_surface(tmp_path):
+    for mesh in meshes(1, tmp_path)[:2]:
+        marked = np.arange(mesh.n_elements) % 3 == 0
+        finer = quartered(mesh, marked)
+        assert finer.n_elements == mesh.n_elements + 3 * marked.sum()
+        assert finer.weight.sum() == pytest.approx(mesh.weight.sum())
+        assert np.all(finer.weight > 0.0)
+        for part in mesh.part_names:
+            for one, other in ((mesh, finer),):
+                a, b = one.nodes_of(part), other.nodes_of(part)
+                assert one.weight[a] @ one.x[a] == pytest.approx(other.weight[b] @ other.x[b])
+                assert np.allclose(one.weight[a] @ one.normal[a], other.weight[b] @ other.normal[b])
