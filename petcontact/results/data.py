@@ -121,7 +121,7 @@ class SolutionData(Evaluated):
         """Whether it is the paper's problem: one body in one load step, all its contact bilateral under a given bound."""
         contacts = [c for c in self.problem.body[0].boundary if isinstance(c, Contact)]
         given = self.problem
-        others = given.obstacle or given.contact or given.point_force or len(self.nodes) > len(contacts)
+        others = given.obstacle or given.contact or any(b.point_force for b in given.body) or len(self.nodes) > len(contacts)
         one = len(given.body) == 1 and not others
         return one and not self.problem.step and not self.last.alpha.size and all(
             c.normal == "bilateral" and c.gap == 0.0 and c.friction_coefficient is None for c in contacts
