@@ -188,6 +188,11 @@ class StepResult:
     origin: int | None = None
 
     @property
+    def title(self) -> str:
+        """Name of the step, and of a step of a cycle which one it is."""
+        return f"{self.name}, cycle {self.cycle}" if self.cycle else self.name
+
+    @property
     def shares(self) -> dict[int, float]:
         """Of the loads at the ends of steps, by their number."""
         origin = self.step - 1 if self.origin is None else self.origin

@@ -76,7 +76,7 @@ def animate(solution: SolutionData, path: str | Path) -> Path:
                 for k, step in enumerate(steps, 1):
                     figure.clear()
                     axes = plot_on(replace(solution, steps=steps[:k], failed=None), figure, view)
-                    axes.set_title(headed(solution, f"{step.name}, load factor {step.load_factor:.4g}"))
+                    axes.set_title(headed(solution, f"{step.title}, load factor {step.load_factor:.4g}"))
                     writer.grab_frame()
             named.replace(temporary)
         finally:

@@ -61,7 +61,7 @@ def draw_history(figure: Any, solution: SolutionData) -> None:
 
 def draw_wear(figure: Any, solution: SolutionData) -> None:
     """Worn volume and depth, and the largest pressure, over the cycles; over the increments where there are none."""
-    left, right = figure.subplots(1, 2)
+    left, right = figure.subplots(1, 2, gridspec_kw={"wspace": 0.1})     # the label of the depth is the left one's
     units, table = solution.problem.units, solution.wear
     deep, pressed = left.twinx(), []
     for number, (name, last) in enumerate((name, pair) for name, pair in solution.pairs.items() if pair.wear is not None):

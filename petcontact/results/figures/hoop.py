@@ -32,7 +32,7 @@ def draw_hoop(figure: Any, solution: SolutionData) -> None:
         for number, step in enumerate(ends):
             hoop = hoop_stress(solution, name, element, place, step)
             usual = max(usual, float(np.percentile(np.abs(hoop), 99.0)))
-            axes.plot(along[order], hoop[order], lw=1.0, color=f"C{number}", label=plain(step.name))
+            axes.plot(along[order], hoop[order], lw=1.0, color=f"C{number}", label=plain(step.title))
         # stress may be infinite at corners
         if usual > 0.0:
             low, high = axes.get_ylim()

@@ -18,6 +18,7 @@ from ...runtime.figure_style import (
     label,
     legend_below,
     legend_beside,
+    plain,
 )
 from ..data import SolutionData
 from ..records import PairResult, StepResult, step_ends
@@ -127,7 +128,8 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
         for number, step in enumerate(ends):
             pair = step.pairs[name]
             slip = np.where(pair.state == OPEN, np.nan, pair.slip[:, 0])
-            axes.plot(pair.arc_length[order], slip[order], color=f"C{number}", label=step.name if len(ends) > 1 else "$u_t$")
+            named = plain(step.title) if len(ends) > 1 else "$u_t$"
+            axes.plot(pair.arc_length[order], slip[order], color=f"C{number}", label=named)
         axes.axhline(0.0, color="0.5", lw=0.6)
         axes.set_ylabel(label("tangential displacement", solution.problem.units.length))
         legend_beside(axes)
@@ -166,7 +168,7 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
         for number, step in enumerate(_shown(solution)):
             pair = step.pairs[name]
             s, gap = pair.arc_length[order], np.where(np.isfinite(pair.gap), pair.gap, np.nan)[order]
-            axes.plot(s, gap, color=f"C{number}", label=step.name)
+            axes.plot(s, gap, color=f"C{number}", label=plain(step.title))
             inside = (s >= axes.get_xlim()[0]) & (s <= axes.get_xlim()[1]) & np.isfinite(gap)
             top = max(top, float(gap[inside].max(initial=0.0)))
         if top > 0.0:

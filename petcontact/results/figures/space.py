@@ -106,7 +106,7 @@ def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
     for row, name in zip(every, names, strict=True):
         for axes, step in zip(row, shown, strict=True):
             _draw_states(axes, step.pairs[name])
-            axes.set_title(": ".join(([name] if len(names) > 1 else []) + [plain(step.name)]), fontsize="small")
+            axes.set_title(": ".join(([name] if len(names) > 1 else []) + [plain(step.title)]), fontsize="small")
     found = {word: handle for axes in every.ravel()
              for handle, word in zip(*axes.get_legend_handles_labels(), strict=True)}  # fmt: skip
     every[0, -1].legend(found.values(), found.keys(), loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="x-small")
