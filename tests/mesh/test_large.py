@@ -54,6 +54,7 @@ def test_distances_from_other_sides_are_those_of_all_pairs():
         assert np.allclose(found[k], wanted, rtol=1e-14)
 
 
+@pytest.mark.slow
 def test_too_many_graded_sides_are_refused_before_the_work():
     case = many_sided(100_000)
     with pytest.raises(InputError, match=r"^mesh: 100000 graded sides give more than 1e\+06 nodes; name an element_size"):

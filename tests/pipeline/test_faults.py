@@ -269,7 +269,7 @@ def test_too_little_memory_is_one_line(tmp_path):
     _, err = job.communicate(timeout=60)
     assert job.returncode == 1 and "out of memory" in err and "-bem_mat_type hodlr" in err
     # the size is announced first
-    assert err.count("\n") == 2 and err.startswith("petcontact: 12000 nodes, 24000 unknowns: about ")
+    assert err.count("\n") == 2 and err.startswith("petcontact: 12000 nodes, 24000 unknowns, about ")
     assert sorted(os.listdir(tmp_path)) == ["case.toml"]
 
 

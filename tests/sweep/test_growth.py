@@ -38,6 +38,7 @@ def test_a_case_of_ten_thousand_costs_what_one_of_a_thousand_does(tmp_path):
     assert seconds[10_000] <= 1.2 * seconds[1_000]
 
 
+@pytest.mark.slow
 def test_the_benchmark_counts_the_factorisations_of_the_papers_way(tmp_path, monkeypatch):
     script = str(CONFIGS.parent / "scripts" / "benchmark")
     loader = importlib.machinery.SourceFileLoader("benchmark_script", script)
