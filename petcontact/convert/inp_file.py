@@ -93,6 +93,11 @@ def read_inp(path: str | Path) -> InpFile:
             raise InputError(f"{path}: line {keyword.line}: *{keyword.name}: a number was expected") from None
     if not (found.nodes and found.elements):
         raise InputError(f"{path}: has no *NODE and *ELEMENT of types {', '.join(CORNERS)}")
+    for number, (_, nodes) in found.elements.items():
+        if unknown := sorted({*nodes} - found.nodes.keys()):
+            raise InputError(f"{path}: element {number}: there is no node {unknown[0]}")
+        if len({*nodes}) < len(nodes):
+            raise InputError(f"{path}: element {number} names a node twice")
     return found
 
 

@@ -51,6 +51,11 @@ class Boundary(Protocol):
     def closed(self) -> bool: ...
 
 
+def face_axes(axis: int, side: int) -> tuple[int, int]:
+    """The two axes of a face of a box, so that they and the outward normal are right-handed."""
+    return ((axis + 1) % 3, (axis + 2) % 3) if side else ((axis + 2) % 3, (axis + 1) % 3)
+
+
 @dataclass(frozen=True)
 class BoxSurface:
     """The six faces of [lower, upper], parts left x-, right x+, front y-, back y+, bottom z-, top z+ [length]."""
@@ -66,23 +71,6 @@ class BoxSurface:
     def diameter(self) -> float:
         """Length of the diagonal [length]."""
         return float(np.linalg.norm(self.upper - self.lower))
-
-
-@dataclass(frozen=True)
-class SphereSurface:
-    """A sphere in six parts, named like the faces of the box around it [length]."""
-
-    centre: Array
-    radius: float
-    parts: tuple[str, ...] = tuple(BOX_PARTS)
-    dim: ClassVar[int] = 3
-    exterior: ClassVar[bool] = False
-    closed: ClassVar[bool] = True
-
-    @property
-    def diameter(self) -> float:
-        """Length of the diagonal of the bounding box [length]."""
-        return float(np.sqrt(12.0) * self.radius)
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,10 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ..arrays import Array, Index
-from ..geometry.surface import BOX_PARTS, BoxSurface, FacetSurface, SphereSurface
+from ..geometry.round_surfaces import RoundSurface
+from ..geometry.surface import BOX_PARTS, BoxSurface, FacetSurface, face_axes
 from .surface_mesh import SurfaceMesh
 
-FEWEST = 2
-"""Panels along a quarter of a great circle: their area factor varies by less than 2."""
 GRID = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
 """Points of a 9-node quadrilateral in a grid twice as fine: corners, middles of the sides, middle."""
 
@@ -21,11 +20,6 @@ def graded(count: int, exponent: float) -> Array:
     t = np.arange(count + 1) / count
     left = 0.5 * (2.0 * np.minimum(t, 1.0 - t)) ** exponent
     return np.where(t <= 0.5, left, 1.0 - left)
-
-
-def face_axes(axis: int, side: int) -> tuple[int, int]:
-    """The two axes of a face of a box, so that they and the outward normal are right-handed."""
-    return ((axis + 1) % 3, (axis + 2) % 3) if side else ((axis + 2) % 3, (axis + 1) % 3)
 
 
 def box_mesh(box: BoxSurface, size_of: Callable[[str], float], order: int, exponent: float) -> SurfaceMesh:
@@ -73,30 +67,24 @@ def box_of_lines(box: BoxSurface, lines: Sequence[Array], orders: Sequence[Index
     return SurfaceMesh(np.vstack(corners), np.concatenate(order), np.concatenate(part), box.parts)
 
 
-def sphere_mesh(sphere: SphereSurface, size: float, order: int) -> SurfaceMesh:
-    """Curved quadrilaterals on a sphere: on each part of the sphere a grid of equal angles, projected from the cube's face.
+def round_mesh(surface: RoundSurface, size: float, order: int) -> SurfaceMesh:
+    """Curved quadrilaterals on a sphere or a cylinder.
 
     Parameters
     ----------
-    sphere : SphereSurface
+    surface : RoundSurface
     size : float
-        A quarter of a great circle has its length over this panels, at least `FEWEST` [length].
+        Of the panels, about [length].
     order : int
         p, 0 to 3.
     """
-    count = max(FEWEST, round(0.5 * np.pi * sphere.radius / size))
-    slope = np.tan(0.25 * np.pi * np.linspace(-1.0, 1.0, 2 * count + 1))
-    cells = []
-    for axis, side in BOX_PARTS.values():
-        u, v = face_axes(axis, side)
-        x = np.empty((2 * count + 1, 2 * count + 1, 3))
-        x[..., u], x[..., v] = np.meshgrid(slope, slope, indexing="ij")
-        x[..., axis] = 2 * side - 1
-        x = sphere.centre + sphere.radius * x / np.linalg.norm(x, axis=2, keepdims=True)
-        nine = [x[i : i + 2 * count - 1 : 2, j : j + 2 * count - 1 : 2] for i, j in GRID]
+    cells, parts = [], []
+    for part, x in surface.grids(size):
+        nine = [x[i : len(x) - 2 + i : 2, j : len(x[0]) - 2 + j : 2] for i, j in GRID]
         cells.append(np.stack(nine, axis=2).reshape(-1, 9, 3))
-    points, part = np.concatenate(cells), np.repeat(np.arange(len(cells)), count**2)
-    return SurfaceMesh(points[:, :4], np.full(len(points), order), part, sphere.parts, points[:, 4:])
+        parts.append(np.full(len(cells[-1]), part))
+    points = np.concatenate(cells)
+    return SurfaceMesh(points[:, :4], np.full(len(points), order), np.concatenate(parts), surface.parts, points[:, 4:])
 
 
 def facet_mesh(surface: FacetSurface, order: int) -> SurfaceMesh:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import inspect
+import keyword
 import re
 import stat
 from collections.abc import Callable, Collection
@@ -111,18 +112,20 @@ class _OneLine(ModelMetaclass):
     """
 
     def __call__(cls, *args: Any, **kwargs: Any) -> Any:
+        kwargs = {name.removesuffix("_") if keyword.iskeyword(name[:-1]) else name: value for name, value in kwargs.items()}
         kwargs = {name: _plain(value) for name, value in (cls._by_place(args, kwargs) | kwargs).items()}
         return _checked(cls, lambda: super(_OneLine, cls).__call__(**kwargs), kwargs)
 
     @property
     def __signature__(cls: Any) -> inspect.Signature:
-        """Fields by place or by name, as values may be given; `help` and editors show it."""
+        """Fields by place or by name, as values may be given; `help` and editors show it. `from` is `from_` in Python."""
         kinds = (inspect.Parameter.POSITIONAL_OR_KEYWORD, inspect.Parameter.KEYWORD_ONLY)
         fields = [(bool(field.kw_only), name, field) for name, field in cls.model_fields.items()]
         texts = {name: text for base in reversed(cls.__mro__) for name, text in vars(base).get("__annotations__", {}).items()
                  }  # fmt: skip
         return inspect.Signature([
-            inspect.Parameter(name, kinds[by_name], default=inspect.Parameter.empty if field.is_required() else
+            inspect.Parameter(name + "_" * keyword.iskeyword(name), kinds[by_name],
+                              default=inspect.Parameter.empty if field.is_required() else
                               field.get_default(call_default_factory=True), annotation=texts[name])
             for by_name, name, field in sorted(fields, key=lambda item: item[0])
         ])  # fmt: skip

@@ -8,7 +8,9 @@ import pydantic
 
 from .base import Expression, Finite, Model, Name, NotNegative, Positive, Share, Vector, something
 from .loads import PointForce, VolumeLoads
-from .shapes import Box, Gmsh, Polygon, Rectangle, SideBySide, Sphere, Superelement
+from .shapes.files import Gmsh, Superelement
+from .shapes.plane import Polygon, Rectangle, SideBySide
+from .shapes.solids import Solid
 from .solver_options import MeshOptions
 
 UnitName = Annotated[str, pydantic.Field(min_length=1, max_length=20)]
@@ -230,9 +232,7 @@ class Contact(Model):
 
 
 Condition = Annotated[Displacement | Traction | Symmetry | Periodic | Contact, pydantic.Field(discriminator="condition")]
-Geometry = Annotated[
-    Rectangle | Polygon | SideBySide | Box | Sphere | Gmsh | Superelement, pydantic.Field(discriminator="shape")
-]
+Geometry = Annotated[Rectangle | Polygon | SideBySide | Solid | Gmsh | Superelement, pydantic.Field(discriminator="shape")]
 
 
 class Body(Model):
@@ -294,7 +294,7 @@ class Pair(Model):
     wear_coefficient : expression, optional
         k >= 0 of Archard's law, where unilateral, of both sides together: worn depth = k ∫ p |dw| [1/stress].
     wear_share : float
-        Share of it by which the secondary is worn, in [0, 1]; the primary is by the rest [-].
+        Of it the secondary's, in [0, 1]; the primary has the rest [-].
     """
 
     name: Name

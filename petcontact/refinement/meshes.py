@@ -10,12 +10,13 @@ import numpy as np
 from ..bem.compatibility import check_compatible
 from ..errors import InputError
 from ..geometry.outline import Outline
+from ..geometry.round_surfaces import CylinderSurface, SphereSurface
 from ..geometry.superelement import CondensedSurface
-from ..geometry.surface import BoxSurface, FacetSurface, SphereSurface
+from ..geometry.surface import BoxSurface, FacetSurface
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..mesh.grading import mesh_outline
-from ..mesh.panelling import box_mesh, facet_mesh, sphere_mesh
+from ..mesh.panelling import box_mesh, facet_mesh, round_mesh
 from ..mesh.panels import HIGHEST_ORDER
 from ..mesh.surface_mesh import SurfaceMesh
 from ..model.problem import Problem
@@ -73,15 +74,16 @@ def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
     return box_mesh(boundary, lambda part: options.element_sizes.get(part, usual), order, exponent)
 
 
-@_mesh.register
-def _(boundary: SphereSurface, problem: Problem) -> SurfaceMesh:
+@_mesh.register(SphereSurface)
+@_mesh.register(CylinderSurface)
+def _(boundary: SphereSurface | CylinderSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
     for key in ("element_sizes", "exponent"):
         if _is_given(problem.mesh, key):
-            raise InputError(f"mesh.{key}: is for boxes; panels of spheres are of one size, mesh.element_size")
+            raise InputError(f"mesh.{key}: is for boxes; panels of round bodies are of one size, mesh.element_size")
     size = problem.mesh.element_size or 2.0 * boundary.radius / PANELS
-    _check_size(6.0 * (0.5 * np.pi * boundary.radius / size) ** 2 * (order + 1) ** 2)
-    return sphere_mesh(boundary, size, order)
+    _check_size(boundary.area / size**2 * (order + 1) ** 2)
+    return round_mesh(boundary, size, order)
 
 
 @_mesh.register

@@ -18,7 +18,7 @@ from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, po
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
-from ..model.shapes import Superelement
+from ..model.shapes.files import Superelement
 from .records import BodyResult
 
 

@@ -16,7 +16,7 @@ from petcontact.fields.boundary.places import best_places
 from petcontact.fields.peak import corners, peak_of
 from petcontact.mesh.curve_mesh import build_mesh
 from petcontact.model.bodies import Units
-from petcontact.model.shapes import Rectangle
+from petcontact.model.shapes.plane import Rectangle
 from petcontact.results.figures import curves, plane
 from petcontact.results.figures.hoop import hoop_stress
 from petcontact.results.hdf5 import write_solution

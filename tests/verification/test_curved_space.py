@@ -163,3 +163,22 @@ def test_a_sphere_by_its_shape(tmp_path: Path) -> None:
     assert np.all(np.linalg.norm(pair.x[pressed, :2], axis=1) < 0.35) and np.count_nonzero(pressed) >= 4
     resultant = np.sum(mesh.weight[:, None] * solution.last.bodies["ball"].traction, axis=0)
     assert np.abs(resultant).max() < 2e-2 * float(pair.weight @ pair.pressure)
+
+
+def test_a_cylinder_is_closed_and_carries_an_even_pressure() -> None:
+    """Along a leaning axis: area and volume, and a column with ν = 0 on rough ground, whose displacement is linear."""
+    start, end = np.array([1.0, -2.0, 0.5]), np.array([1.6, -1.2, 0.5])
+    solution = petcontact.solve(petcontact.Problem(
+        material=petcontact.Material(10.0, 0.0), geometry=petcontact.Cylinder(from_=tuple(start), to=tuple(end), radius=0.7),
+        mesh=petcontact.MeshOptions(element_size=0.35, order=2),
+        boundary=[petcontact.Contact("bottom", normal="unilateral", friction_coefficient=0.3),
+                  petcontact.Traction("side", value=(0.0, 0.0, 0.0)), petcontact.Traction("top", value=tuple(start - end))],
+    ))  # fmt: skip
+    mesh, (pair,) = solution.mesh, solution.last.pairs.values()
+    assert np.abs(mesh.weight @ mesh.normal).max() < 1e-12
+    assert abs(mesh.weight.sum() / (2.0 * np.pi * 0.7 * 1.7) - 1.0) < 3e-4
+    assert abs(mesh.weight @ np.sum((mesh.x - start) * mesh.normal, axis=1) / 3.0 / (np.pi * 0.49) - 1.0) < 3e-4
+    assert solution.converged and np.abs(pair.pressure - 1.0).max() < 1e-5
+    assert np.abs(solution.u @ (end - start) + 0.1 * (mesh.x - start) @ (end - start)).max() < 1e-6
+    with pytest.raises(InputError, match="a cylinder has a height"):
+        petcontact.Cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0)

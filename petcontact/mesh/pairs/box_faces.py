@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...arrays import Array, Index
-from ...geometry.surface import BOX_PARTS, BoxSurface
-from ..panelling import box_of_lines, face_axes
+from ...geometry.surface import BOX_PARTS, BoxSurface, face_axes
+from ..panelling import box_of_lines
 from ..surface_mesh import SurfaceMesh
 from .common_breakpoints import SideMesh
 from .ray_casting import SLACK

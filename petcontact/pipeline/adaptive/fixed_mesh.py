@@ -12,7 +12,7 @@ import numpy as np
 from ...errors import PetcontactError
 from ...geometry.outline import Outline
 from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
-from ...model.shapes import Superelement
+from ...model.shapes.files import Superelement
 from ...refinement.contact_line import difference
 from ...refinement.marks import Body
 from ...results.solution import Solution

@@ -21,6 +21,8 @@ GROWTH, SHRINK = 2.0, 0.25
 """Bounds of a jump over the one before."""
 AIM = 0.8
 """Change of p that a jump aims at, over the tolerance."""
+GONE = 1e-2
+"""Of the largest p so far: what is below adds nothing to the wear that counts."""
 Row = tuple[int, Array, Array]
 """Cycles that are done, and p [stress] and the worn depth [length] then, (M,)."""
 
@@ -56,7 +58,7 @@ def later_cycles(
             passed += tried
             break
         row = _row(reached + jump, tried[-1][2])
-        change = _change(problem, rows[-1], row) / cycle.tolerance
+        change = _change(problem, rows, row) / cycle.tolerance
         if cycle.jump == "auto":
             if change > 1.0 and jump > 1:
                 size = max(1, int(jump * max(SHRINK, AIM / change)))
@@ -126,9 +128,9 @@ def rows_of(problem: PreparedProblem, wear: WearHistory | None, last: int) -> li
     return [(int(c), p, h) for c, p, h in zip(wear.cycle, pressure, depth, strict=True) if c <= last]
 
 
-def _change(problem: PreparedProblem, old: Row, new: Row) -> float:
-    """Of p where anything wears, over p, in L2."""
+def _change(problem: PreparedProblem, rows: list[Row], new: Row) -> float:
+    """Of p where anything wears, over p, in L2; p that is nearly gone counts as the share `GONE` of what it was."""
     weight = np.where(problem.discrete.wear > 0.0, problem.system.weight, 0.0)
-    size = contact_norm(new[1][:, None], weight)
-    return contact_norm((new[1] - old[1])[:, None], weight) / size if size > 0.0 else 0.0
+    size = max(contact_norm(new[1][:, None], weight), GONE * max(contact_norm(row[1][:, None], weight) for row in rows))
+    return contact_norm((new[1] - rows[-1][1])[:, None], weight) / size if size > 0.0 else 0.0
 

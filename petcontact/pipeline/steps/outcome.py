@@ -8,11 +8,11 @@ from ...arrays import Array
 from ...compliance.bodies import Interface
 from ...contact.criterion import equilibrium_defect, natural_residuals
 from ...contact.friction_law import contact_norm
-from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
+from ...contact.law_protocol import OPEN, WITHIN, bound_excess, friction_bound, law_residual
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
-from ...refinement.panels.tail import tail
+from ...refinement.panels.tail import pressure_tail, tail
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ..eliminate import ELASTIC_LIMIT
 from ..trust.increments import imbalance, objection
@@ -131,7 +131,7 @@ def _pairs(
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
-            tail(mesh, face.nodes, pressure[:, None]), tail(mesh, face.nodes, sigma_t),
+            pressure_tail(mesh, face.nodes, pressure, states[where] == OPEN), tail(mesh, face.nodes, sigma_t),
         )  # fmt: skip
     return pairs
 

@@ -10,13 +10,15 @@ from __future__ import annotations
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, Mask
 from ...mesh.boundary_mesh import BoundaryMesh
 
 MARGIN = (2.0, 0.7, 1.2, 1.5)
 """Factors of the tail of elements of order 0, 1, 2, and above, measured by scripts/verify_space."""
 RIM = 2.0
 """Factor on elements at the rim of a part, where tractions may be infinite and coefficients fall slowly."""
+FEW = 6
+"""Elements that carry pressure, below which its shape is not seen."""
 SMOOTH = 0.5
 """Least cosine between the normals of neighbours on one smooth surface."""
 
@@ -62,6 +64,18 @@ def tail(mesh: BoundaryMesh, nodes: Index, values: Array) -> Array:
     margin = np.array(MARGIN)[np.minimum(mesh.order, len(MARGIN) - 1)]
     margin = np.where(near < area ** (1.0 / (mesh.dim - 1)), RIM * margin, margin)
     return np.asarray((margin * np.sqrt(total))[element])
+
+
+def pressure_tail(mesh: BoundaryMesh, nodes: Index, pressure: Array, opened: Mask) -> Array:
+    """Estimated error (m,) of p: `tail`, and all of p where a contact that ends on the part covers less than `FEW` elements.
+
+    What no element resolves has no tail: a spot inside of one element of order 1 may have the same p at all of its nodes.
+    """
+    error, element = tail(mesh, nodes, pressure[:, None]), mesh.element[nodes]
+    if opened.any() and np.count_nonzero(np.bincount(element[pressure > 0.0])) < FEW:
+        total = np.bincount(element, mesh.weight[nodes] * pressure**2)[element]
+        return np.maximum(error, np.sqrt(total / np.bincount(element, mesh.weight[nodes])[element]))
+    return error
 
 
 def rim_distance(mesh: BoundaryMesh, nodes: Index) -> Array:

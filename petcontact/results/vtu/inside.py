@@ -18,7 +18,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.bodies import Units
-from ...model.shapes import Superelement
+from ...model.shapes.files import Superelement
 from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh

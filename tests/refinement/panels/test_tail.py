@@ -10,7 +10,8 @@ from petcontact.geometry.outline import as_outline
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh, facet_mesh
-from petcontact.model.shapes import Gmsh, Rectangle
+from petcontact.model.shapes.files import Gmsh
+from petcontact.model.shapes.plane import Rectangle
 from petcontact.model.solver_options import MeshOptions
 from petcontact.refinement.panels.quartering import quartered
 from petcontact.refinement.panels.tail import MARGIN, RIM, rim_distance, tail

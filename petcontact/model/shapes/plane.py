@@ -1,4 +1,4 @@
-"""Shapes that a config may name: what `[geometry]` says, and the outline that follows from it."""
+"""Rectangles, polygons and outlines of lines and arcs."""
 
 from __future__ import annotations
 
@@ -8,18 +8,11 @@ from typing import Literal
 import numpy as np
 import pydantic
 
-from ..arrays import Array
-from ..errors import InputError
-from ..geometry.arcs import turn_of_radius, turn_through
-from ..geometry.gmsh import gmsh_outline, read_msh
-from ..geometry.gmsh_surface import gmsh_surface, is_surface
-from ..geometry.outline import Outline, Side, arc, oriented
-from ..geometry.superelement import LARGEST, CondensedSurface, read_superelement
-from ..geometry.surface import BoxSurface, FacetSurface, SphereSurface
-from .base import Finite, Model, Point, Positive, SpacePoint, regular_file
-
-LARGEST_MESH = 2_000_000_000
-"""Bytes of a mesh file."""
+from ...arrays import Array
+from ...errors import InputError
+from ...geometry.arcs import turn_of_radius, turn_through
+from ...geometry.outline import Outline, Side, arc, oriented
+from ..base import Finite, Model, Point, Positive
 
 
 class Rectangle(Model):
@@ -194,112 +187,3 @@ def _loop(given: tuple[OutlineSide, ...], number: int) -> list[Side]:
         sides += side.sides_from(start)
         start = sides[-1].end
     return sides
-
-
-class Box(Model):
-    """In space, axis-parallel, its faces named left x-, right x+, front y-, back y+, bottom z-, top z+.
-
-    Attributes
-    ----------
-    shape : "box"
-        The shape.
-    lower, upper : points with three coordinates
-        Opposite corners [length].
-    """
-
-    shape: Literal["box"] = pydantic.Field(default="box", kw_only=True)
-    lower: SpacePoint
-    upper: SpacePoint
-
-    @pydantic.model_validator(mode="after")
-    def _has_volume(self) -> Box:
-        if not all(a < b for a, b in zip(self.lower, self.upper, strict=True)):
-            raise ValueError("each coordinate of upper must be greater than that of lower")
-        return self
-
-    def outline(self) -> BoxSurface:
-        """The six faces."""
-        return BoxSurface(np.array(self.lower), np.array(self.upper))
-
-
-class Sphere(Model):
-    """A ball of curved panels, in parts left x-, right x+, front y-, back y+, bottom z-, top z+.
-
-    A part is where the direction from the centre is nearest to that axis.
-
-    Attributes
-    ----------
-    shape : "sphere"
-        The shape.
-    centre : point with three coordinates
-        [length]
-    radius : float
-        [length]
-    """
-
-    shape: Literal["sphere"] = pydantic.Field(default="sphere", kw_only=True)
-    centre: SpacePoint
-    radius: Positive
-
-    def outline(self) -> SphereSurface:
-        """The surface."""
-        return SphereSurface(np.array(self.centre), self.radius)
-
-
-class Gmsh(Model):
-    """A `.msh` file, format 2.2 or 4.1, of a plane body or of the surface of one in space.
-
-    In space the triangles and quadrilaterals of the physical surfaces become panels, curved where cells of second order are;
-    in the plane each boundary line of the mesh is a side of its own and so one element at least, and lines of second
-    order become circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
-
-    Attributes
-    ----------
-    shape : "gmsh"
-        The shape.
-    file : str
-        Path of the file; in a config it is relative to the config's folder.
-    """
-
-    shape: Literal["gmsh"] = pydantic.Field(default="gmsh", kw_only=True)
-    file: str = pydantic.Field(min_length=1)
-
-    def outline(self) -> Outline | FacetSurface:
-        """The outline, or the surface where the nodes do not lie in a plane z = const.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read, names no part somewhere, or its boundary lines or surface do not close.
-        """
-        mesh = read_msh(str(regular_file(self.file, LARGEST_MESH)))
-        return gmsh_surface(mesh, self.file) if is_surface(mesh) else gmsh_outline(mesh, self.file)
-
-
-class Superelement(Model):
-    """A body of any code, known by the condensed stiffness or compliance of its contact surface.
-
-    Anisotropic, layered or shell bodies, from finite elements: `petcontact help superelements` says what the file holds.
-    Conditions on its parts work; loads inside are in the file. The material is that of the surface: it says how stiff the
-    faces are against tractions that finite elements of their size do not resolve. Fields inside are not known.
-
-    Attributes
-    ----------
-    shape : "superelement"
-        The shape.
-    file : str
-        Path of the .npz file; in a config it is relative to the config's folder.
-    """
-
-    shape: Literal["superelement"] = pydantic.Field(default="superelement", kw_only=True)
-    file: str = pydantic.Field(min_length=1)
-
-    def outline(self) -> CondensedSurface:
-        """The contact surface.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read, or does not hold what it should.
-        """
-        return read_superelement(regular_file(self.file, LARGEST))

@@ -1,0 +1,125 @@
+"""Spheres and cylinders: grids of points on their parts, twice as fine as the curved panels that are made of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+import numpy as np
+
+from ..arrays import Array
+from .surface import BOX_PARTS, face_axes
+
+FEWEST = 2
+"""Panels along a quarter of a circle: their area factor varies by less than 2."""
+CORE = 0.6
+"""Half the width of the square in the middle of a disc over its radius."""
+ROUNDED = 0.15
+"""By how much the corners of the square are drawn in: panels beside them are no wedges."""
+
+
+class RoundSurface(Protocol):
+    """A surface of curved panels [length]."""
+
+    @property
+    def radius(self) -> float: ...
+    @property
+    def parts(self) -> tuple[str, ...]: ...
+    @property
+    def area(self) -> float: ...
+    def grids(self, size: float) -> Iterator[tuple[int, Array]]: ...
+
+
+@dataclass(frozen=True)
+class SphereSurface:
+    """A sphere in six parts, named like the faces of the box around it [length]."""
+
+    centre: Array
+    radius: float
+    parts: tuple[str, ...] = tuple(BOX_PARTS)
+    dim: ClassVar[int] = 3
+    exterior: ClassVar[bool] = False
+    closed: ClassVar[bool] = True
+
+    @property
+    def diameter(self) -> float:
+        """Length of the diagonal of the bounding box [length]."""
+        return float(np.sqrt(12.0) * self.radius)
+
+    @property
+    def area(self) -> float:
+        """[length²]."""
+        return float(4.0 * np.pi * self.radius**2)
+
+    def grids(self, size: float) -> Iterator[tuple[int, Array]]:
+        """Part and points (2n+1, 2n+1, 3): equal angles, projected from the face of a cube."""
+        slope = np.tan(_angles(self.radius, size))
+        for part, (axis, side) in enumerate(BOX_PARTS.values()):
+            u, v = face_axes(axis, side)
+            x = np.empty((len(slope), len(slope), 3))
+            x[..., u], x[..., v] = np.meshgrid(slope, slope, indexing="ij")
+            x[..., axis] = 2 * side - 1
+            yield part, self.centre + self.radius * x / np.linalg.norm(x, axis=2, keepdims=True)
+
+
+@dataclass(frozen=True)
+class CylinderSurface:
+    """A cylinder between the centres of two discs, `bottom` and `top`, with its `side` [length]."""
+
+    start: Array
+    end: Array
+    radius: float
+    parts: tuple[str, ...] = ("bottom", "top", "side")
+    dim: ClassVar[int] = 3
+    exterior: ClassVar[bool] = False
+    closed: ClassVar[bool] = True
+
+    @property
+    def height(self) -> float:
+        """Between the discs [length]."""
+        return float(np.linalg.norm(self.end - self.start))
+
+    @property
+    def diameter(self) -> float:
+        """Length of the diagonal of the box around it [length]."""
+        return float(np.hypot(self.height, np.sqrt(8.0) * self.radius))
+
+    @property
+    def area(self) -> float:
+        """[length²]."""
+        return float(2.0 * np.pi * self.radius * (self.radius + self.height))
+
+    def grids(self, size: float) -> Iterator[tuple[int, Array]]:
+        """Part and points (2n+1, 2m+1, 3): discs of a square and four blocks around it, and four blocks of the side."""
+        angle = _angles(self.radius, size)
+        rings = max(1, round((1.0 - CORE) * self.radius / size))
+        layers = max(1, round(self.height / size))
+        flat = np.tan(angle)
+        square = np.stack(np.meshgrid(flat, flat, indexing="ij"), axis=2)
+        square *= CORE * self.radius * (1.0 - ROUNDED * np.prod(square**2, axis=2, keepdims=True))
+        inner = square[-1]
+        outer = self.radius * np.column_stack([np.cos(angle), np.sin(angle)])
+        away, up = np.linspace(0.0, 1.0, 2 * rings + 1), np.linspace(0.0, 1.0, 2 * layers + 1)
+        block = inner + away[:, None, None] * (outer - inner)
+        turns = [np.array([[c, s], [-s, c]]) for c, s in ((1, 0), (0, 1), (-1, 0), (0, -1))]
+        discs = [square, *(block @ turn for turn in turns)]
+        across = self._across()
+        for disc in discs:
+            yield 1, self.end + disc @ across
+            yield 0, self.start + (disc @ across).transpose(1, 0, 2)
+        for turn in turns:
+            yield 2, self.start + (outer @ turn @ across)[:, None] + up[:, None] * (self.end - self.start)
+
+    def _across(self) -> Array:
+        """Two unit vectors (2, 3) across the axis, right-handed with it."""
+        axis = (self.end - self.start) / self.height
+        first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
+        first /= np.linalg.norm(first)
+        return np.array([first, np.cross(axis, first)])
+
+
+def _angles(radius: float, size: float) -> Array:
+    """From -π/4 to π/4, twice as many as a quarter of a circle has panels of a size."""
+    count = max(FEWEST, round(0.5 * np.pi * radius / size))
+    return np.asarray(0.25 * np.pi * np.linspace(-1.0, 1.0, 2 * count + 1))

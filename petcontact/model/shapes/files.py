@@ -1,0 +1,76 @@
+"""Shapes that a file describes: meshes, and bodies condensed by any code."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import pydantic
+
+from ...geometry.gmsh import gmsh_outline, read_msh
+from ...geometry.gmsh_surface import gmsh_surface, is_surface
+from ...geometry.outline import Outline
+from ...geometry.superelement import LARGEST, CondensedSurface, read_superelement
+from ...geometry.surface import FacetSurface
+from ..base import Model, regular_file
+
+LARGEST_MESH = 2_000_000_000
+"""Bytes of a mesh file."""
+
+
+class Gmsh(Model):
+    """A `.msh` file, format 2.2 or 4.1, of a plane body or of the surface of one in space.
+
+    In space the triangles and quadrilaterals of the physical surfaces become panels, curved where cells of second order are;
+    in the plane each boundary line of the mesh is a side of its own and so one element at least, and lines of second
+    order become circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
+
+    Attributes
+    ----------
+    shape : "gmsh"
+        The shape.
+    file : str
+        Path of the file; in a config it is relative to the config's folder.
+    """
+
+    shape: Literal["gmsh"] = pydantic.Field(default="gmsh", kw_only=True)
+    file: str = pydantic.Field(min_length=1)
+
+    def outline(self) -> Outline | FacetSurface:
+        """The outline, or the surface where the nodes do not lie in a plane z = const.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, names no part somewhere, or its boundary lines or surface do not close.
+        """
+        mesh = read_msh(str(regular_file(self.file, LARGEST_MESH)))
+        return gmsh_surface(mesh, self.file) if is_surface(mesh) else gmsh_outline(mesh, self.file)
+
+
+class Superelement(Model):
+    """A body of any code, known by the condensed stiffness or compliance of its contact surface.
+
+    Anisotropic, layered or shell bodies, from finite elements: `petcontact help superelements` says what the file holds.
+    Conditions on its parts work; loads inside are in the file. The material is that of the surface: it says how stiff the
+    faces are against tractions that finite elements of their size do not resolve. Fields inside are not known.
+
+    Attributes
+    ----------
+    shape : "superelement"
+        The shape.
+    file : str
+        Path of the .npz file; in a config it is relative to the config's folder.
+    """
+
+    shape: Literal["superelement"] = pydantic.Field(default="superelement", kw_only=True)
+    file: str = pydantic.Field(min_length=1)
+
+    def outline(self) -> CondensedSurface:
+        """The contact surface.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, or does not hold what it should.
+        """
+        return read_superelement(regular_file(self.file, LARGEST))

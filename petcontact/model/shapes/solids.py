@@ -1,0 +1,96 @@
+"""Solids that a config may name: boxes, spheres and cylinders."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+import pydantic
+
+from ...geometry.round_surfaces import CylinderSurface, SphereSurface
+from ...geometry.surface import BoxSurface
+from ..base import Model, Positive, SpacePoint
+
+
+class Box(Model):
+    """In space, axis-parallel, its faces named left x-, right x+, front y-, back y+, bottom z-, top z+.
+
+    Attributes
+    ----------
+    shape : "box"
+        The shape.
+    lower, upper : points with three coordinates
+        Opposite corners [length].
+    """
+
+    shape: Literal["box"] = pydantic.Field(default="box", kw_only=True)
+    lower: SpacePoint
+    upper: SpacePoint
+
+    @pydantic.model_validator(mode="after")
+    def _has_volume(self) -> Box:
+        if not all(a < b for a, b in zip(self.lower, self.upper, strict=True)):
+            raise ValueError("each coordinate of upper must be greater than that of lower")
+        return self
+
+    def outline(self) -> BoxSurface:
+        """The six faces."""
+        return BoxSurface(np.array(self.lower), np.array(self.upper))
+
+
+class Sphere(Model):
+    """A ball of curved panels, in parts left x-, right x+, front y-, back y+, bottom z-, top z+.
+
+    A part is where the direction from the centre is nearest to that axis.
+
+    Attributes
+    ----------
+    shape : "sphere"
+        The shape.
+    centre : point with three coordinates
+        [length]
+    radius : float
+        [length]
+    """
+
+    shape: Literal["sphere"] = pydantic.Field(default="sphere", kw_only=True)
+    centre: SpacePoint
+    radius: Positive
+
+    def outline(self) -> SphereSurface:
+        """The surface."""
+        return SphereSurface(np.array(self.centre), self.radius)
+
+
+class Cylinder(Model):
+    """A cylinder of curved panels, its discs named bottom and top, its side side.
+
+    Attributes
+    ----------
+    shape : "cylinder"
+        The shape.
+    from : point with three coordinates
+        Centre of the disc bottom [length].
+    to : point with three coordinates
+        Centre of the disc top [length].
+    radius : float
+        [length]
+    """
+
+    shape: Literal["cylinder"] = pydantic.Field(default="cylinder", kw_only=True)
+    __annotations__["from"] = SpacePoint    # a word of Python's own
+    to: SpacePoint
+    radius: Positive
+
+    @pydantic.model_validator(mode="after")
+    def _has_a_height(self) -> Cylinder:
+        if getattr(self, "from") == self.to:
+            raise ValueError("from and to are the same point: a cylinder has a height")
+        return self
+
+    def outline(self) -> CylinderSurface:
+        """The surface."""
+        return CylinderSurface(np.array(getattr(self, "from")), np.array(self.to), self.radius)
+
+
+Solid = Box | Sphere | Cylinder
