@@ -91,7 +91,7 @@ def meshed(geometry, size):
         (Rectangle((0, 0), (2, 1)), lambda x: 3.0 - x[:, 0] + x[:, 1] ** 3, 1e-13),
         (Rectangle((0, 0), (2, 1)), lambda x: np.exp(5.0 * x[:, 0]), 1e-12),
         (Rectangle((1e4, 0), (1e4 + 20, 1)), lambda x: np.exp((x[:, 0] - 1e4) / 20) * np.cos(x[:, 1]), 1e-12),
-        (RING, lambda x: np.log(np.hypot(*x.T)), 1e-6),
+        (RING, lambda x: np.log(np.hypot(*x.T)), 3e-2),
         (Box((0, 0, 0), (1, 1, 1)), lambda x: np.exp(x[:, 0]) * x[:, 2], 1e-12),
     ],
 )
@@ -106,6 +106,13 @@ def test_a_fit_misses_as_much_as_it_says(geometry, function, largest):
     x = x[np.hypot(*x.T) < 2.0] if geometry is RING else x
     defect = np.abs(values(p, (x - centre) / length) - function(x)).max() / np.abs(function(mesh.x)).max()
     assert defect < 3.0 * missed + 1e-13
+
+
+def test_what_only_huge_terms_follow_is_missed():
+    """A steep step of temperature: terms of degree 24 that cancel one another gave 1e5 times the stress."""
+    mesh = meshed(Rectangle((0, 0), (2, 1)), 0.25)
+    p, missed = fitted(lambda x: np.tanh(5.0 * (x[:, 0] - 1.0)), points_in(mesh), np.array([1.0, 0.5]), 1.0)
+    assert np.abs(p).sum() < 1e3 and 0.05 < missed < 0.5
 
 
 def test_a_jump_is_missed_and_points_lie_in_the_body():

@@ -16,6 +16,9 @@ GRID = {2: 50, 3: 18}
 """Points of the grid along each axis of the box."""
 ENOUGH = 1e-13
 """Error, over the largest value, at which higher degrees are not tried."""
+CANCELLING = 30.0
+"""Sum of the terms of a polynomial at the corner of the box over its largest value, above which they cancel one another: the
+particular solution would be so much larger than the stress, and the elements would have to take it back."""
 NODES = 1500
 """Nodes of the boundary among the points, at most."""
 PAIRS = 2_000_000
@@ -70,10 +73,14 @@ def fitted(function: Callable[[Array], Array], points: Array, centre: Array, len
         basis = np.prod([np.cos(k * angle[:, None]) for angle, k in zip(angles, exponents, strict=True)], axis=0)
         solved = np.linalg.lstsq(basis[~left_out], wanted[~left_out], rcond=1e-14)[0]
         missed = float(np.abs(basis @ solved - wanted).max()) / size
+        coefficients = np.zeros((degree + 1,) * d)
+        coefficients[tuple(exponents)] = solved
+        monomials = _in_monomials(coefficients, half)
+        at_the_corner = np.prod([h**e for h, e in zip(half, np.indices(monomials.shape), strict=True)], axis=0)
+        if np.sum(at_the_corner * np.abs(monomials)) > CANCELLING * size:
+            break
         if missed < error:
-            coefficients = np.zeros((degree + 1,) * d)
-            coefficients[tuple(exponents)] = solved
-            best, error = _in_monomials(coefficients, half), missed
+            best, error = monomials, missed
         if error <= ENOUGH:
             break
     return best, error
