@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Protocol
 
 import numpy as np
 
 from ..arrays import Array
-from .surface import BOX_PARTS, face_axes
+from .surface import BOX_PARTS, SolidSurface, face_axes
 
 FEWEST = 2
 """Panels along a quarter of a circle: their area factor varies by less than 2."""
@@ -32,15 +32,12 @@ class RoundSurface(Protocol):
 
 
 @dataclass(frozen=True)
-class SphereSurface:
+class SphereSurface(SolidSurface):
     """A sphere in six parts, named like the faces of the box around it [length]."""
 
     centre: Array
     radius: float
     parts: tuple[str, ...] = tuple(BOX_PARTS)
-    dim: ClassVar[int] = 3
-    exterior: ClassVar[bool] = False
-    closed: ClassVar[bool] = True
 
     @property
     def diameter(self) -> float:
@@ -64,16 +61,13 @@ class SphereSurface:
 
 
 @dataclass(frozen=True)
-class CylinderSurface:
+class CylinderSurface(SolidSurface):
     """A cylinder between the centres of two discs, `bottom` and `top`, with its `side` [length]."""
 
     start: Array
     end: Array
     radius: float
     parts: tuple[str, ...] = ("bottom", "top", "side")
-    dim: ClassVar[int] = 3
-    exterior: ClassVar[bool] = False
-    closed: ClassVar[bool] = True
 
     @property
     def height(self) -> float:

@@ -56,16 +56,21 @@ def face_axes(axis: int, side: int) -> tuple[int, int]:
     return ((axis + 1) % 3, (axis + 2) % 3) if side else ((axis + 2) % 3, (axis + 1) % 3)
 
 
+class SolidSurface:
+    """The whole surface of a finite body in space."""
+
+    dim: ClassVar[int] = 3
+    exterior: ClassVar[bool] = False
+    closed: ClassVar[bool] = True
+
+
 @dataclass(frozen=True)
-class BoxSurface:
+class BoxSurface(SolidSurface):
     """The six faces of [lower, upper], parts left x-, right x+, front y-, back y+, bottom z-, top z+ [length]."""
 
     lower: Array
     upper: Array
     parts: tuple[str, ...] = tuple(BOX_PARTS)
-    dim: ClassVar[int] = 3
-    exterior: ClassVar[bool] = False
-    closed: ClassVar[bool] = True
 
     @property
     def diameter(self) -> float:
@@ -74,7 +79,7 @@ class BoxSurface:
 
 
 @dataclass(frozen=True)
-class FacetSurface:
+class FacetSurface(SolidSurface):
     """Facets, counter-clockwise seen from outside.
 
     Attributes
@@ -100,9 +105,6 @@ class FacetSurface:
     def __post_init__(self) -> None:
         if not len(self.middles):
             object.__setattr__(self, "middles", np.full((len(self.facets), 5), -1))
-    dim: ClassVar[int] = 3
-    exterior: ClassVar[bool] = False
-    closed: ClassVar[bool] = True
 
     @property
     def diameter(self) -> float:

@@ -72,16 +72,6 @@ class SolutionData(Evaluated):
         return sum(step.iterations for step in self.tried)
 
     @property
-    def tried(self) -> list[StepResult]:
-        """The increments that were solved and the one that failed."""
-        return self.steps if self.failed is None else [*self.steps, self.failed]
-
-    @property
-    def last(self) -> StepResult:
-        """The last increment that was solved; the one that failed where none was."""
-        return (self.steps or self.tried)[-1]
-
-    @property
     def pairs(self) -> dict[str, PairResult]:
         """Interfaces after the last increment; against fixed ground by the name of the part."""
         return self.last.pairs
@@ -230,20 +220,6 @@ class SolutionData(Evaluated):
     def until(self, number: int) -> Self:
         """The same up to an increment, by its number from 1 on, which is the last one then."""
         return replace(self, steps=self.steps[:number], failed=None)
-
-    def increment(self, step: StepResult | int | None) -> StepResult:
-        """An increment, by its number from 1 on; the last one by default.
-
-        Raises
-        ------
-        InputError
-            If there is no such increment.
-        """
-        if not isinstance(step, int):
-            return step or self.last
-        if not 0 < step <= len(self.steps):
-            raise InputError(f"step: there are increments 1 to {len(self.steps)}, got {step}")
-        return self.steps[step - 1]
 
     def to_dataframe(self, step: StepResult | int | None = None) -> Any:
         """The nodes of all interfaces after an increment, the last one by default, as a pandas table.

@@ -27,10 +27,32 @@ class Evaluated:
     meshes: dict[str, BoundaryMesh]
     nodes: dict[str, Index]
     sides: dict[str, tuple[str, str]]
+    steps: list[StepResult]
+    failed: StepResult | None
+
+    @property
+    def tried(self) -> list[StepResult]:
+        """The increments that were solved and the one that failed."""
+        return self.steps if self.failed is None else [*self.steps, self.failed]
+
+    @property
+    def last(self) -> StepResult:
+        """The last increment that was solved; the one that failed where none was."""
+        return (self.steps or self.tried)[-1]
 
     def increment(self, step: StepResult | int | None) -> StepResult:
-        """An increment, by its number from 1 on; the last one by default."""
-        raise NotImplementedError
+        """An increment, by its number from 1 on; the last one by default.
+
+        Raises
+        ------
+        InputError
+            If there is no such increment.
+        """
+        if not isinstance(step, int):
+            return step or self.last
+        if not 0 < step <= len(self.steps):
+            raise InputError(f"step: there are increments 1 to {len(self.steps)}, got {step}")
+        return self.steps[step - 1]
 
     def body_fields(self, body: str | None = None, step: StepResult | int | None = None) -> BodyFields:
         """Displacement and stress of a body, the first one by default, after an increment, inside and on the boundary.
