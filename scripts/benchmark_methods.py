@@ -149,9 +149,7 @@ def tao_solver(kind: str) -> Callable[[Dual], Array]:
 
     def solve(dual: Dual) -> Array:
         tao.DEFAULT_TYPE = kind
-        return tao.minimise(
-            dual.compliance_matrix, dual.u_0[:, 0], dual.bound, dual.weight, np.zeros(len(dual.bound))
-        )[-1]
+        return tao.minimise(dual.compliance_matrix, dual.u_0[:, 0], dual.bound, dual.weight, np.zeros(len(dual.bound)))[-1]
 
     return solve
 

@@ -1,6 +1,6 @@
 """Tables of a sweep as Markdown on standard output, beside the published counts where the cases are the paper's; plots.
 
-    petcontact report out/ --cells max_u_t --rows friction_bound --columns rule --plot slip_share:friction_bound:rule
+petcontact report out/ --cells max_u_t --rows friction_bound --columns rule --plot slip_share:friction_bound:rule
 """
 
 from __future__ import annotations
@@ -17,8 +17,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--parquet", metavar="FILE", help="write the same with types, for pandas and polars")
     parser.add_argument("--cells", metavar="QUANTITY", default="iterations",
                         help="what the cells hold, for example max_u_t (default: iterations)")  # fmt: skip
-    parser.add_argument("--rows", metavar="NAME,...",
-                        help="coordinates or quantities down (cells are means over what is left), for example variant")
+    parser.add_argument(
+        "--rows",
+        metavar="NAME,...",
+        help="coordinates or quantities down (cells are means over what is left), for example variant",
+    )
     parser.add_argument("--columns", metavar="NAME,...",
                         help="coordinates or quantities across (default: rule,element_size)")  # fmt: skip
     parser.add_argument("--plot", metavar="QUANTITY:COORDINATE[:LINES]", action="append", default=[],

@@ -85,7 +85,7 @@ def _panels(figure: Any, rows: Sequence[Trial]) -> Iterable[tuple[Any, list[Tria
     # a column of its own for the legend: matplotlib 3.6 has no legends outside of constrained axes
     grid = figure.subplots(lines, columns + 1, squeeze=False, gridspec_kw={"width_ratios": [4.4] * columns + [1.8]})
     panels = grid[:, :-1].ravel()
-    for axes in [*grid[:, -1], *panels[len(problems):]]:
+    for axes in [*grid[:, -1], *panels[len(problems) :]]:
         axes.set_axis_off()
     for axes, problem in zip(panels, problems, strict=False):
         axes.set_title(plain(problem), fontsize=9)

@@ -20,9 +20,7 @@ class Joint(Protocol):
         """The compliance S as a matrix."""
         ...
 
-    def system(
-        self, u_0: Array, weight: Array, modes: Modes, shares: Array, operator: ContactCompliance
-    ) -> ContactSystem:
+    def system(self, u_0: Array, weight: Array, modes: Modes, shares: Array, operator: ContactCompliance) -> ContactSystem:
         """The contact system with this v for σ = 0, (M, k), with load states weighted by `shares` (K,)."""
         ...
 

@@ -171,9 +171,7 @@ def _blocks(frame: Array, place: Index, count: int) -> scipy.sparse.csr_array:
     k, d = frame.shape[1:]
     rows = np.repeat(k * place[:, None] + np.arange(k), d, axis=1)
     columns = np.tile(d * np.arange(len(place))[:, None] + np.arange(d), (1, k))
-    return scipy.sparse.csr_array(
-        (frame[place].ravel(), (rows.ravel(), columns.ravel())), shape=(k * count, d * len(place))
-    )
+    return scipy.sparse.csr_array((frame[place].ravel(), (rows.ravel(), columns.ravel())), shape=(k * count, d * len(place)))
 
 
 def _each(values: scipy.sparse.csr_array, d: int) -> scipy.sparse.csr_array:

@@ -131,9 +131,7 @@ def parts_in_contact(solution: SolutionData) -> dict[str, list[str]]:
     return found
 
 
-def _next_to_contact(
-    solution: SolutionData, increments: list[StepResult], body: str, x: Array, reach: float
-) -> Index:
+def _next_to_contact(solution: SolutionData, increments: list[StepResult], body: str, x: Array, reach: float) -> Index:
     """Which points (n, d) of a surface are at most so far from nodes that were closed."""
     closed = [pair.x[pair.state != OPEN] for step in increments for name, pair in step.pairs.items()
               if body in (solution.sides[name][0], solution.primaries.get(name, "").partition(".")[0])]  # fmt: skip

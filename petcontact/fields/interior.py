@@ -108,8 +108,14 @@ def points_in(points: Any, dim: int) -> Array:
 
 
 def field_at(
-    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None,
-    *, outside: float | None = None,
+    mesh: BoundaryMesh,
+    u: Array,
+    traction: Array,
+    material: Material,
+    points: Array,
+    progress: Progress | None = None,
+    *,
+    outside: float | None = None,
 ) -> tuple[Array, Array]:
     """Displacement and stress at points inside the body, by Somigliana's identities.
 
@@ -189,9 +195,7 @@ def _add_next_to_joints(
 
 
 @_add_next_to_joints.register
-def _(
-    mesh: CurveMesh, kernel: Kernel, u: Array, traction: Array, points: Array, displacement: Array, stress: Array
-) -> None:
+def _(mesh: CurveMesh, kernel: Kernel, u: Array, traction: Array, points: Array, displacement: Array, stress: Array) -> None:
     """What changes near the ends of elements where the data are brought together."""
     for near in Joints(mesh, u, traction).near(points):
         targets, pushed = mesh.points(points[near.rows]), near.traction / kernel.traction_scale

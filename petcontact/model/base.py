@@ -95,7 +95,6 @@ Expression = Annotated[
 these by name, or one value a node of the part."""
 
 
-
 def _plain(value: Any) -> Any:
     """numpy's arrays and scalars as Python's, which is what a file would hold."""
     if isinstance(value, np.ndarray | np.generic):

@@ -131,9 +131,7 @@ def evaluate(value: Value, variables: Mapping[str, Array], count: int, key: str,
     return _finite(result, variables, f"{key}: expression {_shown(value)}") if finite else result
 
 
-def _called(
-    function: Callable[..., Any], variables: Mapping[str, Array], count: int, key: str, finite: bool
-) -> Array:
+def _called(function: Callable[..., Any], variables: Mapping[str, Array], count: int, key: str, finite: bool) -> Array:
     """Values (count,) of a function of some variables."""
     names = list(inspect.signature(function).parameters)
     name = f"{key}: function {getattr(function, '__name__', type(function).__name__)}"

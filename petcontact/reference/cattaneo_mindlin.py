@@ -55,8 +55,11 @@ class LinePartialSlip:
         """
         a, c = self.contact.half_width, self.stick_half_width
         away = np.maximum(np.abs(x), c)
-        found: Array = self.friction * self.contact.peak / (self.contact.modulus * a) * (
-            away * np.sqrt(away**2 - c**2) - c**2 * np.arccosh(away / c)
+        found: Array = (
+            self.friction
+            * self.contact.peak
+            / (self.contact.modulus * a)
+            * (away * np.sqrt(away**2 - c**2) - c**2 * np.arccosh(away / c))
         )
         return found
 

@@ -179,9 +179,7 @@ def _values(
     return values if along_normal is False else np.asarray(values * _normals(along_normal, fractions))
 
 
-def resolved(
-    breaks: Array, orders: Index, data: list[Field], tolerance: float
-) -> tuple[Array, Index, float]:
+def resolved(breaks: Array, orders: Index, data: list[Field], tolerance: float) -> tuple[Array, Index, float]:
     """Elements of a side with orders and cuts enough for its data.
 
     Parameters

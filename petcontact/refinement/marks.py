@@ -45,6 +45,8 @@ CLOSEST = 1e-9
 """Distance of marks, of a side, below which they are one."""
 ON_KINK = 1e-3
 """Distance of a transition point from a kink of the data, in smallest elements, below which the kink is its mark."""
+
+
 @dataclass(frozen=True)
 class Body:
     """What all meshes of an adaptive solve share.

@@ -227,7 +227,8 @@ def solver_error(name: str, error: PETSc.Error, prefix: str = "") -> SolverError
         return SolverError(name, "out of memory (PETSC_ERR_MEM)", "use -bem_mat_type hodlr, a coarser mesh or more ranks")
     if error.ierr in (56, 86, 92):
         return SolverError(
-            name, f"PETSc cannot do this combination of types (error {error.ierr}: {_last_line(error)})",
+            name,
+            f"PETSc cannot do this combination of types (error {error.ierr}: {_last_line(error)})",
             f"choose another -{prefix}ksp_type or -{prefix}pc_type (-help lists them)",
         )
     return SolverError(name, f"PETSc error {error.ierr}: {_last_line(error)}",

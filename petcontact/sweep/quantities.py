@@ -58,11 +58,18 @@ def contact_of(solution: Solution) -> ContactState:
     columns = solution.columns()
     steps = solution.steps or solution.tried
     return ContactState(
-        columns["weight"], columns["slip"], columns["sigma_t"], columns["sigma_n"], columns["state"],
+        columns["weight"],
+        columns["slip"],
+        columns["sigma_t"],
+        columns["sigma_n"],
+        columns["state"],
         {name: pair.force for name, pair in solution.pairs.items()},
         sum(pair.dissipated for step in steps for pair in step.pairs.values()),
-        {name: np.array([pair.worn_volume.sum(), pair.worn_depth])
-         for name, pair in solution.pairs.items() if pair.wear is not None},
+        {
+            name: np.array([pair.worn_volume.sum(), pair.worn_depth])
+            for name, pair in solution.pairs.items()
+            if pair.wear is not None
+        },
     )
 
 

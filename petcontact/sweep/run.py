@@ -191,9 +191,7 @@ class _Worker:
         if group < 0:
             return
         first, size = int(self.groups.first[group]), int(self.groups.size[group])
-        self._prepared, self._reason = self.team.attempt(
-            lambda: prepare_group(self.sweep[first].case, self.team.comm, size)
-        )
+        self._prepared, self._reason = self.team.attempt(lambda: prepare_group(self.sweep[first].case, self.team.comm, size))
         if self._prepared is not None:
             self._took(self._prepared.timings)
 

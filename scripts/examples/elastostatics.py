@@ -11,7 +11,7 @@ beam = Problem(
               Traction("bottom", (0.0, 0.0)), Traction("top", (0.0, 0.0))],
 )  # fmt: skip
 body = operators(beam).body
-u, t = body.solve()                                     # (n, 2) each, at the nodes body.mesh.x
+u, t = body.solve()  # (n, 2) each, at the nodes body.mesh.x
 defect = 0.5 * u.ravel() + body.H @ u.ravel() - body.G @ t.ravel()
 state = body.state_at([[5.0, 0.9], [5.0, 0.5], [5.0, 1.0]], u, t)
 print(f"½u + Hu - Gt is {np.abs(defect).max():.1e}")

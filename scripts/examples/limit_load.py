@@ -2,7 +2,7 @@
 
 from petcontact import Contact, Material, MeshOptions, Problem, Rectangle, Traction, VolumeLoads, solve
 
-mu, weight = 0.4, 2.0                                   # of a block of area 2 and unit density under unit gravity
+mu, weight = 0.4, 2.0  # of a block of area 2 and unit density under unit gravity
 
 
 def holds(push):

@@ -9,7 +9,7 @@ import numpy as np
 from petcontact import Body, Displacement, Material, MeshOptions, Obstacle, Pair, Problem, Rectangle, solve
 
 with tempfile.TemporaryDirectory() as folder:
-    file = Path(folder) / "profile.csv"                 # as an instrument writes it: place, height
+    file = Path(folder) / "profile.csv"  # as an instrument writes it: place, height
     place = np.linspace(-1.0, 1.0, 81)
     np.savetxt(file, np.column_stack([place, 0.002 * np.sin(9.0 * place)]), delimiter=",", header="x,height", comments="")
     with open(file, newline="") as lines:

@@ -7,8 +7,8 @@ import numpy as np
 
 from petcontact import Body, Material, Obstacle, Pair, Problem, Superelement, solve
 
-stiffness, depth = 100.0, 0.1                           # of the bed, and how far the ball is lowered
-points = np.column_stack([np.linspace(1.0, -1.0, 41), np.zeros(41)])       # leftwards: the body lies on the left, below
+stiffness, depth = 100.0, 0.1  # of the bed, and how far the ball is lowered
+points = np.column_stack([np.linspace(1.0, -1.0, 41), np.zeros(41)])  # leftwards: the body lies on the left, below
 faces = np.column_stack([np.arange(40), np.arange(1, 41)])
 share = np.full(41, 0.05)
 share[[0, -1]] = 0.025

@@ -200,10 +200,14 @@ def test_options_of_a_ksp_that_solves_nothing_are_named(folder):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--set", "method.name=semismooth-newton"),
-         "semismooth-newton does not use method.rho, method.omega, method.tau, method.max_changes, method.rule"),
-        (("--set", "method.rule=fixed", "--set", "method.tau=1.5"),
-         "projection with rule fixed does not use method.tau, method.max_changes"),
+        (
+            ("--set", "method.name=semismooth-newton"),
+            "semismooth-newton does not use method.rho, method.omega, method.tau, method.max_changes, method.rule",
+        ),
+        (
+            ("--set", "method.rule=fixed", "--set", "method.tau=1.5"),
+            "projection with rule fixed does not use method.tau, method.max_changes",
+        ),
         (("--adapt", "--accuracy", "0.1"), "an adaptive solve does not use mesh.element_size, mesh.order"),
         (("--set", "method.rule=modified"), ""),
     ],

@@ -23,7 +23,7 @@ EVIL = "$\\frac{$ \u001b[31mred\n second line é"
 
 def shell(folder, line, **environment):
     """A line of bash in which `petcontact` is ours."""
-    program = f"petcontact() {{ {shlex.quote(sys.executable)} -m petcontact \"$@\"; }}; {line}"
+    program = f'petcontact() {{ {shlex.quote(sys.executable)} -m petcontact "$@"; }}; {line}'
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     return subprocess.run(
         ["bash", "-o", "pipefail", "-c", program], cwd=folder, capture_output=True, text=True, timeout=60,

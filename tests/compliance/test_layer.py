@@ -99,8 +99,9 @@ def test_spectrum_of_s_against_t_knows_no_mesh(number, mesh, comm):
     assert values.real.min() > 0.8 and values.real.max() < 1.8 and np.abs(values.imag).max() < 0.05
 
 
-@pytest.mark.parametrize("mesh", [MeshOptions(element_size=0.1), GRADED, MeshOptions(element_size=0.025),
-                                  MeshOptions(element_size=0.05, order=2)])
+@pytest.mark.parametrize(
+    "mesh", [MeshOptions(element_size=0.1), GRADED, MeshOptions(element_size=0.025), MeshOptions(element_size=0.05, order=2)]
+)
 def test_operations_agree_with_the_matrix(mesh):
     layer = layer_of(operators(example(1, mesh=mesh)))
     layer.scale = 1.7
@@ -136,9 +137,7 @@ def test_compressed_strip_is_the_dense_one(monkeypatch):
 def test_held_neighbours_turn_the_reflection(mesh, held, comm):
     """Beside a roller that holds u_t the strip goes on oddly: T⁻¹S stays as good as beside free sides."""
     base = example(1, mesh=mesh)
-    boundary = [
-        Displacement(part=c.part, value=(0.0, "free")) if c.part in held else c for c in base.boundary
-    ]
+    boundary = [Displacement(part=c.part, value=(0.0, "free")) if c.part in held else c for c in base.boundary]
     prepared = Posed(base.model_copy(update={"boundary": tuple(boundary)}), comm)
     (strip,) = strips_of(prepared.operators)
     assert strip.ends == tuple(-1.0 if side in held else 1.0 for side in ("left", "right"))

@@ -18,8 +18,14 @@ TOLERANCE = 1e-5
 
 
 def box(name, lower, upper, size, young, *conditions, **more):
-    return {"name": name, "material": {"young_modulus": young, "poisson_ratio": 0.3}, "boundary": list(conditions),
-            "geometry": {"shape": "box", "lower": lower, "upper": upper}, "mesh": {"element_size": size, "order": 1}, **more}
+    return {
+        "name": name,
+        "material": {"young_modulus": young, "poisson_ratio": 0.3},
+        "boundary": list(conditions),
+        "geometry": {"shape": "box", "lower": lower, "upper": upper},
+        "mesh": {"element_size": size, "order": 1},
+        **more,
+    }
 
 
 def held(part, value):

@@ -129,12 +129,12 @@ def test_a_floating_anisotropic_block_slides_when_it_should(tmp_path):
     """Its weight and a push at its foot are in the file; friction holds 0.3 of the weight, and not less."""
     points, cells = fe.grid((4, 2), (2.0, 0.5))
     elasticity = fe.isotropic(10.0, 0.2, 2)
-    elasticity[0, 0, 0, 0] *= 5.0                            # stiffer along x
+    elasticity[0, 0, 0, 0] *= 5.0  # stiffer along x
     matrix = fe.stiffness(points, cells, elasticity)
     used, faces = fe.bottom_faces(points, cells)
     kept = (2 * used[:, None] + np.arange(2)).ravel()
     lumped = np.zeros(len(points))
-    np.add.at(lumped, cells.ravel(), 0.25 / len(cells))      # area 1 shared out to the corners
+    np.add.at(lumped, cells.ravel(), 0.25 / len(cells))  # area 1 shared out to the corners
     for push, status in ((0.29, "converged"), (0.31, "not converged")):
         force = np.stack([push * lumped, -1.0 * lumped], axis=1).ravel()
         small, load_ = fe.condensed(matrix, kept, force)
@@ -237,11 +237,11 @@ def test_a_config_with_a_superelement_is_solved_plotted_and_told_what_it_lacks(t
     """
     problem = parse_problem(tomllib.loads(text), "s.toml", {}, tmp_path)
     solution = solve(problem)
-    assert solution.converged and np.abs(solution.pairs["under"].pressure).max() < 1e-12      # it is free to follow
+    assert solution.converged and np.abs(solution.pairs["under"].pressure).max() < 1e-12  # it is free to follow
     assert np.allclose(solution.u[:, 1], 0.01) and solution.info["error_unknown"] == "a superelement has one mesh"
     solution.save(tmp_path / "r.h5")
     assert read_result(tmp_path / "r.h5").verdict() == solution.verdict()
-    assert len(solution.plot(Figure().add_subplot()).lines[0].get_xdata()) == 3      # not closed: it is no outline
+    assert len(solution.plot(Figure().add_subplot()).lines[0].get_xdata()) == 3  # not closed: it is no outline
     assert main(["export", str(tmp_path / "r.h5"), "--vtkhdf", str(tmp_path / "r.vtkhdf")]) == 0
     with pytest.raises(InputError, match="is a superelement: fields inside it are not known"):
         solution.stress_at([[1.0, 0.5]])

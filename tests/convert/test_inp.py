@@ -100,7 +100,7 @@ def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
     solution = solve(problem)
     assert solution.converged, solution.reason
     forces = [step.pairs["pair1"].force[1] for step in solution.steps]
-    assert forces[1] / forces[0] == pytest.approx(2.5, rel=0.01)          # pressed ×2.5; the weight is next to nothing
+    assert forces[1] / forces[0] == pytest.approx(2.5, rel=0.01)  # pressed ×2.5; the weight is next to nothing
 
 
 @pytest.mark.parametrize(("change", "told"), [

@@ -87,7 +87,7 @@ def kelvin(x, force=(0.3, -0.5, 1.0), source=(0.2, 0.1, 1.9)):
 
 @pytest.mark.parametrize(
     ("order", "size", "bounds"),
-    [(1, 0.25, (3e-2, 3.1e-2, 6e-2)), (2, 0.25, (3e-3, 3e-3, 6e-3)), (3, 0.5, (6e-3, 4e-3, 8e-3))]
+    [(1, 0.25, (3e-2, 3.1e-2, 6e-2)), (2, 0.25, (3e-3, 3e-3, 6e-3)), (3, 0.5, (6e-3, 4e-3, 8e-3))],
 )
 def test_exact_data_on_panels(order, size, bounds):
     mesh = box_mesh(CUBE, lambda part: size, order, 1.0)

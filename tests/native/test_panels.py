@@ -60,13 +60,13 @@ def test_fields_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: int, 
     """Displacement, stress and solid angle of random data on three panels, near and far."""
     panels, points = panels_and_points(corners, order, unit)
     n = 3 * panels.n_nodes
-    points = np.delete(points, [*range(n), *range(2 * n, 2 * n + 20)], axis=0)     # those on panels or in their planes
+    points = np.delete(points, [*range(n), *range(2 * n, 2 * n + 20)], axis=0)  # those on panels or in their planes
     rng = np.random.default_rng(order)
     u, traction = unit * rng.normal(size=(2, 3 * panels.n_nodes, 3))
     kernel = Kelvin3D(Material(young_modulus=2.0, poisson_ratio=0.3), 1.7 * unit)
     ours = field_of(kernel, points, panels, u, traction)
     monkeypatch.setattr(kernels, "FIELDS", {})
-    monkeypatch.setattr(stress, "TOLERANCE", TOLERANCE[Panels])     # the same rules
+    monkeypatch.setattr(stress, "TOLERANCE", TOLERANCE[Panels])  # the same rules
     monkeypatch.setattr(module, "available", lambda: False)
     theirs = field_of(kernel, points, panels, u, traction)
     for one, other, least in zip(ours, theirs, (0.0, 0.0, 1e-11), strict=True):

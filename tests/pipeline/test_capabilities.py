@@ -46,8 +46,17 @@ def one_body(dim):
     zero = vector(dim, 0.0, 0.0)
     contact = {"part": "bottom", "condition": "contact", "friction_bound": 0.4}
     free = ("right", "front", "back") if dim == 3 else ("right",)
-    return body(dim, (0.0, 0.0), (2.0, 1.0), 0.5, SOFT, contact, condition("top", "displacement", zero),
-                condition("left", "traction", vector(dim, 1.0, 0.0)), *(condition(part, "traction", zero) for part in free))
+    return body(
+        dim,
+        (0.0, 0.0),
+        (2.0, 1.0),
+        0.5,
+        SOFT,
+        contact,
+        condition("top", "displacement", zero),
+        condition("left", "traction", vector(dim, 1.0, 0.0)),
+        *(condition(part, "traction", zero) for part in free),
+    )
 
 
 def bodies(dim):

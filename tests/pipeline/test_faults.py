@@ -123,6 +123,7 @@ def test_a_stop_is_told_of_signals_from_its_first_question_on(comm):
 def with_rho(solution, rho):
     return dataclasses.replace(solution, steps=[dataclasses.replace(solution.last, rho=rho)])
 
+
 BLOCKS = """
 [[body]]
 name = "upper"
@@ -237,7 +238,7 @@ def test_kill_9_at_random_moments_of_writing(tmp_path, comm):
                 k += 1
                 write_solution(path, with_rho(solution, 1e6 * turn + k))
                 os.write(wrote, b".")
-        assert os.read(read, 1) == b"."       # however slow the machine is, one write is done
+        assert os.read(read, 1) == b"."  # however slow the machine is, one write is done
         time.sleep(random.uniform(0.001, 0.25))
         os.kill(pid, signal.SIGKILL)
         os.waitpid(pid, 0)

@@ -37,7 +37,7 @@ def test_a_tiny_rho_is_no_convergence(rho, rule, exact, comm):
 @pytest.mark.parametrize("unit", [1e-170, 1e140])
 @pytest.mark.parametrize("name", ["projection", "semismooth-newton", "operator-robin"])
 def test_data_of_any_size_give_the_same_solution(unit, name, exact, comm):
-    case, stiffness = example(1, mesh=COARSE), max(unit, 1.0)   # displacements of 1e138 are refused, see the next test
+    case, stiffness = example(1, mesh=COARSE), max(unit, 1.0)  # displacements of 1e138 are refused, see the next test
     method = Method(name=name, rho=1e3 * stiffness, tolerance=1e-8)
     scaled = with_bound(case, 150.0 * unit).model_copy(update={"method": method})
     boundary = [c.model_copy(update={"value": (400.0 * unit, 0.0)}) if c.part == "left" else c for c in scaled.boundary]

@@ -76,6 +76,7 @@ def test_a_jump_strains_evenly_and_follows_the_steps(tmp_path):
 
 def test_two_layers():
     """Of different materials, bent by nothing: p is what is pressed on, everywhere."""
+
     def layer(name, low, modulus, *more):
         return {"name": name, "material": {"young_modulus": modulus, "poisson_ratio": 0.3},
                 "geometry": {"shape": "rectangle", "lower_left": [0.0, low], "upper_right": [2.0, low + 1.0]},

@@ -85,11 +85,14 @@ gap = "0.5*(x - 0.1234567)**2 + 0.5*(y - 0.05)**2"
 part = "top"
 condition = "displacement"
 value = [0.0, 0.0, -1e-5]
-""" + "".join(f"""[[boundary]]
+""" + "".join(
+    f"""[[boundary]]
 part = "{part}"
 condition = "traction"
 value = [0.0, 0.0, 0.0]
-""" for part in ("left", "right", "front", "back"))
+"""
+    for part in ("left", "right", "front", "back")
+)
 
 
 @pytest.fixture
@@ -274,8 +277,9 @@ print(solution.converged, (status("VmHWM") - before) / dense_memory([2 * mesh.n_
 def test_memory_is_predicted(tmp_path):
     """The peak of a solve with a third of 2000 nodes in contact is within a fifth of what is said before."""
     case = tmp_path / "case.toml"
-    case.write_text(PRESSED.format(increments=1).replace("element_size = 0.25", "element_size = 0.006") +
-                    '\n[bem]\nmat_type = "dense"\n')
+    case.write_text(
+        PRESSED.format(increments=1).replace("element_size = 0.25", "element_size = 0.006") + '\n[bem]\nmat_type = "dense"\n'
+    )
     found = subprocess.run([sys.executable, "-c", PEAK, case], capture_output=True, text=True, timeout=300, check=True)
     converged, ratio = found.stdout.split()
     assert converged == "True" and 0.8 < float(ratio) < 1.2, found.stdout

@@ -11,18 +11,18 @@ import pytest
 
 EXAMPLES = Path(__file__).parents[2] / "scripts/examples"
 NUMBERS = {
-    "block_in_space": pytest.approx(1.0, abs=0.02),             # of the push, found on the parts that hold
-    "elastostatics": pytest.approx(30.0, rel=0.02),             # bending stress of a beam
-    "fretting": pytest.approx(1.549e-4, rel=1e-3),              # energy of a cycle
-    "friction_study": pytest.approx(0.72, abs=0.03),            # share that slips
-    "hertz": pytest.approx(1.0, abs=0.01),                      # peak pressure over theory
-    "limit_load": pytest.approx(0.8, abs=0.02),                 # µ times the weight
-    "measured_gap": pytest.approx(0.76, abs=0.05),              # share that is closed
-    "own_rule": pytest.approx(0.0, abs=1e-4),                   # difference of two rules' displacements
-    "paper_example1": pytest.approx(4, abs=2),                  # Newton's iterations
-    "press_fit": pytest.approx(1.0, abs=1e-3),                  # growth of the ring over Lamé's
-    "projection_by_hand": pytest.approx(0.0, abs=1e-6),         # difference from `solve`
-    "spring_bed": pytest.approx(1.0, abs=0.01),                 # force over that of springs
+    "block_in_space": pytest.approx(1.0, abs=0.02),  # of the push, found on the parts that hold
+    "elastostatics": pytest.approx(30.0, rel=0.02),  # bending stress of a beam
+    "fretting": pytest.approx(1.549e-4, rel=1e-3),  # energy of a cycle
+    "friction_study": pytest.approx(0.72, abs=0.03),  # share that slips
+    "hertz": pytest.approx(1.0, abs=0.01),  # peak pressure over theory
+    "limit_load": pytest.approx(0.8, abs=0.02),  # µ times the weight
+    "measured_gap": pytest.approx(0.76, abs=0.05),  # share that is closed
+    "own_rule": pytest.approx(0.0, abs=1e-4),  # difference of two rules' displacements
+    "paper_example1": pytest.approx(4, abs=2),  # Newton's iterations
+    "press_fit": pytest.approx(1.0, abs=1e-3),  # growth of the ring over Lamé's
+    "projection_by_hand": pytest.approx(0.0, abs=1e-6),  # difference from `solve`
+    "spring_bed": pytest.approx(1.0, abs=0.01),  # force over that of springs
 }
 NOTEBOOKS = {
     "first_contact": lambda names: names["solution"].converged and names["shares"][0.2] > names["shares"][0.4] + 0.1,
@@ -44,7 +44,7 @@ def test_a_notebook_runs(name, capsys, monkeypatch):
     names: dict[str, object] = {}
     for cell in cells:
         if cell["cell_type"] == "code":
-            assert not cell["outputs"]                          # outputs are made, not kept
+            assert not cell["outputs"]  # outputs are made, not kept
             exec(compile("".join(cell["source"]), f"{name}.ipynb", "exec"), names)
     assert NOTEBOOKS[name](names)
     matplotlib.pyplot.close("all")

@@ -23,7 +23,6 @@ ANY_MODULE = {"sweep.quantities"}
 """Where a module is imported whose name a user gives."""
 
 
-
 def violations(root: Path, layers=LAYERS) -> set[str]:
     """What breaks the rules for single imports, in a line each."""
     graph = ImportGraph(root)
@@ -45,7 +44,7 @@ def allowed(own: str, name: str, level: dict[str, int]) -> bool:
     if any(within(own, key) and any(within(name, hidden) for hidden in NOT_TO_SEE[key]) for key in NOT_TO_SEE):
         return False
     if mine == other or not {mine, other} <= level.keys():
-        return True                                         # an unknown folder is reported as such
+        return True  # an unknown folder is reported as such
     if mine in guests and other == folder and name != door:
         return False
     return level[other] < level[mine] and other in ONLY.get(mine, level)
@@ -66,7 +65,7 @@ def test_no_files_import_each_other_in_a_circle():
 def test_folders_hold_at_most_a_dozen_entries_and_files_one_concept():
     for folder in [ROOT, *(path for path in ROOT.rglob("*") if path.is_dir() and path.name != "__pycache__")]:
         entries = [path for path in folder.iterdir() if path.name not in ("__init__.py", "__pycache__")]
-        entries = [path for path in entries if path.suffix != ".md"]         # chapters of the manual are no modules
+        entries = [path for path in entries if path.suffix != ".md"]  # chapters of the manual are no modules
         assert folder == ROOT or len(entries) <= 12, folder
     top = {path.name for path in ROOT.iterdir() if path.is_file()}
     assert top == {"__init__.py", "__init__.pyi", "__main__.py", "errors.py", "arrays.py", "py.typed"}

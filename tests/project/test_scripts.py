@@ -163,7 +163,7 @@ def test_setup_without_apt_says_so_in_one_line(project, machine):
 
 def test_setup_without_rights_names_what_is_missing(machine):
     program(machine / "apt-get", "echo apt-get must not be called >&2")
-    program(machine / "dpkg-query", '[[ ${*: -1} != python3-h5py ]] && echo installed || exit 1')
+    program(machine / "dpkg-query", "[[ ${*: -1} != python3-h5py ]] && echo installed || exit 1")
     root = machine / "project"
     shutil.copytree(SCRIPTS, root / "scripts")
     shutil.copy(ROOT / "pyproject.toml", root)
@@ -221,10 +221,7 @@ def test_setup_mends_resumes_waits_and_follows_a_move(tmp_path):
     (decoy / "__init__.py").write_text("raise ImportError('not the numpy that PETSc was built with')\n")
     environment = {**os.environ, "HOME": str(home)}
 
-    both = [
-        subprocess.Popen([root / "scripts/setup"], env=environment, stderr=subprocess.PIPE, text=True)
-        for _ in range(2)
-    ]
+    both = [subprocess.Popen([root / "scripts/setup"], env=environment, stderr=subprocess.PIPE, text=True) for _ in range(2)]
     messages = [job.communicate(timeout=600)[1] for job in both]
     assert [job.returncode for job in both] == [0, 0], messages
     assert sum("ready" in message for message in messages) == 1, messages
@@ -319,9 +316,9 @@ def checks(ready: Path) -> Path:
 def test_test_runs_every_step_and_names_the_failed_one(checks, tmp_path):
     done = call(checks / "scripts/test", cwd=tmp_path)
     assert done.returncode == 1
-    assert done.stdout.splitlines()[-3:] == ["== 4 passed ==", "== 4 passed ==", "FAILED: ruff"]
-    setup, ruff, mypy, serial, parallel = (checks / "calls").read_text().splitlines()
-    assert (setup, ruff, mypy) == ("setup ", "ruff check", "mypy ")
+    assert done.stdout.splitlines()[-3:] == ["== 4 passed ==", "== 4 passed ==", "FAILED: ruff, ruff format"]
+    setup, ruff, style, mypy, serial, parallel = (checks / "calls").read_text().splitlines()
+    assert (setup, ruff, style, mypy) == ("setup ", "ruff check", "ruff format --check", "mypy ")
     assert serial.startswith("python -m pytest -n ") and serial.endswith("-m not mpi and not slow")
     assert parallel == "python -m pytest -m mpi and not slow"
 

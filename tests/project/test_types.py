@@ -51,7 +51,7 @@ def test_mypy_knows_the_signatures_in_a_users_script(tmp_path):
     assert "str" in by_line[8]
     assert "incompatible type" in by_line[9] and "no_such_field" in by_line[10]
     assert "bodies.Material" in by_line[15]
-    assert "incompatible type" in by_line[17] and "\"materal\"" in done.stdout
+    assert "incompatible type" in by_line[17] and '"materal"' in done.stdout
 
 
 @pytest.mark.parametrize(("old", "new"), petcontact.RENAMED.items())

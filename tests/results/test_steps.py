@@ -177,6 +177,7 @@ def test_what_failed_is_kept_apart(tmp_path):
 
 def test_tractions_beyond_the_law_are_not_converged():
     """Whatever a method calls converged."""
+
     def beyond(system, law, iteration):
         state = NEWTON(system, law, iteration)
         state.sigma[:, 0] = 1.01 * np.abs(state.sigma[:, 1]) + 1e-3

@@ -59,6 +59,7 @@ def test_what_is_read_is_not_replaced(tmp_path):
 @pytest.mark.parametrize("linked", [True, False])
 def test_who_comes_second_replaces_nothing_and_loses_nothing(tmp_path, monkeypatch, linked):
     if not linked:
+
         def refused(*names):
             raise PermissionError(1, "no links here")
 

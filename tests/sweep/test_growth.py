@@ -32,7 +32,7 @@ def test_a_case_of_ten_thousand_costs_what_one_of_a_thousand_does(tmp_path):
     for cases in (1_000, 10_000):
         path = sweep_file(tmp_path, SAMPLED.format(cases=cases), f"{cases}.toml")
         began = time.process_time()
-        for computed in (cases, 0):                         # once more: all of them are found finished
+        for computed in (cases, 0):  # once more: all of them are found finished
             assert quietly(read_sweep(path), tmp_path / str(cases)).computed == computed
         seconds[cases] = (time.process_time() - began) / cases
     assert seconds[10_000] <= 1.2 * seconds[1_000]

@@ -218,7 +218,7 @@ def test_two_runs_at_once_end_with_one_right_table(small, tmp_path):
     said, inner = [], []
 
     def again(line):
-        if not inner:                                       # the first run has the folder and has computed nothing
+        if not inner:  # the first run has the folder and has computed nothing
             inner.append(None)
             inner.append(quietly(small, tmp_path / "out", say=said.append))
 
@@ -371,7 +371,7 @@ def test_leftovers_of_a_killed_run_are_removed(small, tmp_path):
     (folder / ".run-17").mkdir(parents=True)
     leftovers = [folder / ".petcontact-y.tmp", folder / ".run-17", folder / ".run-18"]
     for path in leftovers[::2]:
-        path.write_text("")                                 # .run-18, too: a file in the place of a folder
+        path.write_text("")  # .run-18, too: a file in the place of a folder
     assert quietly(small, folder).computed == 8
     assert not any(path.exists() for path in leftovers)
 

@@ -95,9 +95,7 @@ BY_NUMPY: dict[type, Callable[[Array, Any, float, Array, Array], None]] = {Panel
 """What fills D and S, by the kind of panel."""
 
 
-def near_stress(
-    points: Array, panels: Panels, element: Index, column: Index, poisson_ratio: float, data: Array
-) -> Array:
+def near_stress(points: Array, panels: Panels, element: Index, column: Index, poisson_ratio: float, data: Array) -> Array:
     """What is missing of the stress of `compiled.compiled_field`, (m, 6): pairs of a panel and a point in closed form."""
     result, data = np.zeros((len(points), 6)), data.reshape(len(panels.index), panels.n_nodes, 6)
     for first in range(0, len(element), NEAR_CHUNK):

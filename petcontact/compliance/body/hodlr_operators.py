@@ -42,9 +42,7 @@ class CompressedOperators:
         If a compressed operator misses its tolerance on a random probe of exact rows.
     """
 
-    def __init__(
-        self, operators: BoundaryOperators, comm: Any, bem: Bem, border: tuple[Array, Array] | None = None
-    ) -> None:
+    def __init__(self, operators: BoundaryOperators, comm: Any, bem: Bem, border: tuple[Array, Array] | None = None) -> None:
         self.operators, self.comm, self.bem = operators, comm, bem
         self.contact = ContactVectors(operators, comm)
         self._units = column_units(operators)

@@ -135,12 +135,10 @@ class _Compiled:
             np.maximum(self.d * n, m).max(), np.maximum(self.d * n, max(self.d, self.wide) * m).max(), m.max(), n.max(),
         ), most)  # fmt: skip
         store = native.Record(int(self.dtype is np.float32), values, capacity, ranks)
-        _build(
-            operator.address, work.address, KNOWN, some, native.pointer(tiles), store.address, native.pointer(done)
-        )
+        _build(operator.address, work.address, KNOWN, some, native.pointer(tiles), store.address, native.pointer(done))
         if self.callback is not None:
             self.callback.check()
-        del store                                              # holds the values, which are cut off where they end
+        del store  # holds the values, which are cut off where they end
         values.resize(int(done[1]), refcheck=False)
         return Chunk(tiles[: done[0]], ranks[: done[0]], values)
 

@@ -148,9 +148,7 @@ class Stack:
         return above[:-1]
 
 
-def build_part(
-    operator: Operator, start: int, stop: int, leaf: int, whole: bool, like: Stack | None = None
-) -> Stack:
+def build_part(operator: Operator, start: int, stop: int, leaf: int, whole: bool, like: Stack | None = None) -> Stack:
     """The subtree over nodes start..stop, its root compressed unless it is the whole tree.
 
     `like` is that of another operator with the same rows, whose bases serve both.

@@ -19,7 +19,6 @@ FEW = 2  # a cell that gives no more nodes than this is not probed for certain
 SHARED = 0.7  # of the nodes by which a cluster sees what is far away, the part that one distant cell must give
 
 
-
 @dataclass(frozen=True)
 class Sample:
     """Nodes outside a cluster, increasing, each with the square root of the number of nodes that it stands for.

@@ -149,7 +149,7 @@ def _first_guess(
         v, sigma = start
         return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
     if system.modes is not None and not system.modes.load.any() and not law_residual(law, base, 0.0 * base, 1.0).any():
-        return base, 0.0 * base, base       # nothing is loaded and nothing touches: no motion is the least
+        return base, 0.0 * base, base  # nothing is loaded and nothing touches: no motion is the least
     if foretell is not None and foretell.surrogate is not None:
         sigma, v = first_guess(system, foretell.surrogate, solver)
         return *foretell.through(foretell.surrogate, sigma, v, stuck), v
@@ -260,9 +260,7 @@ class _Run:
         """The step noted and judged."""
         recorder, system = self.recorder, self.system
         sigma, v = step.sigma, step.v
-        recorder.step(
-            (old_v, old_sigma), v, sigma, v - old_v, sigma - old_sigma, ksp_iterations=self.solver.ksp_iterations
-        )
+        recorder.step((old_v, old_sigma), v, sigma, v - old_v, sigma - old_sigma, ksp_iterations=self.solver.ksp_iterations)
         recorder.history.exchanged.append(step.wrong)
         relative = recorder.relative(v, sigma)
         defect = self.solver.defect if isinstance(self.solver, MonolithicSolver) else 0.0

@@ -19,9 +19,7 @@ ON = 1e-6
 """Points nearer to an element than this share of its size lie on it."""
 
 
-def located(
-    mesh: BoundaryMesh, points: Array, part: str | None = None, within: Array | None = None
-) -> tuple[Index, Array]:
+def located(mesh: BoundaryMesh, points: Array, part: str | None = None, within: Array | None = None) -> tuple[Index, Array]:
     """The elements that points lie on, or next to.
 
     Parameters

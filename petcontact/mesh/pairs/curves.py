@@ -164,9 +164,7 @@ def _fraction_on_arc(offset: Array, curves: Curves, bent: Index) -> Array:
     first = (curves.start - curves.centre)[bent]
     size = np.hypot(*(curves.end - curves.start)[bent].T)
     whole = 2.0 * half_angles(size, curves.curvature[bent])
-    angle = np.arctan2(
-        first[:, 0] * offset[..., 1] - first[:, 1] * offset[..., 0], np.einsum("kc,mkc->mk", first, offset)
-    )
+    angle = np.arctan2(first[:, 0] * offset[..., 1] - first[:, 1] * offset[..., 0], np.einsum("kc,mkc->mk", first, offset))
     fraction: Array = angle / whole
     return fraction
 

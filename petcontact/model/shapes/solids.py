@@ -78,7 +78,7 @@ class Cylinder(Model):
     """
 
     shape: Literal["cylinder"] = pydantic.Field(default="cylinder", kw_only=True)
-    __annotations__["from"] = SpacePoint    # a word of Python's own
+    __annotations__["from"] = SpacePoint  # a word of Python's own
     to: SpacePoint
     radius: Positive
 

@@ -195,6 +195,7 @@ def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
 
 def zone_errors(zones: list[Zone], before: list[Zone]) -> list[tuple[float, float]]:
     """How far the ends of zones lie from the nearest ones of a coarser mesh, one pair a zone [length]."""
+
     def moved(part: str, at: float) -> float:
         ends = [end for zone in before if zone.part == part for end in (zone.start, zone.end)]
         return min((abs(at - end) for end in ends), default=0.0)

@@ -133,9 +133,7 @@ def check_components(value: Sequence[object], mesh: BoundaryMesh, key: str) -> N
         raise InputError(f"{key}.value: the body has {mesh.dim} dimensions, got {len(value)} components")
 
 
-def _given(
-    condition: Displacement | Traction | Symmetry | Periodic, mesh: BoundaryMesh, nodes: Index, key: str
-) -> Array:
+def _given(condition: Displacement | Traction | Symmetry | Periodic, mesh: BoundaryMesh, nodes: Index, key: str) -> Array:
     if isinstance(condition, Symmetry | Periodic):
         return np.zeros((len(nodes), mesh.dim))
     names, count = mesh.variables(nodes), len(nodes)

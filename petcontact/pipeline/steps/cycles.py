@@ -133,4 +133,3 @@ def _change(problem: PreparedProblem, rows: list[Row], new: Row) -> float:
     weight = np.where(problem.discrete.wear > 0.0, problem.system.weight, 0.0)
     size = max(contact_norm(new[1][:, None], weight), GONE * max(contact_norm(row[1][:, None], weight) for row in rows))
     return contact_norm((new[1] - rows[-1][1])[:, None], weight) / size if size > 0.0 else 0.0
-

@@ -118,6 +118,7 @@ def places_between(side: InterfaceSpec, interface: Interface, meshes: list[Bound
 def _gap_at(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> GapAt:
     mesh = meshes[side.body]
     if side.law.gap != "geometry":
+
         def expression(element: Index, place: Array, x: Array, normal: Array) -> Array:
             names = mesh.variables_at(element, place)
             gap = evaluate(side.law.gap, names, len(x), f"{side.key}.gap", finite=False)

@@ -48,7 +48,7 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
         force = np.concatenate([force, -mesh.weight[:, None] * np.tensordot(shares, body.data.volume[2], 1)])
     away = x - mesh.weight @ mesh.x / mesh.weight.sum()
     motions = rigid_motions(away)
-    size = np.abs(force).max(initial=0.0) or 1.0      # squares of tiny forces underflow
+    size = np.abs(force).max(initial=0.0) or 1.0  # squares of tiny forces underflow
     force = force / size
     each = np.einsum("ic,icr->ir", force, motions)
     arms = np.linalg.norm(motions, axis=1) * np.linalg.norm(force, axis=1)[:, None]

@@ -49,7 +49,7 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
         for side, interface in zip(discrete.sides, discrete.interfaces, strict=True):
             mesh, pair = discrete.meshes[side.body], result.pairs[side.name]
             if side.holds_normal and np.ptp(mesh.normal[interface.nodes], axis=0).max() < STRAIGHT:
-                continue        # along fixed straight ground nothing changes, however far it slips
+                continue  # along fixed straight ground nothing changes, however far it slips
             area = np.bincount(mesh.element, mesh.weight)[mesh.element[interface.nodes]]
             way = np.linalg.norm(pair.slip, axis=1) * (pair.state != OPEN)
             # elements that are graded to nothing say nothing of what the surface is like further on

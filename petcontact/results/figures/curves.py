@@ -40,7 +40,7 @@ def draw_history(figure: Any, solution: SolutionData) -> None:
     left.semilogy(np.arange(len(residual)), scaled, marker=".", label=r"$\|R_\rho\|$ / largest")
     newton = np.array(history.exchanged, dtype=float)
     if len(newton):
-        k = k[-len(newton):]
+        k = k[-len(newton) :]
         right.plot(k, newton, marker="o", label="nodes on the wrong side")
         right.set(title="set of sticking nodes", ylim=(0.0, 1.05 * max(newton.max(), 1.0)))
     else:
@@ -61,7 +61,7 @@ def draw_history(figure: Any, solution: SolutionData) -> None:
 
 def draw_wear(figure: Any, solution: SolutionData) -> None:
     """Worn volume and depth, and the largest pressure, over the cycles; over the increments where there are none."""
-    left, right = figure.subplots(1, 2, gridspec_kw={"wspace": 0.1})     # the label of the depth is the left one's
+    left, right = figure.subplots(1, 2, gridspec_kw={"wspace": 0.1})  # the label of the depth is the left one's
     units, table = solution.problem.units, solution.wear
     deep, pressed = left.twinx(), []
     for number, (name, last) in enumerate((name, pair) for name, pair in solution.pairs.items() if pair.wear is not None):

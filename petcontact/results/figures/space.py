@@ -33,9 +33,7 @@ def surface_on(axes: Any, solution: SolutionData, view: View | None = None) -> N
     draw_panels(axes, solution, np.concatenate(sizes), what, view or view_of(solution), view.largest if view else None)
 
 
-def draw_panels(
-    axes: Any, solution: SolutionData, values: Array, what: str, view: View, top: float | None = None
-) -> None:
+def draw_panels(axes: Any, solution: SolutionData, values: Array, what: str, view: View, top: float | None = None) -> None:
     """The deformed surfaces with the panels of all bodies coloured by a value each, up to `top` or to the largest."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 

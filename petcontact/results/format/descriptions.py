@@ -48,8 +48,10 @@ FIELDS = {
     "rho": ("stress/length", "Robin parameter of the iteration"),
     "w": ("stress/length", "change of sigma_t over change of u_t in the iteration"),
     "change": ("1", "relative change in the iteration, which the stopping criterion looks at"),
-    "residual": ("stress*length^(1/2)", "norm of the friction residual of the iterate that the iteration starts from, "
-                                        "or that an increment ends with"),
+    "residual": (
+        "stress*length^(1/2)",
+        "norm of the friction residual of the iterate that the iteration starts from, or that an increment ends with",
+    ),
     "ksp_iterations": ("1", "KSP iterations of the iteration"),
     "exchanged": ("1", "nodes on the wrong side after a step of semismooth Newton, -1 where the iteration is none"),
     "elastic": ("1", "defect of the boundary integral equations at random nodes, over the largest displacement"),

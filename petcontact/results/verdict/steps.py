@@ -61,10 +61,13 @@ def _pair(name: str, pair: PairResult, dissipated: float, error: float) -> list[
     slip = float(lengths(pair.slip[closed]).max(initial=0.0))
     spent = dissipated if dissipated > least * float(pair.weight @ np.abs(p)) else 0.0
     items = [
-        f"force {vector(_clean(pair.force))}", f"moment {vector(_clean(pair.moment, _reach(pair)))}",
+        f"force {vector(_clean(pair.force))}",
+        f"moment {vector(_clean(pair.moment, _reach(pair)))}",
         *_primary(pair),
-        f"closed {pair.area:.6g} of {total:.6g}", f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
-        f"max p {float(p.max(initial=0.0)):.6g}", f"max |w| {slip if slip > least else 0.0:.4g}",
+        f"closed {pair.area:.6g} of {total:.6g}",
+        f"slipping {float(pair.weight[pair.state == 1].sum()):.6g}",
+        f"max p {float(p.max(initial=0.0)):.6g}",
+        f"max |w| {slip if slip > least else 0.0:.4g}",
         f"dissipated {spent:.6g}" + (f" (error at most {error:.2g})" if spent > 0.0 and error > COARSE * spent else ""),
     ]
     if pair.wear is not None:

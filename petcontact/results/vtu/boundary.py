@@ -122,9 +122,9 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
     first = np.concatenate([[0], np.cumsum(counts)])
     stress = values.fields.on_boundary(np.repeat(np.arange(mesh.n_elements), counts),
                                        np.concatenate([piece["place"] for piece in pieces]))  # fmt: skip
-    lines = np.concatenate([
-        np.column_stack([np.arange(a, b - 1), np.arange(a + 1, b)]) for a, b in itertools.pairwise(first)
-    ])
+    lines = np.concatenate(
+        [np.column_stack([np.arange(a, b - 1), np.arange(a + 1, b)]) for a, b in itertools.pairwise(first)]
+    )
     x, normal, along, s = (np.concatenate([p[name] for p in pieces]) for name in ("x", "normal", "values", "s"))
     cell_state = np.concatenate([p["state"] for p in pieces]).astype(np.int64)
     u, traction, bound = along[:, :2], along[:, 2:4], np.maximum(along[:, 4], 0.0)

@@ -36,10 +36,7 @@ def legend(table: CaseTable, quantity: str) -> str:
         return f"Cells: {quantity}, the mean of the cases that converged."
     if whole.published is None or whole.ours is None:
         return "Cells: iterations."
-    return (
-        f"Cells: iterations / published ({SOURCE}). "
-        f"Mean of all: {whole.ours:.1f} / {whole.published:.1f}."
-    )
+    return f"Cells: iterations / published ({SOURCE}). Mean of all: {whole.ours:.1f} / {whole.published:.1f}."
 
 
 def bad_cases(table: CaseTable) -> list[str]:

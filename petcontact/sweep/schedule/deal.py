@@ -35,7 +35,7 @@ class Counters:
             os.write(descriptor, b"." * number)
             return os.lseek(descriptor, 0, os.SEEK_CUR) - number
         finally:
-            os.close(descriptor)             # network file systems show to others what was closed
+            os.close(descriptor)  # network file systems show to others what was closed
 
     def count(self, numbers: Mapping[str, int]) -> None:
         """Add to several counters at once."""

@@ -1,6 +1,6 @@
 """The cases of a sweep as columns, derived from its logs; and results.h5 with the finished ones, a data set a column.
 
-    pandas.DataFrame({name: column[()] for name, column in h5py.File("out/results.h5")["cases"].items()})
+pandas.DataFrame({name: column[()] for name, column in h5py.File("out/results.h5")["cases"].items()})
 """
 
 from __future__ import annotations

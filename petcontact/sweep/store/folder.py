@@ -62,7 +62,7 @@ class SweepFolder:
                 remarks = [f"{self.path}: another run is at work here; what both compute is computed twice"]
                 fcntl.flock(self._lock, fcntl.LOCK_SH)
             except OSError:
-                pass                          # a file system without locks
+                pass  # a file system without locks
             running.mkdir()
         except OSError as error:
             raise InputError(f"{self.path}: cannot be used as the folder of a sweep ({error.strerror})") from None

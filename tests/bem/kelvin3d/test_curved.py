@@ -127,7 +127,7 @@ def test_stress_is_the_derivative_of_the_displacement() -> None:
     shifts = np.concatenate([np.zeros((1, 3)), h * np.eye(3), -h * np.eye(3)])
     d, s = (values[..., 0] for values in stress_integrals(x[None], panel, NU))
     for kernel, stress, sign in zip(integrals(x + shifts, panel, NU), (d, s), (1.0, -1.0), strict=True):
-        gradient = sign * (kernel[..., 1:4] - kernel[..., 4:7]) / (2.0 * h)         # (i, j, k, derivative)
+        gradient = sign * (kernel[..., 1:4] - kernel[..., 4:7]) / (2.0 * h)  # (i, j, k, derivative)
         strain = 0.5 * (gradient.transpose(0, 3, 1, 2) + gradient.transpose(3, 0, 1, 2))
         bulk = NU / (1.0 - 2.0 * NU) * np.einsum("iijk->jk", strain)
         for c, (i, j) in enumerate(((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))):

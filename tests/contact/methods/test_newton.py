@@ -106,8 +106,7 @@ def test_examples_from_full_stick(number, mesh, most, comm):
     satisfies(prepared.system.compliance(), prepared.system.u_0[:, 0], prepared.bound, state.sigma[:, 0],
               state.v[:, 0])  # fmt: skip
     assert state.converged and len(state.history) <= most
-    again = newton(prepared, 50, start=(state.v, state.sigma)
-    )
+    again = newton(prepared, 50, start=(state.v, state.sigma))
     assert len(again.history) == 1 and np.allclose(again.v, state.v, atol=1e-12)
     predicted = newton(prepared, 50, predict=True)
     assert predicted.converged and len(predicted.history) <= 4
@@ -132,8 +131,7 @@ def test_krylov_solves_find_the_same_in_three_steps(size, comm, monkeypatch):
 def test_it_says_when_it_has_not_ended(comm):
     prepared = Posed(example(1), comm)
     states = []
-    state = newton(prepared, 2, predict=False, monitor=states.append
-    )
+    state = newton(prepared, 2, predict=False, monitor=states.append)
     assert not state.converged and len(state.history) == 2 and "wrong side" in state.reason
     assert [len(s.history) for s in states] == [2, 2]  # one history, shared
     prepared.close()

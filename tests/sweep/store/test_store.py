@@ -43,7 +43,7 @@ def test_columns_below_one_another_fill_what_is_missing():
 
 
 @given(st.integers(0, 100_000), st.integers(1, 255))
-@example(123, 1)    # the end of the line of a record without fields
+@example(123, 1)  # the end of the line of a record without fields
 def test_of_a_log_that_is_cut_or_altered_the_other_records_stand(tmp_path_factory, at, flip):
     path = tmp_path_factory.mktemp("l") / "a.log"
     fields = [bytes(range(256)) * 2 if k % 3 else b"" for k in range(9)]
@@ -84,7 +84,7 @@ def test_no_more_than_a_second_of_finished_work_is_ever_unwritten(tmp_path, monk
     log = Log(tmp_path / "a.log", lambda rows, failed: written.append((clock.now, rows)))
     ended: list[float] = []
     for k, cost in enumerate(seconds):
-        log.begin(cost)                                 # an estimate that is right
+        log.begin(cost)  # an estimate that is right
         safe = sum(rows for _, rows in written)
         # a kill in this case would cost what has ended and is not written
         assert sum(seconds[safe : len(ended)]) <= 1.0 + 1e-9
