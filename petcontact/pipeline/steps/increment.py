@@ -17,6 +17,7 @@ from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...model.load_steps import Obstacle, Step
+from ...refinement.panels.tail import Tails
 from ..discrete.discretise import Discrete
 from ..trust.between_nodes import Places, places_between
 
@@ -118,6 +119,12 @@ class PreparedProblem:
         """Places between the nodes of each contact."""
         discrete = self.discrete
         return [places_between(s, i, discrete.meshes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
+
+    @functools.cached_property
+    def tails(self) -> list[Tails]:
+        """What estimates of errors need of the mesh of each contact."""
+        discrete = self.discrete
+        return [Tails(discrete.meshes[s.body], i.nodes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
 
     @property
     def steps(self) -> tuple[Step, ...]:
