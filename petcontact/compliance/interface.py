@@ -106,7 +106,8 @@ def contact_maps(number: int, bodies: Sequence[ElasticBody], interfaces: Sequenc
 
 def places(body: ElasticBody, interfaces: Sequence[Interface]) -> Index:
     """Of the nodes of all interfaces among the contact nodes of a body that is the only one."""
-    return np.searchsorted(body.contact, np.concatenate([body.contact[:0], *(face.nodes for face in interfaces)]))
+    nodes = np.concatenate([body.contact[:0], *(face.nodes for face in interfaces)])
+    return np.asarray(np.searchsorted(body.contact, nodes))
 
 
 class ContactMaps(Protocol):

@@ -198,8 +198,8 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
 def reached(discrete: Discrete, results: list[StepResult]) -> str:
     """How a converged solve ended, and what to look at."""
     if not discrete.sides:
-        worst = max(float(np.nan_to_num(result.residuals["elastic"])) for result in results)
-        return f"nothing is in contact, elastic residual {worst:.1e}"
+        defect = max(float(np.nan_to_num(result.residuals["elastic"])) for result in results)
+        return f"nothing is in contact, elastic residual {defect:.1e}"
     if discrete.holds_normals and not discrete.problem.step:
         return results[-1].reason
     worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
