@@ -20,7 +20,7 @@ from ..discrete.discretise import discretise
 from ..run import prepare, run
 from .slip import contact_lines, displacement_scale
 from .tails import tail_error
-from .tractions import relative_difference
+from .tractions import displacement_difference, relative_difference
 
 CHEAP = 1200
 """Nodes of a body up to which a quarter more of assembly is nothing to wait for."""
@@ -35,7 +35,8 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
 
     On surfaces it comes from the solution itself, see `tail_error`, with `resultant_error`. On curves what two
     meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of the
-    finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q.
+    finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q, without
+    contact of u.
 
     Parameters
     ----------
@@ -47,7 +48,9 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if "estimated_error" in solution.info or not solution.converged:
         return solution
     curves = all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values())
-    reason = "" if carries_something(solution) else "nothing is in contact"
+    reason = "" if carries_something(solution) or not solution.nodes else "nothing is in contact"
+    if not solution.nodes and not curves:
+        reason = "compare with a finer mesh"
     if not reason and not curves:
         error, of_resultants = tail_error(solution)
         return replace(solution, info={**solution.info, "estimated_error": error, "resultant_error": of_resultants})
@@ -102,7 +105,9 @@ def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
 
 
 def _difference(solution: Solution, other: Solution) -> float:
-    """Of u_t, or of p and q, relative."""
+    """Of u_t, of p and q, or of u where nothing is in contact, relative."""
+    if not solution.nodes:
+        return displacement_difference(other, solution)
     if solution.bilateral:
         outline = solution.problem.geometry.outline()
         assert isinstance(outline, Outline)
