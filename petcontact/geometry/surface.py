@@ -57,11 +57,22 @@ def face_axes(axis: int, side: int) -> tuple[int, int]:
 
 
 class SolidSurface:
-    """The whole surface of a finite body in space."""
+    """The whole surface of a finite body in space.
+
+    Attributes
+    ----------
+    known : bool
+        Whether it is a shape that panels of any size may be made of without a user's asking.
+    """
 
     dim: ClassVar[int] = 3
     exterior: ClassVar[bool] = False
     closed: ClassVar[bool] = True
+    known: ClassVar[bool] = False
+
+    def onto(self, part: Index, points: Array) -> Array:
+        """Points (n, k, 3) of panels of parts (n,), brought onto the exact surface; as they are where none is known."""
+        return points
 
 
 @dataclass(frozen=True)
@@ -71,6 +82,7 @@ class BoxSurface(SolidSurface):
     lower: Array
     upper: Array
     parts: tuple[str, ...] = tuple(BOX_PARTS)
+    known: ClassVar[bool] = True
 
     @property
     def diameter(self) -> float:

@@ -13,10 +13,10 @@ import numpy as np
 from ...arrays import Array, Mask
 from ...contact.state import Start
 from ...errors import InputError
-from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
+from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
-from ...model.problem import Contact, Problem
+from ...model.problem import Body, Contact, Problem
 from ...model.solver_options import MeshOptions
 from ...refinement.marks import LevelMesh
 from ...refinement.meshes import mesh_of
@@ -34,6 +34,8 @@ from .tails import inside, tail_error
 
 FIRST = 36
 """Panels on a face in contact of the first mesh, about; on others a quarter of them."""
+ROUND = 16
+"""The same on round bodies, whose panels are of one size."""
 LONGEST = 1.5
 """Panels of the first mesh over the shortest edge of the box."""
 SHARE = 0.5
@@ -52,6 +54,11 @@ class Budget:
 
 BUDGETS = {False: Budget(2500, 4.0), True: Budget(30_000, 200.0)}
 """By whether the accuracy was asked for."""
+
+
+def _surface(body: Body) -> SolidSurface | None:
+    boundary = body.geometry.outline()
+    return boundary if isinstance(boundary, SolidSurface) else None
 
 
 class PanelTails:
@@ -97,13 +104,16 @@ class PanelTails:
             return one
         order = 2 if all(side.holds_normal for side in self._sides) else 1
         options: dict[str, Any] = {"order": order}
+        touching = [c.part for c in one.boundary if isinstance(c, Contact)]
         if isinstance(boundary, BoxSurface):
             extent = boundary.upper - boundary.lower
-            touching = [c.part for c in one.boundary if isinstance(c, Contact)]
             longest = LONGEST * float(extent.min())
             area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
             sizes = {part: min(longest, math.sqrt(area[part] / FIRST)) for part in touching}
             options |= {"element_size": min(longest, 2.0 * min(sizes.values())), "element_sizes": sizes, "exponent": 1.0}
+        elif isinstance(boundary, SolidSurface) and boundary.known:
+            usual = mesh_of(one.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
+            options["element_size"] = min(math.sqrt(usual.weight[usual.nodes_of(part)].sum() / ROUND) for part in touching)
         return one.model_copy(update={"mesh": MeshOptions(**options)})
 
     def start(self, problem: PreparedProblem) -> Start | None:
@@ -185,7 +195,8 @@ class PanelTails:
                 marked[b][other[cut]] = True
         marked = [mine | too_large(mesh, contact)
                   for mine, mesh, contact in zip(marked, meshes, self._touching(solution), strict=True)]  # fmt: skip
-        finer = [quartered(as_surface(mesh), mine) for mesh, mine in zip(meshes, marked, strict=True)]
+        finer = [quartered(as_surface(mesh), mine, _surface(body))
+                 for mesh, mine, body in zip(meshes, marked, self._problem.body, strict=True)]  # fmt: skip
         self.exhausted = self._too_much(solution, finer)
         if not self.exhausted:
             self._meshes = list(finer)

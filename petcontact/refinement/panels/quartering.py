@@ -7,6 +7,7 @@ import functools
 import numpy as np
 
 from ...arrays import Array, Mask
+from ...geometry.surface import SolidSurface
 from ...mesh.panels import monomials, reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
 
@@ -17,13 +18,15 @@ POINTS = {
 """Corners, middles of the sides, and of quadrilaterals the middle, in the coordinates of `reference_nodes`."""
 
 
-def quartered(mesh: SurfaceMesh, marked: Mask) -> SurfaceMesh:
+def quartered(mesh: SurfaceMesh, marked: Mask, surface: SolidSurface | None = None) -> SurfaceMesh:
     """The mesh with each marked panel replaced by four in its reference coordinates, in its place.
 
     Parameters
     ----------
     mesh : SurfaceMesh
     marked : (n_elements,) bool array
+    surface : SolidSurface, optional
+        The exact one, onto which the points of new panels are brought.
     """
     points, parent = [np.concatenate([mesh.corners, mesh.middles], axis=1)[~marked]], [np.flatnonzero(~marked)]
     for number in np.unique(mesh.kind[marked]).tolist():
@@ -35,6 +38,8 @@ def quartered(mesh: SurfaceMesh, marked: Mask) -> SurfaceMesh:
         piece = np.full((len(mine), 4, 9, 3), np.nan)
         piece[:, :, :corners] = found[:, :, :corners]
         piece[:, :, 4 : 4 + found.shape[2] - corners] = found[:, :, corners:]
+        if surface is not None:
+            piece = surface.onto(mesh.part[mine], piece.reshape(len(mine), -1, 3)).reshape(piece.shape)
         points.append(piece.reshape(-1, 9, 3))
         parent.append(np.repeat(mine, 4))
     numbers = np.concatenate(parent)
