@@ -22,7 +22,7 @@ CHUNK = 1 << 24
 """Numbers of one piece of memory."""
 MOST = 160
 """Crosses at which a block of low rank is divided instead."""
-KNOWN = 1_000_000
+KNOWN = 100_000
 """Entries up to which such a block is worked out whole: there the calls cost more than the numbers."""
 
 
