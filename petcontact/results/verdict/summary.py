@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -124,9 +126,18 @@ def _accuracy(solution: SolutionData) -> list[str]:
         elements = wrapped("  elements: ", [str(count) for count in info["levels"]])
         return [f"{error}, {info['accuracy']:.1e} wanted", *elements]
     if "accuracy" not in info:
-        return [f"{error}, against half as many elements"]
+        return [f"{error}, against half as many elements", *_ends(info)]
     meshes = ", ".join(str(count) for count in info["levels"])
-    return wrapped(f"{error}, {info['accuracy']:.1e} wanted; elements ", [meshes], separator=" ")
+    return [*wrapped(f"{error}, {info['accuracy']:.1e} wanted; elements ", [meshes], separator=" "), *_ends(info)]
+
+
+def _ends(info: dict[str, Any]) -> list[str]:
+    """What the error is with the ends of parts, of which that above is without, and where tractions are singular."""
+    if "error_with_ends" not in info:
+        return []
+    line = f"  with the ends of parts {info['error_with_ends']:.1e}"
+    places = [f"{printable(name)} at s = {', '.join(f'{s:.5g}' for s in at)}" for name, at in info["singular"].items()]
+    return wrapped(f"{line}; tractions are singular: ", places) if places else [line]
 
 
 def _method(solution: SolutionData) -> str:
