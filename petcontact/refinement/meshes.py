@@ -9,6 +9,7 @@ import numpy as np
 
 from ..bem.compatibility import check_compatible
 from ..errors import InputError
+from ..geometry.cad.part import CadSurface
 from ..geometry.outline import Outline
 from ..geometry.round_surfaces import CylinderSurface, SphereSurface
 from ..geometry.superelement import CondensedSurface
@@ -94,6 +95,19 @@ def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
             raise InputError(f"mesh.{key}: the facets of a surface from a file are its panels; mesh it finer in Gmsh")
     _check_size(len(boundary.facets) * (order + 1) ** 2)
     return facet_mesh(boundary, order)
+
+
+@_mesh.register
+def _(boundary: CadSurface, problem: Problem) -> SurfaceMesh:
+    order = _order(problem.mesh)
+    for key in ("element_sizes", "exponent"):
+        if _is_given(problem.mesh, key):
+            raise InputError(f"mesh.{key}: is for boxes; panels of CAD files are of one size, mesh.element_size")
+    size = problem.mesh.element_size or boundary.usual_size
+    _check_size(2.0 * boundary.area / size**2 * (order + 1) * (order + 2) / 2)
+    facets = boundary.facets(size)
+    _check_size(len(facets.facets) * (order + 1) * (order + 2) / 2)
+    return facet_mesh(facets, order)
 
 
 @_mesh.register

@@ -16,7 +16,7 @@ from dataclasses import replace
 from typing import Any, Protocol
 
 from ...contact.state import Start
-from ...errors import SolverError
+from ...errors import InputError, SolverError
 from ...geometry.outline import Outline
 from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -75,7 +75,15 @@ class Quantity(Protocol):
 
 
 def quantity_for(problem: Problem) -> Quantity:
-    """In the plane u_t of one body in bilateral contact without load steps, else p and q; in space their tails."""
+    """In the plane u_t of one body in bilateral contact without load steps, else p and q; in space their tails.
+
+    Raises
+    ------
+    InputError
+        If no part is in contact.
+    """
+    if not interfaces_of(problem):
+        raise InputError("contact: no part is in contact, which adaptive meshes follow; set mesh.element_size")
     if not in_plane(problem):
         return PanelTails(problem)
     slip = len(problem.body) == 1 and not problem.step and all(side.holds_normal for side in interfaces_of(problem))
@@ -88,7 +96,10 @@ def in_plane(problem: Problem) -> bool:
 
 
 def adapts_itself(problem: Problem) -> bool:
-    """Whether a problem that names no mesh is solved on adaptive ones; of surfaces from files where it has an accuracy."""
+    """Whether a problem with contact that names no mesh is solved on adaptive ones; of surfaces from files where it has an
+    accuracy."""
+    if not interfaces_of(problem):
+        return False
     asked = any(body.mesh.accuracy is not None for body in problem.body)
     return all(body.mesh.automatic and (asked or isinstance(body.geometry.outline(), Outline | BoxSurface))
                for body in problem.body)  # fmt: skip

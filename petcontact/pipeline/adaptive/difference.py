@@ -83,6 +83,21 @@ def relative_difference(coarse: Solution, fine: Solution) -> float:
     return difference(coarse, fine).inside
 
 
+def displacement_difference(coarse: Solution, fine: Solution) -> float:
+    """The largest ‖u_coarse - u_fine‖/‖u_fine‖ in L2 over bodies and step ends, at the fine nodes."""
+    worst = 0.0
+    for one, other in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
+        for name, mesh in fine.meshes.items():
+            old, new, s = as_curve(coarse.meshes[name]), other.bodies[name].u, as_curve(mesh).arc_length
+            change = np.zeros_like(new)
+            for part in mesh.part_names:
+                there, here = old.nodes_of(part), mesh.nodes_of(part)
+                change[here] = _interpolation(old, part, there, s[here]) @ one.bodies[name].u[there] - new[here]
+            size, error = (float(np.sqrt(mesh.weight @ (values**2).sum(axis=1))) for values in (new, change))
+            worst = max(worst, error / size if size > 0.0 else 0.0)
+    return worst
+
+
 def fading_places(problem: Problem) -> dict[str, Array]:
     """By interface of a plane problem, arc lengths along the secondary at which tractions may be infinite [length]."""
     outlines: list[Outline] = [as_outline(body.geometry.outline(), "the error").joined for body in problem.body]

@@ -18,7 +18,7 @@ from ...refinement.marks import Body
 from ...results.solution import Solution
 from ..discrete.discretise import discretise
 from ..run import prepare, run
-from .difference import difference
+from .difference import difference, displacement_difference
 from .slip import contact_lines, displacement_scale
 from .tails import tail_error
 
@@ -35,7 +35,8 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
 
     On surfaces it comes from the solution itself, see `tail_error`, with `resultant_error`. On curves what two
     meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of the
-    finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q.
+    finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q, without
+    contact of u.
 
     Parameters
     ----------
@@ -47,7 +48,9 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if "estimated_error" in solution.info or not solution.converged:
         return solution
     curves = all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values())
-    reason = "" if carries_something(solution) else "nothing is in contact"
+    reason = "" if carries_something(solution) or not solution.nodes else "nothing is in contact"
+    if not solution.nodes and not curves:
+        reason = "compare with a finer mesh"
     if not reason and not curves:
         error, of_resultants = tail_error(solution)
         return replace(solution, info={**solution.info, "estimated_error": error, "resultant_error": of_resultants})
@@ -102,7 +105,9 @@ def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
 
 
 def _difference(solution: Solution, other: Solution) -> dict[str, Any]:
-    """Of u_t, or of p and q, relative, as a solution reports it."""
+    """Of u_t, of p and q, or of u where nothing is in contact, relative, as a solution reports it."""
+    if not solution.nodes:
+        return {"estimated_error": displacement_difference(other, solution)}
     if solution.bilateral:
         outline = solution.problem.geometry.outline()
         assert isinstance(outline, Outline)
