@@ -105,7 +105,13 @@ SMALLEST = {
     "drawings": "-o {folder}",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
-LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick", "attack": "--quick"}
+LONG = {
+    "package": "--build-only",
+    "verify": "--h 1.6",
+    "verify_space": "--quick",
+    "attack": "--quick",
+    "assemblies": "solve hip",
+}
 NEED_MORE = {"docs", "compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and words are looked at."""
 
