@@ -61,7 +61,7 @@ PUNCH = {"young": 1.0, "nu": 0.3, "far": 6.0, "shear": 1.0 / 2.6}
 
 
 def round_punch(kind="frictionless"):
-    """A flat round punch of radius 1 on a half ball, moved by 1: down ("frictionless", "bonded"), "pushed", or "twisted" by 1.
+    """A flat round punch of radius 1 on a half ball, moved by 1: down ("frictionless", "bonded"), "pushed", or "twisted".
 
     The far face moves as a half space does under the resultant at the centre. What is pushed has no normal traction.
     """
@@ -77,8 +77,9 @@ def round_punch(kind="frictionless"):
 
     near = np.array([0.0, 0.4, 0.7, 0.87, 0.95, 0.985, 1.0])
     apart = (np.array([1.0, 1.015, 1.05, 1.15, 1.5, 2.5, 4.0, far]) - 1.0) / (far - 1.0)
-    file = revolved("half-ball", [("punch", line((0.0, 0.0), (1.0, 0.0)), near), ("free", line((1.0, 0.0), (far, 0.0)), apart),
-                                  ("far", arc((0.0, 0.0), far, 0.0, -0.5 * np.pi), np.linspace(0.0, 1.0, 4))], 8)  # fmt: skip
+    profile = [("punch", line((0.0, 0.0), (1.0, 0.0)), near), ("free", line((1.0, 0.0), (far, 0.0)), apart),
+               ("far", arc((0.0, 0.0), far, 0.0, -0.5 * np.pi), np.linspace(0.0, 1.0, 4))]  # fmt: skip
+    file = revolved("half-ball", profile, 8)
     held = [Displacement("far", tuple(component(k) for k in range(3)))]
     obstacle, pair = [], []
     if kind == "pushed":
@@ -92,7 +93,7 @@ def round_punch(kind="frictionless"):
     return Problem(title=f"Round flat punch, {kind}", body=[body], obstacle=obstacle, contact=pair)
 
 
-def rounded_punch(friction=0.0, sectors=8):
+def rounded_punch(friction=0.0, sectors=20):
     """NAFEMS contact benchmark 2: a round punch with a rounded edge, pressed by 100 N/mm² on a round foundation; mm, N."""
     flat, turn = np.array([0.0, 14.0, 26.0, 33.0, 37.0, 39.0, 40.0]) / 40.0, np.array([0.0, 0.03, 0.08, 0.2, 0.45, 1.0])
     sole = [("sole", line((0.0, 0.0), (40.0, 0.0)), flat),
@@ -102,13 +103,16 @@ def rounded_punch(friction=0.0, sectors=8):
             ("head", line((50.0, 100.0), (0.0, 100.0)), np.array([0.0, 0.5, 1.0]))]  # fmt: skip
     on = np.append(40.0 * flat, 40.0 + 10.0 * np.sin(0.5 * np.pi * turn[1:4]))
     end = on[-1]
-    below = [("top", line((0.0, 0.0), (end, 0.0)), on / end), ("side", line((end, 0.0), (100.0, 0.0)), np.array([0.0, 0.08, 0.3, 1.0])),
+    below = [("top", line((0.0, 0.0), (end, 0.0)), on / end),
+             ("side", line((end, 0.0), (100.0, 0.0)), np.array([0.0, 0.08, 0.3, 1.0])),
              ("side", line((100.0, 0.0), (100.0, -200.0)), np.array([0.0, 0.4, 1.0])),
              ("bottom", line((100.0, -200.0), (0.0, -200.0)), np.array([0.0, 0.5, 1.0]))]  # fmt: skip
-    punch = Body("punch", Material(210_000.0, 0.3), Gmsh(revolved("punch", sole + rest, sectors)), MeshOptions(order=2),
-                 boundary=[Traction("head", pressure=100.0)])  # fmt: skip
-    foundation = Body("foundation", Material(70_000.0, 0.3), Gmsh(revolved("foundation", below, sectors)), MeshOptions(order=2),
-                      boundary=[Displacement("bottom", (0.0, 0.0, 0.0))])  # fmt: skip
+    upper, lower = (
+        Gmsh(revolved(name, profile, sectors)) for name, profile in (("punch", sole + rest), ("foundation", below))
+    )
+    head, bottom = Traction("head", pressure=100.0), Displacement("bottom", (0.0, 0.0, 0.0))
+    punch = Body("punch", Material(210_000.0, 0.3), upper, MeshOptions(order=2), boundary=[head])
+    foundation = Body("foundation", Material(70_000.0, 0.3), lower, MeshOptions(order=2), boundary=[bottom])
     rubs = {"friction_coefficient": friction} if friction else {}
     gap = "10 - sqrt(100 - where(x**2 + y**2 > 1600, sqrt(x**2 + y**2) - 40, 0)**2)"
     pair = Pair("face", secondary="foundation.top", primary="punch.sole", gap=gap, direction=(0.0, 0.0, 1.0), **rubs)
