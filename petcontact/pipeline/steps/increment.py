@@ -218,7 +218,7 @@ class Increment:
         if system.k == d:
             shift[:, -1] = -np.where(np.isfinite(system.gap), system.gap, 0.0) - self.before.worn
         moved, load = np.concatenate(modes, axis=1), np.concatenate(resultant)
-        rigid = Modes(moved.reshape(*u_0.shape, -1), np.concatenate(balance).reshape(-1, *u_0.shape), load)
+        rigid = Modes(moved.reshape(*u_0.shape, len(load)), np.concatenate(balance).reshape(len(load), *u_0.shape), load)
         return system.at(u_0 + shift, rigid, self.shares, self.layer)
 
     def solved(self, monitor: Monitor | None = None) -> ContactState:
