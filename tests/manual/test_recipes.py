@@ -70,6 +70,11 @@ def mesh_in_space(solution):
     return solution.pairs["bottom"].force[[0, 2]], [-1.8649, 10.748]
 
 
+def rounded_pin(solution):
+    first, last = (step.pairs["tip"] for step in solution.steps)
+    return [first.force[2], last.moment[2]], [254.7, -31.08]
+
+
 def load_path(solution):
     """Energies on the path, and of the last force at once."""
     changes = {"obstacle.0.force": [3.5, -10.0], "step": [{"name": "at once"}]}
