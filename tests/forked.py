@@ -1,18 +1,17 @@
 """`petcontact` as a program of tests whose processes are forked from one that has imported it: .02 s of start-up, not .6 s.
 
 `program()` is the path of an executable that takes words, folder, environment, streams and signals as `petcontact` does, and
-ends with its status. It is a client: behind it stands a server that has imported petcontact, but has started neither PETSc
-nor MPI, which do not survive a fork. Whatever an interpreter reads when it starts (encodings, threads of BLAS, ranks of a
-launcher, streams that are closed) makes the client start `python -m petcontact` instead. Limits of resources are the
-server's: tests of those start the real one, as do some others, so that it is run, too.
+ends with its status; after `-c` it takes a program, as `python` does. It is a client: behind it stands a server that has
+imported petcontact, but has started neither PETSc nor MPI, which do not survive a fork. Whatever an interpreter reads when
+it starts (encodings, threads of BLAS, ranks of a launcher, streams that are closed) makes the client start `python -m
+petcontact` instead. Limits of resources are the server's: tests of those start the real one, as do some others.
 """
 
 import os
 import sys
 
 AT_THE_START = (
-    "LANG", "LC_", "LD_", "MPLBACKEND", "OMPI_COMM_WORLD", "OMP_", "OPENBLAS_", "PETCONTACT_NATIVE", "PMI", "PYTHON",
-    "SLURM_",
+    "LANG", "LC_", "LD_", "OMPI_COMM_WORLD", "OMP_", "OPENBLAS_", "PETCONTACT_NATIVE", "PMI", "PYTHON", "SLURM_",
 )  # fmt: skip
 """Beginnings of variables that are read once, or by a launcher's ranks."""
 SIGNALS = (1, 2, 15, 24)  # SIGHUP, SIGINT, SIGTERM, SIGXCPU: what is passed on
@@ -146,6 +145,7 @@ def become(words, folder, environment, streams) -> None:
     """Be `petcontact WORDS` in a process that was forked; does not return."""
     import atexit
     import signal
+    import traceback
 
     status = 70
     try:
@@ -166,9 +166,17 @@ def become(words, folder, environment, streams) -> None:
         from petcontact.commands.main import entry
 
         try:
-            entry()
+            if words[:1] == ["-c"]:
+                status = 1
+                sys.argv = words[:1] + words[2:]
+                exec(words[1], {"__name__": "__main__"})
+                status = 0
+            else:
+                entry()
         except SystemExit as end:
             status = end.code if isinstance(end.code, int) else int(end.code is not None)
+        except Exception:
+            traceback.print_exc()
         # the end of an interpreter, without the rubbish of one that has imported everything
         atexit._run_exitfuncs()
         if "petsc4py.PETSc" in sys.modules:
@@ -196,7 +204,7 @@ def program() -> str:
 
         folder = tempfile.TemporaryDirectory(prefix="petcontact-")
         address, here = f"{folder.name}/socket", Path(__file__).resolve()
-        environment = {"OPENBLAS_NUM_THREADS": "1"} | os.environ
+        environment = {"OPENBLAS_NUM_THREADS": "1", "MPLBACKEND": "agg"} | os.environ
         environment["PYTHONPATH"] = os.pathsep.join([str(here.parents[1]), environment.get("PYTHONPATH", "")])
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
         words = [sys.executable, str(here), "serve", address]
