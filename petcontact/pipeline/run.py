@@ -16,6 +16,7 @@ from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
 from ..errors import SolverError
 from ..model.problem import Problem
+from ..model.solver_options import Method
 from ..results.records import StepResult
 from ..results.solution import Solution
 from ..runtime import threads
@@ -67,6 +68,8 @@ def prepare(
     with options(problem.petsc), threads.suited_to(largest), timed() as stages:
         system = eliminated(discrete, comm, cases, announce)
     chosen = problem.method if method is None else method
+    if not discrete.interfaces:
+        chosen, rule = Method(name="semismooth-newton"), None  # for nothing: whichever method is asked for
     prepared = PreparedProblem(discrete, system, method_of(chosen, rule, problem.method), comm, {**seconds, **stages})
     prepared.named = _named(method, rule)
     return prepared

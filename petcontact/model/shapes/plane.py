@@ -172,11 +172,21 @@ class SideBySide(Model):
         InputError
             If an arc does not exist, a side has no length, or sides cross or touch.
         """
-        loops = [loop.loop() if isinstance(loop, Circle) else _loop(loop, number) for number, loop in enumerate(self.loops)]
-        return Outline(oriented(loops, exterior=self.exterior), self.exterior)
+        return Outline(oriented(loops_of(self.loops), exterior=self.exterior), self.exterior)
 
 
-def _loop(given: tuple[OutlineSide, ...], number: int) -> list[Side]:
+def loops_of(given: Sequence[Sequence[OutlineSide] | Circle]) -> list[list[Side]]:
+    """The sides of loops, or of circles.
+
+    Raises
+    ------
+    InputError
+        If an arc does not exist, or a side has no length.
+    """
+    return [loop.loop() if isinstance(loop, Circle) else _loop(loop, number) for number, loop in enumerate(given)]
+
+
+def _loop(given: Sequence[OutlineSide], number: int) -> list[Side]:
     if len(given) < 2:
         raise InputError(f"geometry.loops[{number}]: a loop needs at least two sides (or center and radius)")
     start = np.array(given[-1].to, dtype=float)

@@ -197,7 +197,10 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
 
 def reached(discrete: Discrete, results: list[StepResult]) -> str:
     """How a converged solve ended, and what to look at."""
-    if discrete.interfaces[0].held and not discrete.problem.step:
+    if not discrete.sides:
+        defect = max(float(np.nan_to_num(result.residuals["elastic"])) for result in results)
+        return f"nothing is in contact, elastic residual {defect:.1e}"
+    if discrete.holds_normals and not discrete.problem.step:
         return results[-1].reason
     worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
              for key in ("normal", "tangential", "balance", "elastic", "equilibrium")}  # fmt: skip

@@ -86,7 +86,7 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     """The increments of a step, after one that goes nowhere."""
     problem, step, reached = increment.problem, increment.step, increment.target
     # known normals and no steps: less of the load is only asked for where there is no equilibrium at all of it
-    divisible = bool(problem.discrete.problem.step) or not problem.discrete.interfaces[0].held
+    divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
     auto = step.increments == "auto"
     whole = 1.0 if auto else 1.0 / int(step.increments)
     state, end = increment.before, increment.to(1.0)

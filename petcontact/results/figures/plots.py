@@ -22,6 +22,8 @@ from .hoop import draw_hoop
 from .stress import draw_von_mises
 from .view import View
 
+OF_BODIES = ("deformed", "surface", "stress", "hoop")
+"""Figures of what is not in contact, too."""
 Drawings = dict[str, Callable[[Any, SolutionData], None]]
 """What draws a solution into a figure, by the name of the figure."""
 
@@ -71,6 +73,8 @@ def drawings(solution: SolutionData) -> Drawings:
         found.pop("hoop", None)
     if solution.wear is None:
         found.pop("profiles", None)
+    if not solution.nodes:
+        return {name: draw for name, draw in found.items() if name in OF_BODIES}
     found["history"] = draw_history
     if len(solution.steps) > 1:
         found["hysteresis"] = draw_hysteresis

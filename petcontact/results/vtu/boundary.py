@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,7 +11,6 @@ import meshio
 import numpy as np
 
 from ...arrays import Array, Index
-from ...mesh.basis import lagrange
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh, corner_values
@@ -22,6 +20,9 @@ from ..body_fields import BodyFields, StressState
 from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh
+
+TURN = 0.1
+"""Largest angle of the lines that arcs are cut into."""
 
 
 @dataclass(frozen=True)
@@ -116,32 +117,31 @@ def _(mesh: SurfaceMesh, values: _Values) -> Any:
 
 @_cells.register
 def _(mesh: CurveMesh, values: _Values) -> Any:
-    state, nodal = values.state, np.column_stack([values.u, values.traction, values.bound])
-    pieces = [_element(mesh, k, nodal, state) for k in range(mesh.n_elements)]
-    counts = np.array([len(piece["x"]) for piece in pieces])
-    first = np.concatenate([[0], np.cumsum(counts)])
-    stress = values.fields.on_boundary(np.repeat(np.arange(mesh.n_elements), counts),
-                                       np.concatenate([piece["place"] for piece in pieces]))  # fmt: skip
-    lines = np.concatenate(
-        [np.column_stack([np.arange(a, b - 1), np.arange(a + 1, b)]) for a, b in itertools.pairwise(first)]
-    )
-    x, normal, along, s = (np.concatenate([p[name] for p in pieces]) for name in ("x", "normal", "values", "s"))
-    cell_state = np.concatenate([p["state"] for p in pieces]).astype(np.int64)
+    turn = np.abs(mesh.curvature * mesh.length)
+    counts = np.maximum(np.maximum(2 * mesh.order, 1), np.ceil(turn / TURN).astype(np.int64))
+    lines, element = np.repeat(np.arange(mesh.n_elements), counts), np.repeat(np.arange(mesh.n_elements), counts + 1)
+    place = (np.arange(len(element)) - np.searchsorted(element, element)) / counts[element]
+    middle = (np.arange(len(lines)) - np.searchsorted(lines, lines) + 0.5) / counts[lines]
+    at, stress = mesh.variables_at(element, place), values.fields.on_boundary(element, place)
+    x, normal = np.column_stack([at["x"], at["y"]]), np.column_stack([at["nx"], at["ny"]])
+    along = mesh.basis_at(element, place) @ np.column_stack([values.u, values.traction, values.bound])
+    cell_state = values.state[_nearest(mesh, lines, middle)]
+    touches = np.ones(mesh.n_elements, dtype=bool)
+    touches[lines[cell_state < 0]] = False
+    touching = touches[element]
     u, traction, bound = along[:, :2], along[:, 2:4], np.maximum(along[:, 4], 0.0)
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     sigma_n, sigma_t = np.sum(traction * normal, axis=1), np.sum(traction * tangent, axis=1)
-    touching = np.repeat([(p["state"] >= 0).all() for p in pieces], counts)
     sigma_t = np.where(touching, np.clip(sigma_t, -bound, bound), sigma_t)
     traction = sigma_n[:, None] * normal + sigma_t[:, None] * tangent
     return meshio.Mesh(
-        in_space(x), [("line", lines)],
+        in_space(x), [("line", np.stack([np.arange(len(lines)) + lines, np.arange(len(lines)) + lines + 1], axis=1))],
         point_data={
             "displacement": in_space(u), "traction": in_space(traction), "normal": in_space(normal),
-            "sigma_n": sigma_n, "sigma_t": sigma_t, "friction_bound": np.where(touching, bound, 0.0), "arc_length": s,
+            "sigma_n": sigma_n, "sigma_t": sigma_t, "friction_bound": np.where(touching, bound, 0.0), "arc_length": at["s"],
             **_stress_data(stress),
         },
-        cell_data={"part": [np.repeat(mesh.part, counts - 1)], "contact": [cell_state],
-                   "traction_error": [np.repeat(values.error, counts - 1)]},
+        cell_data={"part": [mesh.part[lines]], "contact": [cell_state], "traction_error": [values.error[lines]]},
     )  # fmt: skip
 
 
@@ -151,17 +151,9 @@ def _stress_data(stress: StressState) -> dict[str, Array]:
     return {"stress": stress.tensor[:, i, j], "von_mises": stress.von_mises}
 
 
-def _element(mesh: CurveMesh, k: int, nodal: Array, state: Index) -> dict[str, Array]:
-    """Points along an element and the boundary data there."""
-    order, nodes = int(mesh.order[k]), slice(int(mesh.first_node[k]), int(mesh.first_node[k + 1]))
-    turn = abs(float(mesh.curvature[k] * mesh.length[k]))
-    count = max(1, 2 * order, int(np.ceil(turn / 0.1)))
-    xi = np.linspace(-1.0, 1.0, count + 1)
-    place, normal = mesh.on_element(k, xi)
-    basis = lagrange(order, xi)
-    nearest = np.abs(0.5 * (xi[1:] + xi[:-1])[:, None] - mesh.xi[nodes]).argmin(axis=1)
-    return {
-        "x": place, "normal": normal, "values": basis.T @ nodal[nodes],
-        "s": mesh.side_start[k] + 0.5 * (1.0 + xi) * mesh.length[k], "state": state[nodes][nearest].astype(float),
-        "place": 0.5 * (1.0 + xi),
-    }  # fmt: skip
+def _nearest(mesh: CurveMesh, element: Index, place: Array) -> Index:
+    """The node of each element (q,) that is nearest to a place on it, the first of two."""
+    # ξ is within [-1, 1]: nodes of other elements are further away
+    nodes, wanted = 4.0 * mesh.element + mesh.xi, 4.0 * element + 2.0 * place - 1.0
+    after = np.clip(np.searchsorted(nodes, wanted), 1, mesh.n_nodes - 1)
+    return np.asarray(np.where(wanted - nodes[after - 1] <= nodes[after] - wanted, after - 1, after))

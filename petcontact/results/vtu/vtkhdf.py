@@ -6,7 +6,7 @@ by increment. Values that a place does not have, tractions inside and stress of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,11 +14,12 @@ import h5py
 import numpy as np
 
 from ...arrays import Array
+from ...fields.interior import Field
 from ...runtime.atomic_write import temporary_name
 from ..data import SolutionData
 from ..records import StepResult
 from .boundary import boundary_cells
-from .inside import Grid, field_inside, filled_bodies, grid_inside, inside_cells
+from .inside import fields_of_bodies, filled_bodies, grid_inside, inside_cells
 
 VERSION = (2, 2)
 CELL_TYPES = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12}
@@ -43,7 +44,7 @@ def write_vtkhdf(
     solution : Solution
     resolution : numbers of grid cells along the axes, optional
     progress : callable, optional
-        Called with the share of the increments that is written.
+        Called with the share of the fields that is there.
 
     Raises
     ------
@@ -54,31 +55,32 @@ def write_vtkhdf(
     """
     grids = {name: grid_inside(solution.meshes[name], resolution) for name in filled_bodies(solution)}
     steps = solution.steps or solution.tried
+    inside = fields_of_bodies(solution, grids, steps, progress)
     with temporary_name(path) as temporary, h5py.File(temporary, "w") as file:
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = VERSION
         root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid")))
         for k, step in enumerate(steps):
-            geometry, points, cells = _increment(solution, step, grids)
+            geometry, points, cells = _increment(solution, step, inside)
             if k == 0:
                 _write_geometry(root, geometry)
                 _write_steps(root, [solution.time(step) for step in steps], points, cells)
             _append(root["PointData"], points)
             _append(root["CellData"], cells)
-            if progress is not None:
-                progress((k + 1) / len(steps))
 
 
 Fields = dict[str, Array]
 
 
-def _increment(solution: SolutionData, step: StepResult, grids: Mapping[str, Grid]) -> tuple[Any, Fields, Fields]:
+def _increment(
+    solution: SolutionData, step: StepResult, inside: Mapping[str, Iterator[Field]]
+) -> tuple[Any, Fields, Fields]:
     """Points with cells by kind, point data and cell data of all pieces after an increment."""
     meshes = []
     for number, name in enumerate(solution.meshes):
         pieces = [boundary_cells(solution, name, step)]
-        if name in grids:
-            pieces.append(inside_cells(field_inside(solution, grids[name], name, step)))
+        if name in inside:
+            pieces.append(inside_cells(next(inside[name])))
         for mesh in pieces:
             for key in ("part", "contact"):
                 mesh.cell_data.setdefault(key, [np.full(len(block), ELSEWHERE) for block in mesh.cells])
