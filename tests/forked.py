@@ -14,6 +14,8 @@ AT_THE_START = (
     "LANG", "LC_", "LD_", "OMPI_COMM_WORLD", "OMP_", "OPENBLAS_", "PETCONTACT_NATIVE", "PMI", "PYTHON", "SLURM_",
 )  # fmt: skip
 """Beginnings of variables that are read once, or by a launcher's ranks."""
+DEFAULTS = {"OPENBLAS_NUM_THREADS": "1", "MPLBACKEND": "agg"}
+"""Of the server; threads do not survive a fork either."""
 SIGNALS = (1, 2, 15, 24)  # SIGHUP, SIGINT, SIGTERM, SIGXCPU: what is passed on
 
 
@@ -31,11 +33,12 @@ def call(address: str, words: list[str]) -> int:
     import signal
     import socket
 
+    start = [sys.executable, *([] if words[:1] == ["-c"] else ["-m", "petcontact"]), *words]
     try:
         for stream in (0, 1, 2):
             os.fstat(stream)
     except OSError:
-        os.execv(sys.executable, [sys.executable, "-m", "petcontact", *words])
+        os.execv(sys.executable, start)
     with socket.socket(socket.AF_UNIX) as server:
         server.connect(address)
         request = marshal.dumps((words, os.getcwd(), dict(os.environ)))
@@ -46,7 +49,7 @@ def call(address: str, words: list[str]) -> int:
                 signal.signal(number, lambda number, frame: server.send(bytes([number])))
         answer = int.from_bytes(server.recv(4), "big", signed=True)
     if answer == ELSEWHERE:
-        os.execv(sys.executable, [sys.executable, "-m", "petcontact", *words])
+        os.execv(sys.executable, start)
     if answer < 0:
         signal.signal(-answer, signal.SIG_DFL)
         os.kill(os.getpid(), -answer)
@@ -120,7 +123,7 @@ def keep(client) -> None:
     while len(request) < int.from_bytes(head, "big"):
         request += client.recv(1 << 20)
     words, folder, environment = marshal.loads(request)
-    if starting(environment) != starting(os.environ):
+    if starting(DEFAULTS | environment) != starting(os.environ):
         status = ELSEWHERE
     else:
         command = os.fork()
@@ -204,7 +207,7 @@ def program() -> str:
 
         folder = tempfile.TemporaryDirectory(prefix="petcontact-")
         address, here = f"{folder.name}/socket", Path(__file__).resolve()
-        environment = {"OPENBLAS_NUM_THREADS": "1", "MPLBACKEND": "agg"} | os.environ
+        environment = DEFAULTS | os.environ
         environment["PYTHONPATH"] = os.pathsep.join([str(here.parents[1]), environment.get("PYTHONPATH", "")])
         pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE}
         words = [sys.executable, str(here), "serve", address]

@@ -16,6 +16,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
+import forked
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -110,9 +111,12 @@ NEED_MORE = {"docs", "compare_versions", "benchmark_contact", "benchmark_accurac
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and words are looked at."""
 
 
+RUN = "import runpy, sys; del sys.argv[0]; runpy.run_path(sys.argv[0], run_name='__main__')"
+
+
 def measured(script: str, words: str) -> str:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = call(sys.executable, SCRIPTS / script, *words.split(), timeout=300, env=environment)
+    done = call(forked.program(), "-c", RUN, SCRIPTS / script, *words.split(), timeout=300, env=environment)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done.stdout
