@@ -106,7 +106,9 @@ SMALLEST = {
     "drawings": "-o {folder}",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
-LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick", "attack": "--quick"}
+LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick"}
+APART = {"attack"}
+"""Has a test of its own: test_attack.py."""
 NEED_MORE = {"docs", "compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and words are looked at."""
 
@@ -124,7 +126,7 @@ def measured(script: str, words: str) -> str:
 
 def test_every_script_has_a_test():
     names = {path.name for path in SCRIPTS.iterdir() if path.is_file()}
-    assert names == {*SHELL_SCRIPTS, *SMALLEST, *LONG, *NEED_MORE}
+    assert names == {*SHELL_SCRIPTS, *SMALLEST, *LONG, *APART, *NEED_MORE}
 
 
 @pytest.mark.parametrize("script", SMALLEST)
