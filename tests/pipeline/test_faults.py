@@ -188,6 +188,38 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
         assert np.allclose(rest.last.pairs[name].sigma_t, pair.sigma_t, atol=1e-12 * np.abs(pair.pressure).max())
 
 
+def test_a_signal_in_the_elimination_of_a_later_step_keeps_the_steps_before(tmp_path, monkeypatch, capsys):
+    """At once: what is built has nothing to keep."""
+
+    def eliminated(*words, **keys):
+        os.kill(os.getpid(), signal.SIGTERM)
+        raise AssertionError("the signal waits")
+
+    monkeypatch.setattr(load_steps, "eliminated", eliminated)
+    monkeypatch.chdir(tmp_path)
+    # the second step frees what the first one held
+    step = """[[step]]\nname = "press"\n[[step]]\nname = "let go"\n[[step.boundary]]\nbody = "upper"\npart = "top"
+value = ["free", -0.02]\n"""
+    (tmp_path / "stack.toml").write_text(BLOCKS[: BLOCKS.index("[[step]]")] + step)
+    assert (
+        main(
+            [
+                "solve",
+                "stack.toml",
+                "--no-figures",
+                "--set",
+                "body.0.mesh={element_size=0.5}",
+                "--set",
+                "body.1.mesh={element_size=0.5}",
+            ]
+        )
+        == 143
+    )
+    assert "interrupted by SIGTERM; the last iterate is saved in stack.h5" in capsys.readouterr().err
+    kept = read_result(tmp_path / "stack.h5")
+    assert kept.status == "failed" and [step.name for step in kept.steps] == ["press"]
+
+
 @pytest.mark.parametrize("level", [2, 3])
 @pytest.mark.parametrize("where", ["elimination", "iteration"])
 def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(tmp_path, monkeypatch, capsys, level, where):

@@ -103,13 +103,13 @@ SMALLEST = {
     "benchmark": "--quick", "benchmark_methods.py": "--sizes 20",
     "benchmark_space": "growth --sizes 2.0 --ours", "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
     "verify_contact": "--pairs 1 --floors 0", "mutate": "--list", "verification": "B10 B19",
-    "drawings": "-o {folder}",
+    "drawings": "-o {folder}", "benchmark_contact": "--quick --here", "benchmark_accuracy": "--quick --example 1",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
 LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick"}
 APART = {"attack"}
 """Has a test of its own: test_attack.py."""
-NEED_MORE = {"docs", "compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
+NEED_MORE = {"docs", "compare_versions", "benchmark_sweep"}
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and words are looked at."""
 
 
