@@ -23,8 +23,6 @@ from typing import Any
 
 import numpy as np
 
-from ..arrays import AnyArray
-
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
 INTERFACE = 0xB4F8845C
@@ -32,6 +30,7 @@ INTERFACE = 0xB4F8845C
 FILLER = "pipippp"
 """Arguments of a function of C that fills columns of an operator: what it knows, rows, columns, and two blocks."""
 Compiled = Callable[..., None]
+AnyArray = np.ndarray[Any, np.dtype[Any]]
 _TYPES = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
 
 
