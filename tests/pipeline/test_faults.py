@@ -9,10 +9,10 @@ import resource
 import select
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
+import forked
 import numpy as np
 import pytest
 from conftest import example
@@ -36,12 +36,8 @@ ENDLESS = ["--set", "mesh.element_size=0.5", "--set", "method.rule=fixed", "--se
 
 def start(folder, *words, **keywords):
     (folder / "case.toml").write_text((ROOT / "configs" / "example1.toml").read_text())
-    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
-    return subprocess.Popen(
-        [sys.executable, "-m", "petcontact", "solve", "case.toml", *words], cwd=folder, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
-        **keywords,
-    )  # fmt: skip
+    return subprocess.Popen([forked.program(), "solve", "case.toml", *words], cwd=folder, text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, **keywords)  # fmt: skip
 
 
 def wait_for_iterations(job):
