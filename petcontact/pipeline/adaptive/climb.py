@@ -20,7 +20,7 @@ from ...geometry.outline import Outline
 from ...geometry.surface import Boundary, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
-from ...refinement.levels import check_accuracy
+from ...refinement.levels import check_accuracy, growing
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.petsc import petsc
@@ -259,11 +259,14 @@ def adapt(
     return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
 
 
-def _short_of(estimate: float, accuracy: float, trouble: str, exhausted: str) -> str:
+def _short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity) -> str:
     """Why the estimate is above the accuracy."""
-    if trouble and not exhausted:
+    if trouble and not quantity.exhausted:
         return trouble
-    return f"estimated error {estimate:.1e} > {accuracy:g}" + (f": {exhausted}" if exhausted else " on the finest mesh")
+    where = f": {quantity.exhausted}" if quantity.exhausted else " on the finest mesh"
+    if growing(quantity.differences):
+        where += f"; the differences of the meshes grow: {', '.join(f'{d:.1e}' for d in quantity.differences[-3:])}"
+    return f"estimated error {estimate:.1e} > {accuracy:g}{where}"
 
 
 def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
@@ -286,7 +289,7 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
         text = f"estimated error {estimate:.1e} > {accuracy:g}: {trouble}; --accuracy asks for more"
         info["warnings"] = [*info.get("warnings", []), text]
     elif status == "converged" and estimate > accuracy:
-        status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity.exhausted)
+        status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity)
     timings: dict[str, float] = {}
     for found in {id(each): each for each in (*work.solutions, solution)}.values():
         for name, value in found.timings.items():

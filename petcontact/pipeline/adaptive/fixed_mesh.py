@@ -13,14 +13,14 @@ from ...errors import PetcontactError
 from ...geometry.outline import Outline
 from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
 from ...model.shapes.files import Superelement
-from ...refinement.contact_line import difference
+from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import Body
 from ...results.solution import Solution
 from ..discrete.discretise import discretise
 from ..run import prepare, run
+from .difference import difference, displacement_difference
 from .slip import contact_lines, displacement_scale
 from .tails import tail_error
-from .tractions import displacement_difference, relative_difference
 
 CHEAP = 1200
 """Nodes of a body up to which a quarter more of assembly is nothing to wait for."""
@@ -55,22 +55,22 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
         reason = "compare with a finer mesh"
     if not reason and not curves:
         error, of_resultants = tail_error(solution)
-        return _estimated(solution, error, resultant_error=of_resultants)
+        return _estimated(solution, {"estimated_error": error, "resultant_error": of_resultants})
     reason = reason or _costly(solution, comm)
     if not reason:
         try:
             coarse = _coarser(solution, comm, law)
-            if coarse.converged and math.isfinite(error := _difference(solution, coarse)):
-                return _estimated(solution, error)
+            if coarse.converged and math.isfinite((found := _difference(solution, coarse))["estimated_error"]):
+                return _estimated(solution, found)
             reason = "the problem on half as many elements is not solved"
         except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold
             reason = "half as many elements do not pose the problem"
     return replace(solution, info={**solution.info, "error_unknown": reason})
 
 
-def _estimated(solution: Solution, error: float, **more: float) -> Solution:
+def _estimated(solution: Solution, found: dict[str, Any]) -> Solution:
     """The solution with an estimate, and a warning where it is large."""
-    info = {**solution.info, "estimated_error": error, **more}
+    info, error = {**solution.info, **found}, found["estimated_error"]
     if error > LARGE:
         text = f"the error is estimated to be {error:.0%}: smaller elements, or --adapt, make it less"
         info["warnings"] = [*info.get("warnings", []), text]
@@ -115,16 +115,18 @@ def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
         prepared.close()
 
 
-def _difference(solution: Solution, other: Solution) -> float:
-    """Of u_t, of p and q, or of u where nothing is in contact, relative."""
+def _difference(solution: Solution, other: Solution) -> dict[str, Any]:
+    """Of u_t, of p and q, or of u where nothing is in contact, relative, as a solution reports it."""
     if not solution.nodes:
-        return displacement_difference(other, solution)
+        return {"estimated_error": displacement_difference(other, solution)}
     if solution.bilateral:
         outline = solution.problem.geometry.outline()
         assert isinstance(outline, Outline)
         body = Body.of(solution.problem, outline)
-        return difference(contact_lines(body, other), contact_lines(body, solution)) / displacement_scale(solution)
-    return relative_difference(other, solution)
+        apart = line_difference(contact_lines(body, other), contact_lines(body, solution))
+        return {"estimated_error": apart / displacement_scale(solution)}
+    apart_by = difference(other, solution)
+    return {"estimated_error": apart_by.inside, **apart_by.info()}
 
 
 def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:

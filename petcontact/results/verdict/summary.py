@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -26,7 +28,7 @@ def verdict(solution: SolutionData) -> str:
     title = printable(solution.problem.title)
     lines = [title] if title else []
     lines += _zones_and_forces(solution) if solution.bilateral else _steps(solution)
-    lines += peak_lines(solution)
+    lines += peak_lines(solution) if solution.steps or solution.bilateral else []
     lines += wrapped("  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()])
     if "peak_memory" in solution.info:
         lines.append(f"  peak memory: {solution.info['peak_memory'] / 1e9:.2f} GB")
@@ -143,9 +145,18 @@ def _accuracy(solution: SolutionData) -> list[str]:
         elements = wrapped("  elements: ", [str(count) for count in info["levels"]])
         return [f"{error}, {info['accuracy']:.1e} wanted", *elements]
     if "accuracy" not in info:
-        return [f"{error}, against half as many elements"]
+        return [f"{error}, against half as many elements", *_ends(info)]
     meshes = ", ".join(str(count) for count in info["levels"])
-    return wrapped(f"{error}, {info['accuracy']:.1e} wanted; elements ", [meshes], separator=" ")
+    return [*wrapped(f"{error}, {info['accuracy']:.1e} wanted; elements ", [meshes], separator=" "), *_ends(info)]
+
+
+def _ends(info: dict[str, Any]) -> list[str]:
+    """What the error is with the ends of parts, of which that above is without, and where tractions are singular."""
+    if "error_with_ends" not in info:
+        return []
+    line = f"  with the ends of parts {info['error_with_ends']:.1e}"
+    places = [f"{printable(name)} at s = {', '.join(f'{s:.5g}' for s in at)}" for name, at in info["singular"].items()]
+    return wrapped(f"{line}; tractions are singular: ", places) if places else [line]
 
 
 def _method(solution: SolutionData) -> str:
