@@ -31,8 +31,8 @@ from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from ..trust.increments import OVERLAP
+from .difference import FADE
 from .tails import inside, tail_error
-from .tractions import FADE
 
 FIRST = 36
 """Panels on a face in contact of the first mesh, about; on others a quarter of them."""
