@@ -72,7 +72,7 @@ def shade(
     """Draw surfaces, deformed as the view says, in bands up to `top` or to the largest value, with a colour bar."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    axes.view_init(*_best_view(solution))
+    axes.view_init(*best_view(solution))
     axes.set_proj_type("ortho")
     toward = _toward(axes.elev, axes.azim)
     colours = band_colours(np.concatenate([body.values for body in bodies.values()]), top)
@@ -105,7 +105,7 @@ def shade(
     axes.figure.colorbar(colours, ax=axes, label=what, shrink=0.75, pad=0.09, aspect=25, spacing="proportional")
 
 
-def _best_view(solution: SolutionData) -> tuple[float, float]:
+def best_view(solution: SolutionData) -> tuple[float, float]:
     """Elevation and azimuth; of one body such that its contact is seen, from below if need be."""
     normal = sum((pair.weight @ pair.normal for pair in solution.pairs.values()), np.zeros(3))
     size = float(np.linalg.norm(normal))

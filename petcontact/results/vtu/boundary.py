@@ -18,7 +18,7 @@ from ...refinement.panels.tail import tail
 from ...runtime.figure_style import STATES
 from ..body_fields import BodyFields, StressState
 from ..data import SolutionData
-from ..records import StepResult
+from ..records import BodyResult, StepResult
 from .places import vtk_cells
 from .writing import in_space, unit_notes, write_mesh
 
@@ -77,15 +77,19 @@ def write_boundary_vtu(
 def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshio.Mesh:
     """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an increment."""
     mesh, found = solution.meshes[name], step.bodies[name]
-    error = tail(mesh, np.arange(mesh.n_nodes), found.traction)[mesh.first_node[:-1]]
     values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes),
-                     solution.body_fields(name, step), error)  # fmt: skip
+                     solution.body_fields(name, step), traction_error(mesh, found))  # fmt: skip
     for pair, (owner, _) in solution.sides.items():
         if owner == name and pair in step.pairs:
             nodes, bound = solution.nodes[pair], step.pairs[pair].bound
             values.state[nodes] = step.pairs[pair].state
             values.bound[nodes] = np.where(np.isfinite(bound), bound, np.finfo(np.float64).max)
     return _cells(mesh, values)
+
+
+def traction_error(mesh: BoundaryMesh, found: BodyResult) -> Array:
+    """Estimated error of the traction on each element, (n_elements,), see `panels.tail` [stress]."""
+    return np.asarray(tail(mesh, np.arange(mesh.n_nodes), found.traction)[mesh.first_node[:-1]])
 
 
 @functools.singledispatch
