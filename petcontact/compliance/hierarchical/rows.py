@@ -19,7 +19,7 @@ from ...runtime.memory import physical_memory
 from ...runtime.threads import threads_per_rank
 from ..body.base import ElasticBody
 
-LEAF = 64
+LEAF = 32
 """Nodes of the smallest clusters."""
 QUADRATURE = 0.1
 """Error of far quadrature over the tolerance of the compression."""

@@ -12,7 +12,7 @@ from .between_nodes import Places
 
 ROUND_OFF = 1e-11
 """Of displacements that add up to a gap."""
-NEGLIGIBLE = 1e-3
+NEGLIGIBLE = 1e-2
 """Part of what tractions displace that an overlap between nodes may be off by."""
 
 

@@ -28,7 +28,7 @@ def verdict(solution: SolutionData) -> str:
     title = printable(solution.problem.title)
     lines = [title] if title else []
     lines += _zones_and_forces(solution) if solution.bilateral else _steps(solution)
-    lines += peak_lines(solution)
+    lines += peak_lines(solution) if solution.steps or solution.bilateral else []
     lines += wrapped("  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()])
     if "peak_memory" in solution.info:
         lines.append(f"  peak memory: {solution.info['peak_memory'] / 1e9:.2f} GB")

@@ -13,12 +13,13 @@ import numpy as np
 from ...arrays import Array, Index
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
-from ...mesh.surface_mesh import SurfaceMesh, corner_values
+from ...mesh.surface_mesh import SurfaceMesh
 from ...refinement.panels.tail import tail
 from ...runtime.figure_style import STATES
 from ..body_fields import BodyFields, StressState
 from ..data import SolutionData
-from ..records import StepResult
+from ..records import BodyResult, StepResult
+from .places import vtk_cells
 from .writing import in_space, unit_notes, write_mesh
 
 TURN = 0.1
@@ -44,12 +45,13 @@ def write_boundary_vtu(
     """Write the boundary values of a body after an increment, the last one by default, as a .vtu file of lines or panels.
 
     Points belong to one element each, since tractions jump from element to element; in the plane elements of higher order
-    and arcs are cut into short lines. Point data: displacement, traction, stress, von_mises; in the plane also normal,
-    sigma_n, sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and arc_length. Cell
-    data: the number of the part, traction_error, estimated (`panels.tail`), and contact (-1 elsewhere, 0 stick, 1 slip,
-    2 open; of a panel the largest of its nodes). Shear between the nodes of a contact element is cut at the bound, which a
-    polynomial may pass there. Names of parts, states and units are those of the arrays of the field data (ParaView's
-    "Information").
+    and arcs are cut into short lines, in space panels that are curved or of order 2 or more are cells of the second order
+    (6-node triangles, 9-node quadrilaterals). Point data: displacement, traction, stress, von_mises; in the plane also
+    normal, sigma_n, sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and
+    arc_length. Cell data: the number of the part, traction_error, estimated (`panels.tail`), and contact (-1 elsewhere, 0
+    stick, 1 slip, 2 open; of a panel the largest of its nodes). Shear between the nodes of a contact element is cut at the
+    bound, which a polynomial may pass there. Names of parts, states and units are those of the arrays of the field data
+    (ParaView's "Information").
 
     Parameters
     ----------
@@ -75,15 +77,19 @@ def write_boundary_vtu(
 def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshio.Mesh:
     """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an increment."""
     mesh, found = solution.meshes[name], step.bodies[name]
-    error = tail(mesh, np.arange(mesh.n_nodes), found.traction)[mesh.first_node[:-1]]
     values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes),
-                     solution.body_fields(name, step), error)  # fmt: skip
+                     solution.body_fields(name, step), traction_error(mesh, found))  # fmt: skip
     for pair, (owner, _) in solution.sides.items():
         if owner == name and pair in step.pairs:
             nodes, bound = solution.nodes[pair], step.pairs[pair].bound
             values.state[nodes] = step.pairs[pair].state
             values.bound[nodes] = np.where(np.isfinite(bound), bound, np.finfo(np.float64).max)
     return _cells(mesh, values)
+
+
+def traction_error(mesh: BoundaryMesh, found: BodyResult) -> Array:
+    """Estimated error of the traction on each element, (n_elements,), see `panels.tail` [stress]."""
+    return np.asarray(tail(mesh, np.arange(mesh.n_nodes), found.traction)[mesh.first_node[:-1]])
 
 
 @functools.singledispatch
@@ -94,23 +100,15 @@ def _cells(mesh: BoundaryMesh, values: _Values) -> Any:
 
 @_cells.register
 def _(mesh: SurfaceMesh, values: _Values) -> Any:
-    corners, u = corner_values(mesh, values.u)
-    traction = corner_values(mesh, values.traction)[1]
-    triangle = np.isnan(mesh.corners[:, 3, 0])
-    numbers = np.arange(4 * mesh.n_elements).reshape(-1, 4)
+    places, cells = vtk_cells(mesh)
+    at = mesh.basis_at(places.element, places.place)
     state = np.full(mesh.n_elements, -1)
     np.maximum.at(state, mesh.element, values.state)
-    kinds = [(name, mine) for name, mine in (("quad", ~triangle), ("triangle", triangle)) if mine.any()]
-    places = np.empty((mesh.n_elements, 4, 2))
-    for batch in mesh.batches():
-        polygon = batch.elements.polygon
-        places[batch.elements.index] = polygon[:, np.minimum(np.arange(4), polygon.shape[1] - 1)]
-    stress = values.fields.on_boundary(np.repeat(np.arange(mesh.n_elements), 4), places.reshape(-1, 2))
-    cells = [(name, numbers[mine, : 3 if name == "triangle" else 4]) for name, mine in kinds]
+    stress = values.fields.on_boundary(places.element, places.place)
     return meshio.Mesh(
-        corners.reshape(-1, 3), cells,
-        point_data={"displacement": u.reshape(-1, 3), "traction": traction.reshape(-1, 3), **_stress_data(stress)},
-        cell_data={name: [field[mine] for _, mine in kinds]
+        stress.x, [(kind, numbers) for kind, numbers, _ in cells],
+        point_data={"displacement": at @ values.u, "traction": at @ values.traction, **_stress_data(stress)},
+        cell_data={name: [field[panels] for _, _, panels in cells]
                    for name, field in (("part", mesh.part), ("contact", state), ("traction_error", values.error))},
     )  # fmt: skip
 

@@ -150,8 +150,7 @@ def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> 
     lines = [np.linspace(a, b, n + 1) for a, b, n in zip(low + inset, high - inset, resolution, strict=True)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
-    triangles = mesh.triangles()
-    inside = np.array([winding(triangles - x) for x in flat]) > 0.5
+    inside = winding(mesh.triangles(), flat) > 0.5
     number = np.arange(len(flat)).reshape(grid.shape[:3])
     i, j, k = (slice(None, -1),) * 3
     up = slice(1, None)

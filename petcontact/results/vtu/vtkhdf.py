@@ -22,7 +22,7 @@ from .boundary import boundary_cells
 from .inside import fields_of_bodies, filled_bodies, grid_inside, inside_cells
 
 VERSION = (2, 2)
-CELL_TYPES = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12}
+CELL_TYPES = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12, "triangle6": 22, "quad9": 28}
 """VTK's numbers."""
 ELSEWHERE = -1
 """Of cells inside, as part and state of contact."""
@@ -35,7 +35,8 @@ def write_vtkhdf(
     """Write the boundary and the inside of every body after every increment as one .vtkhdf file (ParaView 5.12 on).
 
     Point data: displacement, stress (xx, yy, zz, xy, yz, xz), von_mises, and traction, which is NaN inside.
-    Cell data: `body` and `part` by number, `contact` (0 stick, 1 slip, 2 open; -1 elsewhere). The time of an increment is
+    Cell data: `body` and `part` by number, `contact` (0 stick, 1 slip, 2 open; -1 elsewhere), `traction_error`, the
+    estimated error of the traction, NaN inside. Panels are cells as of `write_boundary_vtu`. The time of an increment is
     the number of its step less 1 plus its load factor.
 
     Parameters
@@ -84,6 +85,7 @@ def _increment(
         for mesh in pieces:
             for key in ("part", "contact"):
                 mesh.cell_data.setdefault(key, [np.full(len(block), ELSEWHERE) for block in mesh.cells])
+            mesh.cell_data.setdefault("traction_error", [np.full(len(block), np.nan) for block in mesh.cells])
             mesh.cell_data["body"] = [np.full(len(block), number) for block in mesh.cells]
         meshes += pieces
     kinds = {"displacement": 3, "traction": 3, "stress": 6, "von_mises": 1}
@@ -96,6 +98,7 @@ def _increment(
     }  # fmt: skip
     cells = {key: np.concatenate([np.concatenate(mesh.cell_data[key]) for mesh in meshes]).astype(np.int64)
              for key in ("body", "part", "contact")}  # fmt: skip
+    cells["traction_error"] = np.concatenate([np.concatenate(mesh.cell_data["traction_error"]) for mesh in meshes])
     return meshes, points, cells
 
 
