@@ -1,4 +1,4 @@
-"""Whether triangles of a surface cross one another."""
+"""Whether triangles of a surface cross one another, and what lies inside of closed ones."""
 
 from __future__ import annotations
 
