@@ -164,14 +164,14 @@ class BodyFields:
     def at(
         self, points: Any, part: str | None = None, progress: Progress | None = None, outside: float | None = None
     ) -> StressState:
-        """At points (m, d) inside the body and on its boundary, of which `part` says the side of a corner.
+        """At points (m, d) inside the body and on its boundary; with `part` on that part of it alone.
 
         Points outside get a given value, or are refused.
 
         Raises
         ------
         InputError
-            If a point lies outside, there is no such part, or the body is a superelement.
+            If a point lies outside or not on the part, there is no such part, or the body is a superelement.
         """
         if not self.known:
             name = self.problem.body[self.number].name
@@ -181,6 +181,9 @@ class BodyFields:
             raise InputError(f"no part {part!r}{nearest(part, list(self.mesh.part_names))}")
         element, place = located(self.mesh, points, part)
         on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
+        if part is not None and len(inside):
+            at = ", ".join(f"{c:.6g}" for c in points[inside[0]])
+            raise InputError(f"part {part!r}: the point ({at}) does not lie on it")
         material = self.problem.body[self.number].material
         u, stress = field_at(self.mesh, *self._data, material, points[inside], progress, outside=outside)
         self._next_to_boundary(points[inside], stress)

@@ -341,6 +341,11 @@ def test_mistakes_are_one_line(changes, told):
     [
         ({"density": -1.0}, {}, "density: must be greater than or equal to 0, got -1.0"),
         ({}, {"acceleration": [0.0, -1.0]}, "loads.acceleration: the material of body 'body' has no density"),
+        (
+            {"density": 0.0},
+            {"acceleration": [0.0, -1.0]},
+            "loads.acceleration: does nothing, the density of body 'body' is 0",
+        ),
         ({}, {"angular_velocity": 1.0}, "loads.angular_velocity: the material of body 'body' has no density"),
         ({}, {"temperature": "x"}, "loads.temperature: the material of body 'body' has no thermal_expansion"),
         ({}, {"axis": [0.0, 0.0, 0.0]}, "loads.axis: must be a vector other than zero"),
