@@ -32,6 +32,7 @@ from .model.shapes.plane import OutlineSide as OutlineSide
 from .model.shapes.plane import Polygon as Polygon
 from .model.shapes.plane import Rectangle as Rectangle
 from .model.shapes.plane import SideBySide as SideBySide
+from .model.shapes.revolved import Revolved as Revolved
 from .model.shapes.solids import Box as Box
 from .model.shapes.solids import Cylinder as Cylinder
 from .model.shapes.solids import Sphere as Sphere

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
+from typing import Any
 
-Array = NDArray[np.float64]
-Complex = NDArray[np.complex128]
-Index = NDArray[np.int64]
-Mask = NDArray[np.bool_]
-States = NDArray[np.int8]
+import numpy as np
+
+# numpy.typing's NDArray, whose import takes as long as that of a tenth of numpy
+Array = np.ndarray[Any, np.dtype[np.float64]]
+Complex = np.ndarray[Any, np.dtype[np.complex128]]
+Index = np.ndarray[Any, np.dtype[np.int64]]
+Mask = np.ndarray[Any, np.dtype[np.bool_]]
+AnyArray = np.ndarray[Any, np.dtype[Any]]
+States = np.ndarray[Any, np.dtype[np.int8]]
 """Of contact nodes: stick, slip, open; or which way they slip."""
-Names = NDArray[np.str_]
+Names = np.ndarray[Any, np.dtype[np.str_]]
 
 LARGEST_COORDINATE = 1e60
 """Squares and products of coordinates must not overflow."""

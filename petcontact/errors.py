@@ -55,5 +55,9 @@ class SolverError(PetcontactError, ArithmeticError):
         self.stage, self.reason, self.advice = stage, reason, advice
 
 
+class InaccurateOperator(SolverError):
+    """Compressed operators that miss their tolerance."""
+
+
 class MissingPetscError(PetcontactError, ImportError):
     """petsc4py is not installed, or cannot be loaded."""

@@ -56,15 +56,16 @@ def as_surface(parts: dict[str, np.ndarray], name: str = "test") -> FacetSurface
     return checked_surface(FacetSurface(every[first], cells[:, :4], np.concatenate(part), tuple(parts), cells[:, 4:]), name)
 
 
-def written(file: Path, parts: dict[str, np.ndarray], kinds: dict[int, str] | None = None) -> str:
-    """The path of a `.msh` file of cells (n, nodes, 3) of each part, by name."""
+def written(file: Path, parts: dict[str, np.ndarray | list[np.ndarray]], kinds: dict[int, str] | None = None) -> str:
+    """The path of a `.msh` file of cells (n, nodes, 3) of each part, or of several kinds of cells, by name."""
     kinds = {3: "triangle", 4: "quad", 6: "triangle6", 8: "quad8", 9: "quad9", **(kinds or {})}
-    every = np.concatenate([own.reshape(-1, 3) for own in parts.values()])
+    blocks = [(k, one) for k, own in enumerate(parts.values(), 1) for one in (own if isinstance(own, list) else [own])]
+    every = np.concatenate([own.reshape(-1, 3) for _, own in blocks])
     _, first, number = np.unique(every.round(9), axis=0, return_index=True, return_inverse=True)
-    ends = np.cumsum([own.shape[0] * own.shape[1] for own in parts.values()])
+    ends = np.cumsum([own.shape[0] * own.shape[1] for _, own in blocks])
     cells = [(kinds[own.shape[1]], n.reshape(own.shape[:2]))
-             for own, n in zip(parts.values(), np.split(number.ravel(), ends[:-1]), strict=True)]  # fmt: skip
-    tags = [np.full(len(block), k + 1) for k, (_, block) in enumerate(cells)]
+             for (_, own), n in zip(blocks, np.split(number.ravel(), ends[:-1]), strict=True)]  # fmt: skip
+    tags = [np.full(len(own), k) for k, own in blocks]
     mesh = meshio.Mesh(every[first], cells, cell_data={"gmsh:physical": tags, "gmsh:geometrical": tags},
                        field_data={name: np.array([k + 1, 2]) for k, name in enumerate(parts)})  # fmt: skip
     meshio.write(file, mesh, file_format="gmsh22", binary=False)

@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import native
-from ..arrays import Array, Index
+from ..arrays import AnyArray, Array, Index
 from .kernel import ColumnData
 
 
-def data_members(data: ColumnData) -> list[NDArray[Any]]:
+def data_members(data: ColumnData) -> list[AnyArray]:
     """The last members of such a struct: what makes columns out of G and H."""
     return [
         native.contiguous(data.traction_known, np.int64), native.contiguous(data.frame),

@@ -49,30 +49,34 @@ def field_of(kernel: Kernel, targets: Any, elements: Any, u: Array, traction: Ar
     kernel : Kernel
     targets, elements
         m points off the boundary and elements with k nodes, as the mesh gives them.
-    u, traction : (k, d) arrays
-        Displacement [length] at the nodes, and traction over the kernel's `traction_scale` [length].
+    u, traction : (k, d, s) arrays
+        Displacement [length] at the nodes, and traction over the kernel's `traction_scale` [length], in s states.
 
     Returns
     -------
-    u : (m, d) array
+    u : (m, d, s) array
         [length]
-    stress : (m, d(d+1)/2) array
+    stress : (m, d(d+1)/2, s) array
         Over `traction_scale`.
     wound : (m,) array
         The part of the full angle, in space of the full solid angle, under which the elements are seen: a rigid
         translation, whose sum over a closed boundary is 1 inside and 0 outside.
     """
     compiled = FIELDS.get(type(kernel))
-    if compiled is not None and (found := compiled(kernel, targets, elements, u, traction)) is not None:
-        return found
+    if compiled is not None:
+        each = [compiled(kernel, targets, elements, u[..., s], traction[..., s]) for s in range(u.shape[2])]
+        found = [one for one in each if one is not None]
+        if found:
+            moved, stressed, (wound, *_) = zip(*found, strict=True)
+            return np.stack(moved, axis=2), np.stack(stressed, axis=2), wound
     kernel_g, kernel_h = kernel.integrals(targets, elements)
     kernel_d, kernel_s = kernel.stress_integrals(targets, elements)
     assert kernel_g is not None and kernel_h is not None
     axes = range(kernel.dim)
     displacement, stress = (
         np.stack(
-            [sum(traction[:, j] @ a[j] + sign * (u[:, j] @ b[j]) for j in axes) for a, b in zip(*pair, strict=True)], axis=1
-        )
+            [sum(traction[:, j].T @ a[j] + sign * (u[:, j].T @ b[j]) for j in axes) for a, b in zip(*pair, strict=True)]
+        ).transpose(2, 0, 1)
         for sign, pair in ((-1.0, (kernel_g, kernel_h)), (1.0, (kernel_d, kernel_s)))
     )
     wound = -sum(kernel_h[i, i].sum(axis=0) for i in axes) / kernel.dim

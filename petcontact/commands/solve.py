@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import difflib
+import math
 import os
 import sys
 import time
@@ -32,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--adapt", action="store_true",
                         help="refine the mesh until the estimated error of u_t (p, q) is as wanted")  # fmt: skip
     parser.add_argument("--accuracy", metavar="ERROR", type=float,
-                        help="with --adapt, or without a [mesh] table: error of u_t (1e-4), of p and q (1e-2)")  # fmt: skip
+                        help="with --adapt, or without [mesh]: of u_t (1e-4), p and q (1e-2; in space 2e-2)")  # fmt: skip
 
 
 def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
@@ -63,8 +64,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
         try:
             with in_file(arguments.config):
-                announce = announcer(status) if first else None
-                solution = solved(case, adaptive, arguments.accuracy, comm, monitor, announce)
+                shown = {"announce": announcer(status), "reached": mesh_line(status)} if first else {}
+                solution = solved(case, adaptive, arguments.accuracy, comm, monitor, **shown)
         finally:
             status.clear()
         number = stop()
@@ -100,16 +101,16 @@ def wants_adaptive(arguments: argparse.Namespace, problem: Any) -> bool:
 
 
 def solved(
-    problem: Any, adaptive: bool, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None], announce: Any
+    problem: Any, adaptive: bool, accuracy: float | None, comm: Any, monitor: Callable[[Any], str | None], **shown: Any
 ) -> Any:
     """The solution on the mesh of the config, or on adaptive ones where that is wanted or the mesh is left open."""
     if adaptive:
         from ..pipeline.adaptive.climb import adapt
 
-        return adapt(problem, accuracy, comm=comm, monitor=monitor)
+        return adapt(problem, accuracy, comm=comm, monitor=monitor, **shown)
     from ..pipeline.solve import solve
 
-    return solve(problem, comm=comm, monitor=monitor, announce=announce)
+    return solve(problem, comm=comm, monitor=monitor, **shown)
 
 
 def announcer(status: Any) -> Callable[[int, int, float, float], Callable[[float], None]]:
@@ -129,6 +130,19 @@ def announcer(status: Any) -> Callable[[int, int, float, float], Callable[[float
         return progress
 
     return announced
+
+
+def mesh_line(status: Any) -> Callable[[Any], None]:
+    """Shows each mesh of an adaptive solve, in lines of their own on a terminal and where it takes long."""
+
+    def reached(mesh: Any) -> None:
+        error = f"error {mesh.estimate:.1e} estimated" if math.isfinite(mesh.estimate) else "error not known yet"
+        text = f"mesh {mesh.number}: {mesh.nodes} nodes, {error}, {mesh.seconds:.1f} s"
+        if status.enabled or mesh.seconds > SOON:
+            status.clear()
+            print(f"petcontact: {text}", file=sys.stderr, flush=True)
+
+    return reached
 
 
 def overrides(words: list[str]) -> dict[str, Any]:

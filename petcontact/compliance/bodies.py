@@ -23,7 +23,7 @@ from .body.base import ElasticBody
 from .composed import ComposedSystem, Joint
 from .contact_compliance import ContactCompliance, DenseCompliance, ProductCompliance
 from .half_space import HalfSpace
-from .interface import ContactMaps, contact_maps, places
+from .interface import ContactMaps, contact_maps, directions_looked_for, places
 from .interface import Interface as Interface
 from .layer.kernel import Strip, body_thickness, strips
 from .layer.operator import LayerOperator
@@ -76,15 +76,16 @@ class BodiesSystem:
         join: Callable[[Sequence[ElasticBody], Sequence[Interface], Sequence[ContactMaps], Any], Joint] | None = None,
     ) -> None:  # fmt: skip
         self.bodies, self.interfaces = list(bodies), list(interfaces)
-        self.dim, self.k = bodies[0].mesh.dim, interfaces[0].directions.shape[1]
+        self.dim = bodies[0].mesh.dim
+        self.k, none = directions_looked_for(self.dim, interfaces), np.zeros(0)
         ends = np.cumsum([0, *(len(i.nodes) for i in interfaces)])
         self.slices = [slice(int(a), int(b)) for a, b in itertools.pairwise(ends)]
         self.size, states = int(ends[-1]), bodies[0].data.states
-        self.weight = np.concatenate([bodies[i.body].mesh.weight[i.nodes] for i in interfaces])
-        self.gap = np.concatenate([i.gap for i in interfaces])
+        self.weight = np.concatenate([none, *(bodies[i.body].mesh.weight[i.nodes] for i in interfaces)])
+        self.gap = np.concatenate([none, *(i.gap for i in interfaces)])
         self.base = np.zeros((states, self.k * self.size))
         self._maps = [contact_maps(number, self.bodies, interfaces) for number in range(len(self.bodies))]
-        self._x, self._layer = np.concatenate(x), list[Surrogate]()
+        self._x, self._layer = np.concatenate([np.zeros((0, self.dim)), *x]), list[Surrogate]()
         self._joint = None if join is None else join(self.bodies, interfaces, self._maps, comm)
         self._softened: tuple[Array, ContactCompliance] | None = None
         modes, balance, resultant = [], [], []

@@ -71,14 +71,22 @@ class Interface:
         return self.tangent if self.held else np.concatenate([self.tangent, self.normal[:, None]], axis=1)
 
 
+def directions_looked_for(dim: int, interfaces: Sequence[Interface]) -> int:
+    """Components of σ at a node, k: the tangential ones where all normals are held, as where nothing is in contact."""
+    return dim - 1 if all(face.held for face in interfaces) else dim
+
+
 def contact_maps(number: int, bodies: Sequence[ElasticBody], interfaces: Sequence[Interface]) -> ContactMaps:
     """Between the contact directions of a body and those of all interfaces."""
-    body, k, d = bodies[number], interfaces[0].directions.shape[1], bodies[number].mesh.dim
+    body, d = bodies[number], bodies[number].mesh.dim
+    k = directions_looked_for(d, interfaces)
     if len(bodies) == 1 and all(face.primary is None for face in interfaces):
         place = places(body, interfaces)
-        if np.array_equal(np.concatenate([face.directions for face in interfaces]), body.data.contact_frame[place]):
+        frame = body.data.contact_frame
+        if np.array_equal(np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[place]):
             return _Reordered((k * place[:, None] + np.arange(k)).ravel())
-    seen, carried = list[scipy.sparse.csr_array](), list[scipy.sparse.csr_array]()
+    none = scipy.sparse.csr_array((0, body.data.contact_directions.size))
+    seen, carried = [none], [none]
     for face in interfaces:
         out = _blocks(face.directions, np.arange(len(face.nodes)), len(face.nodes))
         moved, pushed = (scipy.sparse.csr_array((out.shape[0], body.data.contact_directions.size)) for _ in range(2))
@@ -98,7 +106,8 @@ def contact_maps(number: int, bodies: Sequence[ElasticBody], interfaces: Sequenc
 
 def places(body: ElasticBody, interfaces: Sequence[Interface]) -> Index:
     """Of the nodes of all interfaces among the contact nodes of a body that is the only one."""
-    return np.searchsorted(body.contact, np.concatenate([face.nodes for face in interfaces]))
+    nodes = np.concatenate([body.contact[:0], *(face.nodes for face in interfaces)])
+    return np.asarray(np.searchsorted(body.contact, nodes))
 
 
 class ContactMaps(Protocol):

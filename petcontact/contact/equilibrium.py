@@ -27,7 +27,7 @@ def unbalanced_load(modes: Modes | None, law: ContactLaw) -> Array | None:
     sides where σ_t leaves the disk: what it says cannot be held cannot. A load that passes may still not be held: the
     tractions that would do it need not follow from the elastic problem.
     """
-    if modes is None or not np.any(modes.load) or not isinstance(law, LimitedLaw):
+    if modes is None or not modes.load.any() or not isinstance(law, LimitedLaw):
         return None
     r, m, k = modes.resultant.shape
     scale = np.maximum(np.abs(modes.resultant).max(axis=(1, 2), initial=0.0), 1e-300)

@@ -45,8 +45,11 @@ def project_ball(x: Array, radius: Array) -> Array:
     """
     if x.ndim != 2 or radius.shape != x.shape[:1]:
         raise ValueError(f"vectors (m, d-1) need radii (m,), got {x.shape} and {radius.shape}")
-    if np.any(radius < 0.0):
+    if (radius < 0.0).any():
         raise ValueError("the radius of a ball is not negative")
+    if x.shape[1] == 1:
+        limit = radius[:, None]
+        return np.asarray(np.minimum(np.maximum(x, -limit), limit))
     size = lengths(x)
     outside = size > radius
     shrink = np.divide(radius, size, out=np.ones_like(size), where=outside)
@@ -57,13 +60,13 @@ def ball_derivative(x: Array, radius: Array) -> tuple[Array, Array]:
     """Derivatives of [x]_α by x, (m, d-1, d-1), and by α, (m, d-1): the identity and 0 inside the ball; 0 where α = 0."""
     size = lengths(x)
     outside = (size > radius) | (radius == 0.0)
+    if x.shape[1] == 1:
+        return np.where(outside, 0.0, 1.0)[:, None, None], np.where(outside[:, None], np.sign(x), 0.0)
     direction = np.divide(x, size[:, None], out=np.zeros_like(x), where=(outside & (size > 0.0))[:, None])
     shrink = np.divide(radius, size, out=np.ones_like(size), where=outside & (size > 0.0))
     shrink[outside & (radius == 0.0)] = 0.0
     identity = np.eye(x.shape[1])
     along = np.where(outside[:, None, None], direction[:, :, None] * direction[:, None, :], 0.0)
-    if x.shape[1] == 1:
-        along = np.where(outside, 1.0, 0.0)[:, None, None]
     return shrink[:, None, None] * (identity - along), direction
 
 
@@ -108,7 +111,7 @@ def robin_residual(project: Callable[[Array], Array], v: Array, sigma: Array, rh
     ValueError
         If rho is not positive or the shapes differ.
     """
-    if not np.all(np.asarray(rho) > 0.0):
+    if not (np.asarray(rho) > 0.0).all():
         raise ValueError(f"the Robin parameter is positive, got {rho}")
     if v.shape != sigma.shape:
         raise ValueError(f"displacement and traction have one shape, got {v.shape} and {sigma.shape}")
@@ -117,12 +120,12 @@ def robin_residual(project: Callable[[Array], Array], v: Array, sigma: Array, rh
 
 def contact_norm(x: Array, weight: Array) -> float:
     """L2(Γ_C) norm of nodal vectors (m, k) with the nodes' quadrature weights (m,)."""
+    total = float(np.einsum("m,mk,mk->", weight, x, x))  # which does not warn
+    if SAFE[0] < total < SAFE[1]:
+        return math.sqrt(total)
     size = float(np.abs(x).max(initial=0.0))
     unit = 1.0 if SAFE[0] < size < SAFE[1] or not np.isfinite(size) else size or 1.0
-    x = x if unit == 1.0 else x / unit
-    squares = x[:, 0] ** 2 if x.shape[1] == 1 else np.sum(x * x, axis=1)
-    total = float(weight @ squares)
-    return unit * math.sqrt(total)
+    return unit * math.sqrt(float(np.einsum("m,mk,mk->", weight, x / unit, x / unit)))
 
 
 def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, floor: float = 0.0) -> float:

@@ -117,18 +117,23 @@ class SignoriniCoulomb:
 
     def radius(self, pressure: Array) -> Array:
         """Bound r(p) of the shear at a pressure, (m,) [stress]."""
-        limit = np.multiply(self.coefficient, np.abs(pressure), out=np.full(len(pressure), np.inf), where=self._coulomb)
+        limit = np.abs(pressure)
+        if self._coulomb.all():
+            limit *= self.coefficient
+        else:
+            limit = np.multiply(self.coefficient, limit, out=np.full(len(pressure), np.inf), where=self._coulomb)
         return np.where(self.unilateral & (pressure <= 0.0), 0.0, np.minimum(limit, self.bound))
 
     def project(self, tau: Array) -> Array:
         """Projection Π(τ) on what the law allows, (m, k) [stress]."""
-        p = self.pressure(tau)
-        return np.column_stack([project_ball(tau[:, :-1], self.radius(p)), p])
+        p, result = self.pressure(tau), np.empty(tau.shape)
+        result[:, :-1], result[:, -1] = project_ball(tau[:, :-1], self.radius(p)), p
+        return result
 
     def linearise(self, tau: Array) -> Array:
         """Derivative of Π: the ball's, and how its radius follows the pressure."""
-        p = self.pressure(tau)
-        closed = ~self.opened(tau)
+        opened = self.opened(tau)
+        p, closed = np.where(opened, 0.0, tau[:, -1]), ~opened
         radius = self.radius(p)
         tangential, outward = ball_derivative(tau[:, :-1], radius)
         slope = np.where(self._coulomb & (radius < self.bound) & closed, np.sign(p), 0.0)
@@ -141,8 +146,9 @@ class SignoriniCoulomb:
 
     def states(self, tau: Array) -> States:
         """0 stick, 1 slip, 2 open."""
-        slips = _slips(tau[:, :-1], self.radius(self.pressure(tau)))
-        return np.where(self.opened(tau), OPEN, np.where(slips, SLIP, STICK)).astype(np.int8)
+        opened = self.opened(tau)
+        slips = _slips(tau[:, :-1], self.radius(np.where(opened, 0.0, tau[:, -1])))
+        return np.where(opened, OPEN, np.where(slips, SLIP, STICK)).astype(np.int8)
 
     def admissible(self) -> Admissible:
         """p >= 0 where unilateral, |σ_t| <= min(µp, g) there, and |σ_t| <= g elsewhere.

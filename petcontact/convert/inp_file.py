@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections import Counter
+from collections.abc import Container, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -85,10 +86,17 @@ def read_inp(path: str | Path) -> InpFile:
         if keyword.name in ("PART", "INSTANCE", "ASSEMBLY"):
             raise InputError(f"{path}: line {keyword.line}: *{keyword.name}: parts and instances are not read; write a flat "
                              "file (in Abaqus/CAE an attribute of the model)")  # fmt: skip
-        if keyword.name == "INCLUDE":
-            raise InputError(f"{path}: line {keyword.line}: *INCLUDE: other files are not read; put them into this one")
+        if keyword.name == "INCLUDE" or "INPUT" in keyword.parameters:
+            raise InputError(
+                f"{path}: line {keyword.line}: *{keyword.name}: other files are not read; put them into this one"
+            )
+        if keyword.name == "SYSTEM" or keyword.parameters.get("SYSTEM", "R").upper() != "R":
+            raise InputError(f"{path}: line {keyword.line}: *{keyword.name}: nodes in another system are not read; write "
+                             "them along the axes")  # fmt: skip
         try:
             _take(found, keyword)
+        except InputError:
+            raise
         except ValueError:
             raise InputError(f"{path}: line {keyword.line}: *{keyword.name}: a number was expected") from None
     if not (found.nodes and found.elements):
@@ -124,7 +132,8 @@ def _keywords(path: str | Path) -> Iterator[Keyword]:
 def _take(found: InpFile, keyword: Keyword) -> None:
     """Nodes, elements and sets; anything else is kept."""
     if keyword.name == "NODE":
-        rows = {int(row[0]): tuple(float(word) for word in row[1:4]) for row in keyword.rows}
+        rows = {int(row[0]): (*(float(word or 0.0) for word in row[1:4]), 0.0, 0.0, 0.0)[:3] for row in keyword.rows}
+        _new(found, keyword, found.nodes, [int(row[0]) for row in keyword.rows])
         found.nodes |= rows
         _extend(found.nsets, keyword.parameters.get("NSET"), list(rows))
     elif keyword.name == "ELEMENT":
@@ -147,16 +156,26 @@ def _take(found: InpFile, keyword: Keyword) -> None:
 def _elements(found: InpFile, keyword: Keyword) -> list[int]:
     kind = keyword.parameters.get("TYPE", "").upper().rstrip("RIHMT")
     if kind not in CORNERS:
-        found.rest.append(Keyword("ELEMENT", keyword.parameters, [], keyword.line))
+        found.rest.append(Keyword(f"ELEMENT, TYPE={kind}", {}, [], keyword.line))
         return []
     digits = "".join(c for c in kind[3:] if c.isdecimal())
-    words = [word for row in keyword.rows for word in row]
-    width, numbers = 1 + int(digits), []
-    for start in range(0, len(words) - width + 1, width):
-        number, *nodes = (int(word) for word in words[start : start + width])
-        found.elements[number] = kind, tuple(nodes[: abs(CORNERS[kind])])
-        numbers.append(number)
+    words = [int(word) for row in keyword.rows for word in row]
+    width = 1 + int(digits)
+    if len(words) % width:
+        raise InputError(f"{found.path}: line {keyword.line}: *ELEMENT: {len(words)} numbers are no multiple of {width}, "
+                         f"the number of an element of type {kind} and its nodes")  # fmt: skip
+    numbers = words[::width]
+    _new(found, keyword, found.elements, numbers)
+    for start, number in zip(range(0, len(words), width), numbers, strict=True):
+        found.elements[number] = kind, tuple(words[start + 1 : start + 1 + abs(CORNERS[kind])])
     return numbers
+
+
+def _new(found: InpFile, keyword: Keyword, known: Container[int], numbers: list[int]) -> None:
+    """Refuse numbers that are taken."""
+    twice = [n for n in numbers if n in known] or [n for n, times in Counter(numbers).items() if times > 1]
+    if twice:
+        raise InputError(f"{found.path}: line {keyword.line}: *{keyword.name}: number {twice[0]} is there already")
 
 
 def _extend(sets: dict[str, list[int]], name: str | None, numbers: list[int]) -> None:

@@ -13,10 +13,11 @@ import scipy
 import tomli_w
 
 from ..errors import InputError
+from .inp_elements import check_elements, count
 from .inp_file import CORNERS, FACES, Face, InpFile, read_inp
 from .inp_statements import Statements
 
-FREE = "free"
+FREE, PRESSED = "free", "pressed"
 
 
 @dataclass
@@ -50,27 +51,42 @@ def convert_inp(path: str | Path, name: str) -> Converted:
         If the file cannot be read, holds no body, or one of several materials.
     """
     reader = Statements(read_inp(path))
+    reader.notes += check_elements(reader.file)
     reader.read()
     file, result, bodies = reader.file, Converted(notes=reader.notes), []
     owner: dict[str, list[str]] = {}
-    taken: set[str] = set()
-    for count, elements in enumerate(_connected(file)):
-        body = _Body(reader, elements, f"body{count + 1}")
+    taken, parts = set[str](), dict[Face, str]()
+    for number, elements in enumerate(_connected(file), 1):
+        body = _Body(reader, elements, f"body{number}")
         mesh = f"{name}-{body.name}.msh"
         result.meshes[mesh] = body.msh()
         bodies.append(body.table(mesh))
         taken |= body.sets
+        parts |= body.parts
         for surface in body.surfaces:
             owner.setdefault(surface, []).append(f"{body.name}.{surface}")
     data: dict[str, Any] = {"title": Path(path).stem, "body": bodies, "contact": _pairs(reader, owner)}
     if len(reader.held) > 1:
         data["step"] = _steps(reader, bodies)
     uncovered = [name for name in reader.held[-1] if name not in taken]
-    result.notes += [f"*BOUNDARY: {name} covers no face of a body; not taken" for name in uncovered]
+    result.notes += [f"*BOUNDARY: {name} covers no face of a body that is not in contact; not taken" for name in uncovered]
+    result.notes += _unused(reader, parts)
     head = "".join(f"# not taken: {note}\n" for note in result.notes)
     data = {key: value for key, value in data.items() if value}
     result.toml = f"#:schema petcontact.schema.json\n# From {Path(path).name}.\n{head}{tomli_w.dumps(data)}"
     return result
+
+
+def _unused(reader: Statements, parts: dict[Face, str]) -> list[str]:
+    """Faces in contact or under pressure that are none of a body's boundary, or have another condition."""
+    notes = []
+    for name, faces in reader.surfaces.items():
+        if inside := [number for number, k in faces if (number, k) not in parts]:
+            notes.append(f"*SURFACE {name}: faces inside of {count(inside, 'element')}; not taken")
+    lost = [face[0] for face in reader.pressed[-1] if not parts.get(face, "").startswith(PRESSED)]
+    if lost:
+        notes.append(f"pressure on faces of {count(lost, 'element')} that lie inside, are held or in contact; not taken")
+    return notes
 
 
 def _pairs(reader: Statements, owner: dict[str, list[str]]) -> list[dict[str, Any]]:
@@ -85,7 +101,7 @@ def _pairs(reader: Statements, owner: dict[str, list[str]]) -> list[dict[str, An
         if pair["kind"] == "TIE":
             table["normal"] = "bonded"
         elif pair["interaction"] in reader.friction:
-            table["friction_coefficient"] = reader.friction[pair["interaction"]]
+            table |= reader.friction[pair["interaction"]]
         found.append(table)
     return found
 
@@ -147,13 +163,14 @@ class _Body:
         members = {name: set(reader.file.node_numbers(name)) for name in reader.held[-1]}
         for face, nodes in self.faces.items():
             names = [name for name, numbers in members.items() if numbers.issuperset(nodes)]
-            self.sets.update(names)
             if names and face not in parts:
+                self.sets.update(names)
                 parts[face] = "+".join(names)
-        values: dict[float, str] = {}
-        for face, pressure in reader.pressed[-1].items():
+        values: dict[tuple[float, ...], str] = {}
+        for face in reader.pressed[-1]:
             if face in self.faces and face not in parts:
-                parts[face] = values.setdefault(pressure, f"pressed{len(values) + 1}")
+                through = tuple(step.get(face, 0.0) for step in reader.pressed)
+                parts[face] = values.setdefault(through, f"{PRESSED}{len(values) + 1}")
                 reader.names[f"{face}"] = parts[face]
         return {face: parts.get(face, "rest") for face in self.faces}
 
@@ -173,7 +190,7 @@ class _Body:
         for part in dict.fromkeys(self.parts.values()):
             if part in self.surfaces or part == "rest":
                 continue
-            pressed = part.startswith("pressed")
+            pressed = part.startswith(PRESSED)
             value = _condition(reader, part, 0 if pressed else self.dim, 0)
             conditions.append({"part": part, "condition": "traction" if pressed else "displacement", **value})
         table: dict[str, Any] = {"name": self.name, "material": material, "geometry": {"shape": "gmsh", "file": mesh},
@@ -190,8 +207,8 @@ class _Body:
         points = np.array([(*self.reader.file.nodes[node], 0.0, 0.0)[:3] for node in used])
         tags = {part: k for k, part in enumerate(dict.fromkeys(self.parts.values()), 1)}
         blocks, physical = [], []
-        for kind, count in (("line", 2), ("triangle", 3), ("quad", 4)):
-            mine = [face for face, nodes in self.faces.items() if len(nodes) == count]
+        for kind, corners in (("line", 2), ("triangle", 3), ("quad", 4)):
+            mine = [face for face, nodes in self.faces.items() if len(nodes) == corners]
             if mine:
                 blocks.append((kind, np.array([[place[node] for node in self.faces[face]] for face in mine])))
                 physical.append(np.array([tags[self.parts[face]] for face in mine]))

@@ -6,14 +6,19 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from ..errors import InputError
-from .inp_file import Face, InpFile, Keyword
+from .inp_elements import count
+from .inp_file import CORNERS, FACES, Face, InpFile, Keyword
 
 SILENT = {
     "HEADING", "STATIC", "END STEP", "OUTPUT", "NODE OUTPUT", "ELEMENT OUTPUT", "CONTACT OUTPUT", "NODE PRINT", "EL PRINT",
     "NODE FILE", "EL FILE", "CONTACT FILE", "CONTACT PRINT", "ENERGY OUTPUT", "RESTART", "PREPRINT", "CONTROLS", "MONITOR",
-    "SURFACE BEHAVIOR", "MATERIAL", "SURFACE INTERACTION", "SOLID SECTION", "PHYSICAL CONSTANTS", "PRINT",
+    "SURFACE BEHAVIOR", "PHYSICAL CONSTANTS", "PRINT",
 }  # fmt: skip
 """What says nothing of the problem, or is read with the keyword that it belongs to."""
+CHANGING: dict[str, tuple[str, ...]] = {"AMPLITUDE": (), "OP": ("MOD",), "ADJUST": (), "DEPENDENCIES": (), "ROUGH": ()}
+"""Parameters that change what a keyword says, and their values that do not."""
+PROPERTIES = {"ELASTIC": ("young_modulus", "poisson_ratio"), "DENSITY": ("density",), "EXPANSION": ("thermal_expansion",)}
+"""Keys of a `material` that keywords give."""
 TYPED = {"ENCASTRE": (1, 2, 3), "PINNED": (1, 2, 3), "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,)}
 """Degrees of freedom that named conditions hold."""
 
@@ -32,7 +37,8 @@ class Statements:
         Keys and values of a `material`.
     sections : dict of str by element
         Name of the material.
-    friction : dict of float by interaction
+    friction : dict of dicts by interaction
+        Keys and values of a `contact`.
     pairs : list of dict
         interaction, kind, secondary, primary.
     held : list of dicts by node set
@@ -41,7 +47,7 @@ class Statements:
         At the end of each step [stress].
     gravity : dict of vectors by element
     names : dict
-        Of the parts of pressed faces, once bodies have given them.
+        Of the parts of pressed faces, once bodies have given them; of the last material and interaction.
     """
 
     file: InpFile
@@ -49,7 +55,7 @@ class Statements:
     surfaces: dict[str, list[Face]] = field(default_factory=dict)
     materials: dict[str, dict[str, float]] = field(default_factory=dict)
     sections: dict[int, str] = field(default_factory=dict)
-    friction: dict[str, float] = field(default_factory=dict)
+    friction: dict[str, dict[str, float]] = field(default_factory=dict)
     pairs: list[dict[str, str]] = field(default_factory=list)
     held: list[dict[str, dict[int, float]]] = field(default_factory=lambda: [{}])
     pressed: list[dict[Face, float]] = field(default_factory=lambda: [{}])
@@ -58,42 +64,64 @@ class Statements:
 
     def read(self) -> None:
         """All keywords, in order; those in a step belong to it."""
-        material = interaction = ""
+        for name, numbers in self.file.nsets.items():
+            if unknown := {*numbers} - self.file.nodes.keys():
+                self.notes.append(f"*NSET {name}: {count([*unknown], 'node')} not there; not taken")
         for keyword in self.file.rest:
-            name, given = keyword.name, keyword.parameters
-            if name == "MATERIAL":
-                material = given.get("NAME", "").upper()
-                self.materials[material] = {}
-            elif name == "SURFACE INTERACTION":
-                interaction = given.get("NAME", "").upper()
-            elif name in ("ELASTIC", "DENSITY", "EXPANSION") and keyword.rows:
-                keys = {"ELASTIC": ("young_modulus", "poisson_ratio"), "DENSITY": ("density",),
-                        "EXPANSION": ("thermal_expansion",)}[name]  # fmt: skip
-                if name == "ELASTIC" and given.get("TYPE", "ISOTROPIC").upper() not in ("ISO", "ISOTROPIC"):
-                    raise self.error(keyword, "materials are isotropic; take the body as a superelement")
-                self.materials[material] |= dict(zip(keys, self.floats(keyword, keyword.rows[0]), strict=False))
-            elif name == "FRICTION" and keyword.rows:
-                self.friction[interaction] = self.floats(keyword, keyword.rows[0])[0]
-            elif name == "SOLID SECTION":
-                for number in self.file.element_numbers(given.get("ELSET", "")):
-                    self.sections[number] = given.get("MATERIAL", "").upper()
-            elif name == "STEP":
+            self._check_parameters(keyword)
+            if keyword.name == "STEP":
                 # the first step's conditions stand beside those of the model
                 if "STEP" in self.names:
                     self.held.append(dict(self.held[-1]))
                     self.pressed.append(dict(self.pressed[-1]))
                 self.names["STEP"] = "seen"
-            elif not self._take(keyword) and name not in SILENT:
+            elif not self._take(keyword) and keyword.name not in SILENT:
                 self.note(keyword, "not taken")
 
+    def _check_parameters(self, keyword: Keyword) -> None:
+        """Name what changes a keyword and is not read."""
+        given = keyword.parameters
+        for parameter in sorted(given.keys() & CHANGING.keys()):
+            if given[parameter].upper() not in CHANGING[parameter]:
+                self.note(keyword, f"{parameter}{given[parameter] and f'={given[parameter]}'}; not taken")
+
     def _take(self, keyword: Keyword) -> bool:
-        """Whether a keyword is one of surfaces, contact, conditions or loads, and was read."""
+        """Whether a keyword is one of materials, surfaces, contact, conditions or loads, and was read."""
         readers = {"SURFACE": self._surface, "CONTACT PAIR": self._pair, "TIE": self._pair, "BOUNDARY": self._boundary,
-                   "DLOAD": self._load, "DSLOAD": self._load}  # fmt: skip
+                   "DLOAD": self._load, "DSLOAD": self._load, "MATERIAL": self._named, "SURFACE INTERACTION": self._named,
+                   "ELASTIC": self._property, "DENSITY": self._property, "EXPANSION": self._property,
+                   "FRICTION": self._friction, "SOLID SECTION": self._section}  # fmt: skip
         if keyword.name not in readers:
             return False
         readers[keyword.name](keyword)
         return True
+
+    def _named(self, keyword: Keyword) -> None:
+        """The material or interaction that the next keywords belong to."""
+        self.names[keyword.name] = keyword.parameters.get("NAME", "").upper()
+
+    def _property(self, keyword: Keyword) -> None:
+        if keyword.name == "ELASTIC" and keyword.parameters.get("TYPE", "ISOTROPIC").upper() not in ("ISO", "ISOTROPIC"):
+            raise self.error(keyword, "materials are isotropic; take the body as a superelement")
+        for row in keyword.rows[:1]:
+            values = dict(zip(PROPERTIES[keyword.name], self.floats(keyword, row), strict=False))
+            self.materials.setdefault(self.names.get("MATERIAL", ""), {}).update(values)
+        if len(keyword.rows) > 1:
+            self.note(keyword, "values that depend on temperature; the first are taken")
+
+    def _section(self, keyword: Keyword) -> None:
+        numbers = self.file.element_numbers(keyword.parameters.get("ELSET", ""))
+        self.sections |= dict.fromkeys(numbers, keyword.parameters.get("MATERIAL", "").upper())
+
+    def _friction(self, keyword: Keyword) -> None:
+        """Coefficient and largest shear."""
+        for row in keyword.rows[:1]:
+            found = {"friction_coefficient": self.floats(keyword, row)[0]}
+            if "TAUMAX" in keyword.parameters:
+                found["friction_bound"] = self.floats(keyword, [keyword.parameters["TAUMAX"]])[0]
+            self.friction[self.names.get("SURFACE INTERACTION", "")] = found
+        if len(keyword.rows) > 1:
+            self.note(keyword, "a coefficient that depends on slip rate, pressure or temperature; the first is taken")
 
     def _surface(self, keyword: Keyword) -> None:
         if keyword.parameters.get("TYPE", "ELEMENT").upper() != "ELEMENT":
@@ -105,14 +133,32 @@ class Statements:
             if not (side[:1] == "S" and side[1:].isdecimal()):
                 self.note(keyword, f"face {side or 'missing'} of {row[0]}: S1, S2, ... are read; not taken")
                 continue
-            faces += [(number, int(side[1:]) - 1) for number in numbers if number in self.file.elements]
+            faces += self._faces(keyword, row[0], numbers, side)
+
+    def _faces(self, keyword: Keyword, name: str, numbers: list[int], side: str) -> list[Face]:
+        """Face S2 or P2 of elements; those that are not there are named."""
+        k, elements = int(side[1:]) - 1, self.file.elements
+        there = [number for number in numbers if number in elements]
+        if unknown := {*numbers} - {*there}:
+            self.note(keyword, f"{name}: {count([*unknown], 'element')} not there; not taken")
+        found = [(number, k) for number in there if 0 <= k < len(FACES[CORNERS[elements[number][0]]])]
+        if faceless := {*there} - {number for number, _ in found}:
+            self.note(keyword, f"{name}: {count([*faceless], 'element')} without a face {side}; not taken")
+        return found
 
     def _pair(self, keyword: Keyword) -> None:
         for row in keyword.rows:
+            if len(row) < 2:
+                self.note(keyword, f"{row[0]}: contact of a surface with itself; not taken")
+                continue
             self.pairs.append({"interaction": keyword.parameters.get("INTERACTION", "").upper(), "kind": keyword.name,
                                "secondary": row[0].upper(), "primary": row[1].upper()})  # fmt: skip
 
     def _boundary(self, keyword: Keyword) -> None:
+        kind = keyword.parameters.get("TYPE", "DISPLACEMENT")
+        if kind.upper() != "DISPLACEMENT":
+            self.note(keyword, f"TYPE={kind}; not taken")
+            return
         for row in keyword.rows:
             known = self.held[-1].setdefault(row[0].upper(), {})
             if len(row) > 1 and row[1].upper() in TYPED:
@@ -128,14 +174,14 @@ class Statements:
     def _load(self, keyword: Keyword) -> None:
         for row in keyword.rows:
             kind = row[1].upper() if len(row) > 1 else ""
-            if keyword.name == "DSLOAD" and kind == "P":
-                faces = self.surfaces.get(row[0].upper(), [])
+            if keyword.name == "DSLOAD" and kind == "P" and row[0].upper() in self.surfaces:
+                faces = self.surfaces[row[0].upper()]
             elif kind == "GRAV":
                 size, *way = self.floats(keyword, row[2:6])
                 self.gravity |= dict.fromkeys(self.file.element_numbers(row[0]), tuple(size * c for c in way))
                 continue
             elif kind[:1] == "P" and kind[1:].isdecimal():
-                faces = [(number, int(kind[1:]) - 1) for number in self.file.element_numbers(row[0])]
+                faces = self._faces(keyword, row[0], self.file.element_numbers(row[0]), kind)
             else:
                 self.note(keyword, f"load {kind or 'missing'} on {row[0]}; not taken")
                 continue

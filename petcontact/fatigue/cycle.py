@@ -13,6 +13,7 @@ from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
+from ..results.body_fields import states_at
 from ..results.data import SolutionData
 from ..results.records import StepResult
 
@@ -111,11 +112,12 @@ def sites_of(
     arc = _arc_length(mesh, under)
     along = np.concatenate([at.get("s", np.zeros(len(surface))), np.tile(arc, len(below))])
     stress = np.empty((len(increments), len(x), 3, 3))
-    for k, step in enumerate(increments):
-        fields = solution.body_fields(body, step)
-        stress[k, : len(surface)] = fields.on_boundary(element, place).tensor
-        if len(x) > len(surface):
-            stress[k, len(surface) :] = fields.at(x[len(surface) :], outside=np.nan).tensor
+    fields = [solution.body_fields(body, step) for step in increments]
+    for k, each in enumerate(fields):
+        stress[k, : len(surface)] = each.on_boundary(element, place).tensor
+    if len(x) > len(surface):
+        for k, state in enumerate(states_at(fields, x[len(surface) :], outside=np.nan)):
+            stress[k, len(surface) :] = state.tensor
     kept = np.isfinite(stress).all(axis=(0, 2, 3))
     names = np.array(mesh.part_names)[owner]
     return Sites(body, names[kept], x[kept], depth[kept], along[kept], stress[:, kept])

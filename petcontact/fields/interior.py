@@ -114,6 +114,19 @@ def field_at(
     material: Material,
     points: Array,
     progress: Progress | None = None,
+) -> tuple[Array, Array]:
+    """Displacement (m, d) and stress (m, d(d+1)/2) at points from u and traction (n, d) of one state: see `fields_at`."""
+    moved, stress = fields_at(mesh, u[..., None], traction[..., None], material, points, progress)
+    return moved[..., 0], stress[..., 0]
+
+
+def fields_at(
+    mesh: BoundaryMesh,
+    u: Array,
+    traction: Array,
+    material: Material,
+    points: Array,
+    progress: Progress | None = None,
     *,
     outside: float | None = None,
 ) -> tuple[Array, Array]:
@@ -128,8 +141,8 @@ def field_at(
     ----------
     mesh : BoundaryMesh
         n nodes.
-    u, traction : (n, d) arrays
-        Boundary displacement [length] and traction [stress] at the nodes.
+    u, traction : (n, d, s) arrays
+        Boundary displacement [length] and traction [stress] at the nodes, in s states, which share the work.
     material : Material
     points : (m, d) array
         Inside the body, not on its boundary [length].
@@ -140,9 +153,9 @@ def field_at(
 
     Returns
     -------
-    u : (m, d) array
+    u : (m, d, s) array
         Equation (4.9) [length].
-    stress : (m, d(d+1)/2) array
+    stress : (m, d(d+1)/2, s) array
         σ_xx, σ_yy, σ_xy, in space σ_xx, σ_yy, σ_zz, σ_xy, σ_xz, σ_yz, from the derivative of (4.9) [stress].
 
     Raises
@@ -150,12 +163,13 @@ def field_at(
     InputError
         If a point lies outside the body or is not finite.
     """
-    d = mesh.dim
+    d, states = mesh.dim, u.shape[2]
     points = points_in(points, d)
-    mesh, u, traction = smoothed(mesh, u, traction)
+    mesh, u, traction = smoothed(mesh, u.reshape(len(u), -1), traction.reshape(len(u), -1))
+    u, traction = u.reshape(-1, d, states), traction.reshape(-1, d, states)
     kernel = kernel_for(mesh, material)
     scaled = traction / kernel.traction_scale
-    displacement, stress = np.zeros((len(points), d)), np.zeros((len(points), d * (d + 1) // 2))
+    displacement, stress = np.zeros((len(points), d, states)), np.zeros((len(points), d * (d + 1) // 2, states))
     wound = np.zeros(len(points))
     many = mesh.n_nodes * len(points) > ENTRIES
     groups = _groups(mesh, GROUP if many else mesh.n_elements)
@@ -165,13 +179,16 @@ def field_at(
         pushed, moved = scaled[group.nodes], u[group.nodes]
         expand, near = EXPANSIONS.get(type(kernel)), np.arange(len(points))
         if expand is not None and many:
-            series = expand(kernel, group.elements, moved, pushed)
-            is_near = series.near(points)
+            series = [expand(kernel, group.elements, moved[..., s], pushed[..., s]) for s in range(states)]
+            is_near = series[0].near(points)
             near, far = np.flatnonzero(is_near), np.flatnonzero(~is_near)
             for first in range(0, len(far), SERIES):
                 rows = far[first : first + SERIES]
-                for total, part in zip((displacement, stress, wound), series.at(points[rows]), strict=True):
-                    total[rows] += part
+                for s, one in enumerate(series):
+                    moves, stresses, turns = one.at(points[rows])
+                    displacement[rows, :, s] += moves
+                    stress[rows, :, s] += stresses
+                wound[rows] += turns
         step = max(1, ENTRIES // len(group.nodes))
         for first in range(0, len(near), step):
             rows = near[first : first + step]
@@ -200,8 +217,8 @@ def _(mesh: CurveMesh, kernel: Kernel, u: Array, traction: Array, points: Array,
     for near in Joints(mesh, u, traction).near(points):
         targets, pushed = mesh.points(points[near.rows]), near.traction / kernel.traction_scale
         change_u, change_s, _ = field_of(kernel, targets, near.elements, near.u, pushed)
-        displacement[near.rows] += near.share[:, None] * change_u
-        stress[near.rows] += near.share[:, None] * change_s
+        displacement[near.rows] += near.share[:, None, None] * change_u
+        stress[near.rows] += near.share[:, None, None] * change_s
 
 
 def _groups(mesh: BoundaryMesh, step: int) -> list[Batch]:

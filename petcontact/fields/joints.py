@@ -41,8 +41,8 @@ class Neighbourhood:
         How much of the change they take, 1 at the joint to 0 at the rim of its neighbourhood.
     elements : Elements
         The element that ends at the joint and the one that begins there, of order 3.
-    u, traction : (8, 2) arrays
-        Change of the displacement [length] and the traction [stress] at the nodes of the elements.
+    u, traction : (8, 2, s) arrays
+        Change of the displacement [length] and the traction [stress] at the nodes of the elements, in s states.
     """
 
     rows: Index
@@ -59,8 +59,8 @@ class Joints:
     ----------
     mesh : CurveMesh
         n nodes.
-    u, traction : (n, 2) arrays
-        Displacement [length] and traction [stress] at the nodes.
+    u, traction : (n, 2, s) arrays
+        Displacement [length] and traction [stress] at the nodes, in s states.
     """
 
     def __init__(self, mesh: CurveMesh, u: Array, traction: Array) -> None:
@@ -74,10 +74,10 @@ class Joints:
         (t_start, t_end), _ = _at_ends(mesh, traction)
         jump = t_start[after] - t_end
         size = np.linalg.norm(jump, axis=1)
-        mean = np.sqrt(mesh.weight @ np.sum(traction**2, axis=1) / mesh.weight.sum())
+        mean = np.sqrt(mesh.weight @ np.sum(traction**2, axis=1) / mesh.weight.sum())  # of each state
         in_truth = size > np.maximum(KEPT_JUMP * _range(mesh, traction, after), KEPT_SHARE * mean)
         # at corners and where the traction jumps in truth only u is continuous
-        smooth = (runs_on & ~in_truth)[:, None]
+        smooth = (runs_on[:, None] & ~in_truth)[:, None]
         self._u = u_start[after] - u_end
         self._slope = np.where(smooth, slope_start[after] - slope_end, 0.0)
         self._traction = np.where(smooth, jump, 0.0)
@@ -98,29 +98,29 @@ class Joints:
         elements = Elements(mesh.start[pair], mesh.end[pair], mesh.curvature[pair], CUBIC, mesh.line[pair], pair)
         # towards the mean, in which the shorter element counts more
         weight = mesh.length[pair] / mesh.length[pair].sum()
-        x = gauss(CUBIC)[0][:, None]
+        x = gauss(CUBIC)[0][:, None, None]
         value, slope = 0.25 * (2.0 + 3.0 * x - x**3), 0.25 * (x**3 + x**2 - x - 1.0)
         changes_u, changes_t = [], []
         for share_of, half, turn in ((weight[0], 0.5 * mesh.length[joint], 1), (-weight[1], 0.5 * mesh.length[pair[1]], -1)):
             changes_u.append(share_of * (value * self._u[joint] + turn * half * slope * self._slope[joint])[::turn])
             changes_t.append(share_of * (0.5 * (1.0 + x) * self._traction[joint])[::turn])
-        return Neighbourhood(rows, share, elements, np.vstack(changes_u), np.vstack(changes_t))
+        return Neighbourhood(rows, share, elements, np.concatenate(changes_u), np.concatenate(changes_t))
 
 
 def _at_ends(mesh: CurveMesh, values: Array) -> tuple[Array, Array]:
-    """Values and derivatives by arc length at the starts and ends of the elements, (2, n_elements, 2) each."""
-    ends, slopes = (np.empty((2, mesh.n_elements, values.shape[1])) for _ in range(2))
+    """Values and derivatives by arc length at the starts and ends of the elements, (2, n_elements, 2, s) each."""
+    ends, slopes = (np.empty((2, mesh.n_elements, *values.shape[1:])) for _ in range(2))
     for p in np.unique(mesh.order).tolist():
         numbers, k = np.flatnonzero(mesh.order == p), np.arange(p + 1)
         nodes = mesh.first_node[numbers][:, None] + k
         # P_k'(±1) = (±1)^(k+1) k(k+1)/2
         slope = 0.5 * k * (k + 1) * np.array([(-1.0) ** (k + 1), np.ones(p + 1)])
-        ends[:, numbers] = np.einsum("bs,nbc->snc", lagrange(p, np.array([-1.0, 1.0])), values[nodes])
-        slopes[:, numbers] = np.einsum("sk,bk,nbc->snc", slope, lagrange_coefficients(p), values[nodes])
-    return ends, slopes / (0.5 * mesh.length[:, None])
+        ends[:, numbers] = np.einsum("be,nbcs->encs", lagrange(p, np.array([-1.0, 1.0])), values[nodes])
+        slopes[:, numbers] = np.einsum("ek,bk,nbcs->encs", slope, lagrange_coefficients(p), values[nodes])
+    return ends, slopes / (0.5 * mesh.length[:, None, None])
 
 
 def _range(mesh: CurveMesh, values: Array, after: Index) -> Array:
-    """How far nodal values range over each element and the one after it, the diagonal of their box, (n_elements,)."""
+    """How far nodal values range over each element and the one after it, the diagonal of their box, (n_elements, s)."""
     low, high = (ufunc.reduceat(values, mesh.first_node[:-1]) for ufunc in (np.minimum, np.maximum))
     return np.asarray(np.linalg.norm(np.maximum(high, high[after]) - np.minimum(low, low[after]), axis=1))

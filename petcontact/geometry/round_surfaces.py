@@ -1,4 +1,4 @@
-"""Spheres and cylinders: grids of points on their parts, twice as fine as the curved panels that are made of them."""
+"""Spheres and cylinders: curved panels of grids of points on their parts, which are twice as fine."""
 
 from __future__ import annotations
 
@@ -20,15 +20,27 @@ ROUNDED = 0.15
 
 
 class RoundSurface(Protocol):
-    """A surface of curved panels [length]."""
+    """A surface of curved panels.
 
-    @property
-    def radius(self) -> float: ...
+    Attributes
+    ----------
+    parts : tuple of str
+    area : float
+        About [length²].
+    usual_size : float
+        Of panels, where none is given [length].
+    cells : callable
+        Of a size: pairs of the number of a part and points (n, 9, 3) of panels, corners, middles of the sides, middle; NaN
+        where triangles have none [length].
+    """
+
     @property
     def parts(self) -> tuple[str, ...]: ...
     @property
     def area(self) -> float: ...
-    def grids(self, size: float) -> Iterator[tuple[int, Array]]: ...
+    @property
+    def usual_size(self) -> float: ...
+    def cells(self, size: float) -> Iterator[tuple[int, Array]]: ...
 
 
 @dataclass(frozen=True)
@@ -40,6 +52,11 @@ class SphereSurface(SolidSurface):
     parts: tuple[str, ...] = tuple(BOX_PARTS)
 
     @property
+    def usual_size(self) -> float:
+        """Of panels, where none is given [length]."""
+        return 0.5 * self.radius
+
+    @property
     def diameter(self) -> float:
         """Length of the diagonal of the bounding box [length]."""
         return float(np.sqrt(12.0) * self.radius)
@@ -49,15 +66,15 @@ class SphereSurface(SolidSurface):
         """[length²]."""
         return float(4.0 * np.pi * self.radius**2)
 
-    def grids(self, size: float) -> Iterator[tuple[int, Array]]:
-        """Part and points (2n+1, 2n+1, 3): equal angles, projected from the face of a cube."""
+    def cells(self, size: float) -> Iterator[tuple[int, Array]]:
+        """Equal angles, projected from the face of a cube."""
         slope = np.tan(_angles(self.radius, size))
         for part, (axis, side) in enumerate(BOX_PARTS.values()):
             u, v = face_axes(axis, side)
             x = np.empty((len(slope), len(slope), 3))
             x[..., u], x[..., v] = np.meshgrid(slope, slope, indexing="ij")
             x[..., axis] = 2 * side - 1
-            yield part, self.centre + self.radius * x / np.linalg.norm(x, axis=2, keepdims=True)
+            yield part, _quadrilaterals(self.centre + self.radius * x / np.linalg.norm(x, axis=2, keepdims=True))
 
 
 @dataclass(frozen=True)
@@ -68,6 +85,11 @@ class CylinderSurface(SolidSurface):
     end: Array
     radius: float
     parts: tuple[str, ...] = ("bottom", "top", "side")
+
+    @property
+    def usual_size(self) -> float:
+        """Of panels, where none is given [length]."""
+        return 0.5 * self.radius
 
     @property
     def height(self) -> float:
@@ -84,8 +106,8 @@ class CylinderSurface(SolidSurface):
         """[length²]."""
         return float(2.0 * np.pi * self.radius * (self.radius + self.height))
 
-    def grids(self, size: float) -> Iterator[tuple[int, Array]]:
-        """Part and points (2n+1, 2m+1, 3): discs of a square and four blocks around it, and four blocks of the side."""
+    def cells(self, size: float) -> Iterator[tuple[int, Array]]:
+        """Discs of a square and four blocks around it, and four blocks of the side."""
         angle = _angles(self.radius, size)
         rings = max(1, round((1.0 - CORE) * self.radius / size))
         layers = max(1, round(self.height / size))
@@ -100,10 +122,10 @@ class CylinderSurface(SolidSurface):
         discs = [square, *(block @ turn for turn in turns)]
         across = self._across()
         for disc in discs:
-            yield 1, self.end + disc @ across
-            yield 0, self.start + (disc @ across).transpose(1, 0, 2)
+            yield 1, _quadrilaterals(self.end + disc @ across)
+            yield 0, _quadrilaterals(self.start + (disc @ across).transpose(1, 0, 2))
         for turn in turns:
-            yield 2, self.start + (outer @ turn @ across)[:, None] + up[:, None] * (self.end - self.start)
+            yield 2, _quadrilaterals(self.start + (outer @ turn @ across)[:, None] + up[:, None] * (self.end - self.start))
 
     def _across(self) -> Array:
         """Two unit vectors (2, 3) across the axis, right-handed with it."""
@@ -111,6 +133,16 @@ class CylinderSurface(SolidSurface):
         first = np.cross(axis, np.eye(3)[np.argmin(np.abs(axis))])
         first /= np.linalg.norm(first)
         return np.array([first, np.cross(axis, first)])
+
+
+GRID = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
+"""Points of a 9-node quadrilateral in a grid twice as fine: corners, middles of the sides, middle."""
+
+
+def _quadrilaterals(x: Array) -> Array:
+    """Nine points (n, 9, 3) of the panels of a grid (2n+1, 2m+1, 3)."""
+    nine = [x[i : len(x) - 2 + i : 2, j : len(x[0]) - 2 + j : 2] for i, j in GRID]
+    return np.asarray(np.stack(nine, axis=2).reshape(-1, 9, 3))
 
 
 def _angles(radius: float, size: float) -> Array:

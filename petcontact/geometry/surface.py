@@ -271,7 +271,7 @@ def _outward(points: Array, cells: Index, bodies: Index, source: str) -> Index:
     for body in range(int(bodies.max()) + 1):
         mine = bodies == body
         triangles = _triangles(cells[mine])[0]
-        inside = sum(winding(points[_triangles(cells[bodies == other])[0]] - points[triangles[0, 0]]) > 0.5
+        inside = sum(winding(points[_triangles(cells[bodies == other])[0]], points[triangles[0, :1]])[0] > 0.5
                      for other in range(int(bodies.max()) + 1) if other != body)  # fmt: skip
         if not inside % 2:
             outer.append(points[triangles[0, 0]])
@@ -285,14 +285,34 @@ def _outward(points: Array, cells: Index, bodies: Index, source: str) -> Index:
     return result
 
 
-def winding(corners: Array) -> float:
-    """|Solid angle| of closed triangles (t, 3, 3) from the origin, over 4π (van Oosterom and Strackee, IEEE Trans. BME 30,
-    1983): 1 inside, 0 outside."""
-    a, b, c = corners.transpose(1, 0, 2)
-    la, lb, lc = (np.linalg.norm(v, axis=1) for v in (a, b, c))
-    above = np.sum(a * np.cross(b, c), axis=1)
-    below = la * lb * lc + np.sum(a * b, axis=1) * lc + np.sum(b * c, axis=1) * la + np.sum(c * a, axis=1) * lb
-    return abs(float(np.sum(np.arctan2(above, below)))) / (2.0 * np.pi)
+WINDINGS = 100_000
+"""Pairs of a point and a triangle that are seen at once."""
+
+
+def winding(corners: Array, points: Array) -> Array:
+    """|Solid angle| (n,) of closed triangles (t, 3, 3) from points (n, 3), over 4π: 1 inside, 0 outside.
+
+    By A. van Oosterom and J. Strackee, IEEE Trans. BME 30 (1983) 125-126.
+
+    >>> unit = np.vstack([np.zeros(3), np.eye(3)])
+    >>> faces = unit[np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])]
+    >>> winding(faces, np.array([[0.1, 0.2, 0.3], [1.0, 1.0, 1.0]])).round(12).tolist()
+    [1.0, 0.0]
+    """
+    result, step = np.empty(len(points)), max(1, WINDINGS // max(len(corners), 1))
+    for first in range(0, len(points), step):
+        x = points[first : first + step].T[:, :, None]
+        # components (n, t) of the ways from the points to the three corners
+        a, b, c = ([corners[:, k, i] - x[i] for i in range(3)] for k in range(3))
+        la, lb, lc = (np.sqrt(_dot(v, v)) for v in (a, b, c))
+        above = _dot(a, [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]])
+        below = la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb
+        result[first : first + step] = np.abs(np.sum(np.arctan2(above, below), axis=1)) / (2.0 * np.pi)
+    return result
+
+
+def _dot(a: list[Array], b: list[Array]) -> Array:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def _text(point: Array) -> str:

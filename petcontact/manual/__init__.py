@@ -47,13 +47,19 @@ def pages() -> dict[str, str]:
 def places(words: str) -> dict[str, list[tuple[int, str]]]:
     """Lines of all pages that have these words, in any case, with their numbers; by page, that with most of them first.
 
+    Where no line has a word that begins like them, those count that have them inside of one.
+
     Examples
     --------
     >>> number, line = places("von Mises stress")["fields"][0]
     """
-    wanted = re.compile(re.escape(words), re.IGNORECASE)
-    lines = {name: enumerate(chapter(name).splitlines(), 1) for name in pages()}
-    found = {name: [(number, line.strip()) for number, line in each if wanted.search(line)] for name, each in lines.items()}
+    lines = {name: list(enumerate(chapter(name).splitlines(), 1)) for name in pages()}
+    found: dict[str, list[tuple[int, str]]] = {}
+    for pattern in (rf"(?<![^\W_]){re.escape(words)}", re.escape(words)):
+        wanted = re.compile(pattern, re.IGNORECASE)
+        found = {name: [(k, line.strip()) for k, line in each if wanted.search(line)] for name, each in lines.items()}
+        if any(found.values()):
+            break
     return dict(sorted(((name, hits) for name, hits in found.items() if hits), key=lambda item: -len(item[1])))
 
 

@@ -144,20 +144,16 @@ class CurveMesh(Collocated):
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
         """Nodal values to values at fractions (q,) of the arc lengths of elements (q,), as a sparse array (q, n)."""
-        rows, columns, entries = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
-        xi = 2.0 * place - 1.0
-        for order in np.unique(self.order[element]):
-            chosen = np.flatnonzero(self.order[element] == order)
-            nodes = self.first_node[element[chosen]][:, None] + np.arange(order + 1)
-            gap = np.abs(xi[chosen][:, None] - self.xi[nodes])
-            hit = gap.min(axis=1) < COINCIDE
-            basis = lagrange(int(order), xi[chosen])
-            basis[:, hit] = np.where(gap[hit] < COINCIDE, 1.0, 0.0).T
-            rows.append(np.repeat(chosen, order + 1))
-            columns.append(nodes.ravel())
-            entries.append(basis.T.ravel())
-        triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
-        result = scipy.sparse.csr_array(scipy.sparse.coo_array(triples, shape=(len(element), self.n_nodes)))
+        xi, orders = 2.0 * place - 1.0, self.order[element]
+        ends = np.concatenate([[0], np.cumsum(orders + 1)])
+        columns, entries = np.empty(ends[-1], dtype=np.int64), np.empty(ends[-1])
+        for order in np.unique(orders).tolist():
+            chosen, k = np.flatnonzero(orders == order), np.arange(order + 1)
+            nodes, row = self.first_node[element[chosen]][:, None] + k, ends[chosen][:, None] + k
+            near = np.abs(xi[chosen][:, None] - self.xi[nodes]) < COINCIDE
+            columns[row] = nodes
+            entries[row] = np.where(near.any(axis=1, keepdims=True), near, lagrange(order, xi[chosen]).T)
+        result = scipy.sparse.csr_array((entries, columns, ends), shape=(len(element), self.n_nodes))
         result.eliminate_zeros()
         return result
 

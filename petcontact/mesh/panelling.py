@@ -11,9 +11,6 @@ from ..geometry.round_surfaces import RoundSurface
 from ..geometry.surface import BOX_PARTS, BoxSurface, FacetSurface, face_axes
 from .surface_mesh import SurfaceMesh
 
-GRID = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1))
-"""Points of a 9-node quadrilateral in a grid twice as fine: corners, middles of the sides, middle."""
-
 
 def graded(count: int, exponent: float) -> Array:
     """Fractions (count + 1,) from 0 to 1, their distance from the nearer end growing with a power of the number."""
@@ -68,7 +65,7 @@ def box_of_lines(box: BoxSurface, lines: Sequence[Array], orders: Sequence[Index
 
 
 def round_mesh(surface: RoundSurface, size: float, order: int) -> SurfaceMesh:
-    """Curved quadrilaterals on a sphere or a cylinder.
+    """Curved panels on a sphere, a cylinder or a revolved surface.
 
     Parameters
     ----------
@@ -79,10 +76,9 @@ def round_mesh(surface: RoundSurface, size: float, order: int) -> SurfaceMesh:
         p, 0 to 3.
     """
     cells, parts = [], []
-    for part, x in surface.grids(size):
-        nine = [x[i : len(x) - 2 + i : 2, j : len(x[0]) - 2 + j : 2] for i, j in GRID]
-        cells.append(np.stack(nine, axis=2).reshape(-1, 9, 3))
-        parts.append(np.full(len(cells[-1]), part))
+    for part, x in surface.cells(size):
+        cells.append(x)
+        parts.append(np.full(len(x), part))
     points = np.concatenate(cells)
     return SurfaceMesh(points[:, :4], np.full(len(points), order), np.concatenate(parts), surface.parts, points[:, 4:])
 

@@ -179,17 +179,3 @@ def as_surface(mesh: object) -> SurfaceMesh:
     """The mesh of a body in space."""
     assert isinstance(mesh, SurfaceMesh)
     return mesh
-
-
-def corner_values(mesh: SurfaceMesh, values: Array) -> tuple[Array, Array]:
-    """Corners (k, 4, 3) of the panels, triangles with their third twice, and nodal values (n, d) extrapolated to them."""
-    corners = np.where(np.isnan(mesh.corners), mesh.corners[:, 2:3], mesh.corners)
-    result = np.empty((mesh.n_elements, 4, values.shape[1]))
-    for batch in mesh.batches():
-        panels = batch.elements
-        count = panels.polygon.shape[1]
-        basis = panels.basis(panels.polygon)
-        nodal = values[batch.nodes].reshape(len(panels.index), -1, values.shape[1])
-        at = np.einsum("nqb,nbd->nqd", basis, nodal)
-        result[panels.index] = at[:, np.minimum(np.arange(4), count - 1)]
-    return corners, result

@@ -215,7 +215,8 @@ def _mistake(mistake: Any, cls: type, data: Any) -> str:
     kind, loc, context = mistake["type"], list(mistake["loc"]), mistake.get("ctx", {})
     given = f", got {_shown(mistake['input'])}"
     if kind == "extra_forbidden":
-        keys = sorted({name for model in _models_at(cls, loc[:-1]) for name in model.model_fields})
+        models = [model.model_fields for model in _models_at(cls, loc[:-1]) if loc[-1] not in model.model_fields]
+        keys = sorted({name for fields in models for name in fields})
         return f"{_key(loc, data)}: unknown key{nearest(str(loc[-1]), keys) or '; valid keys: ' + ', '.join(keys)}"
     if kind.startswith("union_tag"):
         name = context["discriminator"].strip("'")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import inspect
 import re
 from collections.abc import Callable, Mapping
@@ -22,6 +23,7 @@ _FUNCTIONS: dict[str, tuple[Callable[..., Any], int]] = {
     "sign": (np.sign, 1), "floor": (np.floor, 1), "ceil": (np.ceil, 1), "min": (np.minimum, 2), "max": (np.maximum, 2),
     "where": (lambda condition, yes, no: np.where(condition != 0.0, yes, no), 3),
 }  # fmt: skip
+_CALLED = {name: function for name, (function, _) in _FUNCTIONS.items()}
 # floats throughout: Python's unbounded integers would let 9**9**9 run for ever
 _OPERATORS: dict[type[ast.AST], Callable[..., Any]] = {
     ast.Add: lambda a, b: np.add(_real(a), _real(b)),
@@ -47,8 +49,9 @@ def _real(value: Any) -> Array:
     return np.asarray(value, dtype=float)
 
 
+@functools.lru_cache(maxsize=1024)
 def parse_expression(text: str) -> ast.expr:
-    """The syntax tree of an expression that holds nothing but arithmetic.
+    """The syntax tree of an expression that holds nothing but arithmetic; one tree a text, not to be changed.
 
     Raises
     ------
@@ -158,9 +161,8 @@ def _finite(values: Array, variables: Mapping[str, Array], what: str) -> Array:
 
 def plain_value(tree: ast.expr, variables: Mapping[str, Array], count: int) -> Array:
     """Values (count,) of a syntax tree from `parse_expression`, finite or not; mistakes are simpleeval's."""
-    functions = {name: function for name, (function, _) in _FUNCTIONS.items()}
-    evaluator = simpleeval.SimpleEval(operators=_OPERATORS, functions=functions,
-                                      names={**variables, "pi": np.pi, "e": np.e})  # fmt: skip
+    names = {**variables, "pi": np.pi, "e": np.e}
+    evaluator = simpleeval.SimpleEval(operators=_OPERATORS, functions=_CALLED, names=names)
     with np.errstate(all="ignore"):
         value: Array = np.broadcast_to(_real(evaluator.eval("", previously_parsed=tree)), (count,)).astype(float)
     return value

@@ -22,7 +22,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
@@ -31,6 +30,7 @@ INTERFACE = 0xB4F8845C
 FILLER = "pipippp"
 """Arguments of a function of C that fills columns of an operator: what it knows, rows, columns, and two blocks."""
 Compiled = Callable[..., None]
+AnyArray = np.ndarray[Any, np.dtype[Any]]
 _TYPES = {"i": ctypes.c_int64, "d": ctypes.c_double, "p": ctypes.c_void_p}
 
 
@@ -75,7 +75,7 @@ def address(name: str) -> int | None:
     return None if found is None else ctypes.cast(found, ctypes.c_void_p).value
 
 
-def pointer(array: NDArray[Any] | None) -> int | None:
+def pointer(array: AnyArray | None) -> int | None:
     """The address of an array's first number; the caller keeps it alive, and sees to its type and strides."""
     return None if array is None else array.__array_interface__["data"][0]
 
@@ -83,7 +83,7 @@ def pointer(array: NDArray[Any] | None) -> int | None:
 class Record:
     """A struct of C: pointers to arrays (which are kept alive), int64_t and double, in the order of the members."""
 
-    def __init__(self, *members: NDArray[Any] | int | float | None) -> None:
+    def __init__(self, *members: AnyArray | int | float | None) -> None:
         self.arrays = [member for member in members if isinstance(member, np.ndarray)]
         kinds = "".join("d" if isinstance(m, float) else "q" if isinstance(m, int) else "P" for m in members)
         values = [pointer(m) or 0 if m is None or isinstance(m, np.ndarray) else m for m in members]
@@ -91,7 +91,7 @@ class Record:
         self.address = ctypes.addressof(self._memory)
 
 
-def contiguous(array: NDArray[Any], dtype: type = np.float64) -> NDArray[Any]:
+def contiguous(array: AnyArray, dtype: type = np.float64) -> AnyArray:
     """The array as C sees it: rows one after another, of one type; itself if it is so already."""
     return np.ascontiguousarray(array, dtype=dtype)
 

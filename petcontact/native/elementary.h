@@ -14,9 +14,12 @@
 /* one copy for each level of the processor, chosen when the library is loaded */
 #define PETCONTACT_LEVELS
 #define DISPATCHED __attribute__((target_clones("default", "arch=x86-64-v3", "arch=x86-64-v4")))
-#pragma GCC optimize("O3")
 #else
 #define DISPATCHED
+#endif
+#if defined(__GNUC__) && !defined(__clang__)
+/* without two passes that find nothing here, and took half the time to compile (they are quadratic in long functions) */
+#pragma GCC optimize("O3", "no-gcse", "no-gcse-after-reload")
 #endif
 #define INLINE static inline __attribute__((always_inline))
 

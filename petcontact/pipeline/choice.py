@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -25,11 +26,20 @@ ENTRY, FLOP = 1.4e-7, 1.4e-10
 """A dense system of n unknowns over two takes ENTRY n² + FLOP n³, in space as in the plane."""
 EVEN, UNEVEN = 1.5e-4, 1e-3
 """A compressed one takes so much a node: of elements of about one length on few curves; graded, or of many holes."""
-SURFACE = 7e-4
-"""The same for surfaces in space, with the preconditioner."""
+SURFACE = 1.2e-3
+"""The same for surfaces in space, with the preconditioner: two boxes of 3568 to 14 368 nodes took 1e-3 to 1.6e-3."""
+IN_SPACE = 2.0
+"""Dense systems in space take so much longer than plane ones as large: their kernels cost more."""
+INCREMENT = (0.2, 1.0)
+"""Time of an increment over that of the elimination, dense and compressed, in space."""
 CURVE_NODE, SURFACE_NODE, SURFACE_CONTACT = 2.5e4, 6e4, 7e4
 """Memory of compressed operators of curves, and of surfaces with their preconditioner, a node, and more a node in contact
 [bytes]; measured ones of 2970 to 29 160 nodes, of tolerance 1e-3 and 1e-4, were within a fifth."""
+TIGHTEST, LOOSEST = 1e-6, 1e-3
+"""Tolerances of compressed surfaces that an adaptive solve chooses."""
+FINER = 5e-3
+"""Such a tolerance over the wanted error of tractions: elastic residuals are about as large as tolerances, errors of p from
+them some times larger."""
 NEWTON = 5
 """Matrices of the size of S that a Newton step holds, S among them."""
 OVERHEAD = 5e7
@@ -41,7 +51,7 @@ RATIO, CURVES = 30.0, 3
 def dense_seconds(n_nodes: int, dim: int = 2) -> float:
     """Predicted time to assemble and factorise dense operators."""
     size = 0.5 * dim * n_nodes
-    return ENTRY * size**2 + FLOP * size**3
+    return (IN_SPACE if dim == 3 else 1.0) * (ENTRY * size**2 + FLOP * size**3)
 
 
 def compressed_seconds(mesh: BoundaryMesh) -> float:
@@ -59,6 +69,11 @@ def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
     if not is_compressed(bem, mesh):
         return dense_seconds(mesh.n_nodes, mesh.dim)
     return compressed_seconds(mesh) if isinstance(mesh, CurveMesh) else SURFACE * mesh.n_nodes
+
+
+def surface_seconds(bem: Bem, mesh: BoundaryMesh, increments: int) -> float:
+    """Processor time of elimination and of a number of increments in space."""
+    return predicted_seconds(bem, mesh) * (1.0 + increments * INCREMENT[is_compressed(bem, mesh)])
 
 
 def compressed_memory(mesh: BoundaryMesh, contact: int) -> float:
@@ -118,6 +133,13 @@ def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
     if not curve:
         return mesh.n_nodes > SMALLEST_SURFACE
     return mesh.n_nodes > SMALLEST and compressed_seconds(mesh) < dense_seconds(mesh.n_nodes)
+
+
+def chosen_tolerance(bem: Bem, accuracy: float) -> float:
+    """Tolerance of compressed surfaces for an error of the solution; NaN where one is given, which then stays [-]."""
+    if "hmatrix_tol" in bem.model_fields_set or petsc().Options("bem_").hasName("hmatrix_tol"):
+        return math.nan
+    return min(max(FINER * accuracy, TIGHTEST), LOOSEST)
 
 
 def resolved_bem(bem: Bem) -> Bem:

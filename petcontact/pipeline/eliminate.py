@@ -131,8 +131,8 @@ def _full(discrete: Discrete, bem: Bem, comm: Any) -> ElasticBody:
     from ..compliance.body.full import FullBody
 
     operators, modes = operators_of(discrete, 0)
-    plain = discrete.interfaces[0].held and not modes.shape[2] and not isinstance(discrete.boundaries[0], CondensedSurface)
-    if len(discrete.meshes) > 1 or not plain:
+    apart = isinstance(discrete.boundaries[0], CondensedSurface) or not discrete.interfaces
+    if len(discrete.meshes) > 1 or apart or not discrete.holds_normals or modes.shape[2]:
         raise InputError('method.formulation: "full" is the paper\'s, for one body that is held, in bilateral contact with '
                          'a friction bound; use "condensed"')  # fmt: skip
     if bem.mat_type in ("hodlr", "hmatrix"):
@@ -146,7 +146,7 @@ def _compressed(
     discrete: Discrete, number: int, bem: Bem, comm: Any, progress: Callable[[float], None]
 ) -> ElasticBody | None:
     """A body on compressed operators; None where dense ones are predicted, or found, to do better."""
-    mesh, held = discrete.meshes[number], discrete.interfaces[0].held
+    mesh, held = discrete.meshes[number], discrete.holds_normals
     if isinstance(discrete.boundaries[number], CondensedSurface) or not is_compressed(bem, mesh):
         return None
     operators, modes = operators_of(discrete, number)

@@ -16,16 +16,19 @@ from ..contact.methods.registry import method_of
 from ..contact.rho_rules import Rule
 from ..errors import SolverError
 from ..model.problem import Problem
+from ..model.solver_options import Method
 from ..results.records import StepResult
 from ..results.solution import Solution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
 from ..runtime.petsc import options, petsc, reason_name, stage, timed
+from ..runtime.signals import BrokenOff
 from ..runtime.terminal import printable
 from .discrete.discretise import Discrete, discretise
 from .eliminate import Announce, eliminated
 from .steps.cycles import wear_history
 from .steps.diagnosis import reached, warnings_of
+from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
 from .steps.start import finished_before, first_iterate
@@ -57,7 +60,7 @@ def prepare(
     InputError
         If the problem is ill-posed.
     SolverError
-        If a body cannot be eliminated.
+        If a body cannot be eliminated, or nothing holds the loads where that takes long.
     """
     comm = comm if comm is not None else petsc().COMM_WORLD
     began = time.perf_counter()
@@ -65,8 +68,11 @@ def prepare(
     seconds = {"mesh": time.perf_counter() - began}
     largest = max(mesh.x.size for mesh in discrete.meshes)
     with options(problem.petsc), threads.suited_to(largest), timed() as stages:
+        check_feasible(discrete, comm)
         system = eliminated(discrete, comm, cases, announce)
     chosen = problem.method if method is None else method
+    if not discrete.interfaces:
+        chosen, rule = Method(name="semismooth-newton"), None  # for nothing: whichever method is asked for
     prepared = PreparedProblem(discrete, system, method_of(chosen, rule, problem.method), comm, {**seconds, **stages})
     prepared.named = _named(method, rule)
     return prepared
@@ -98,7 +104,7 @@ def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bo
         try:
             for result in increments(problem, results, monitor, checked=checked, rows=rows):
                 results.append(result)
-        except SolverError as error:
+        except (SolverError, BrokenOff) as error:
             if not results:
                 raise
             status, reason = "failed", str(error)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +15,7 @@ from ..results.solution import Solution
 from ..runtime.petsc_options import refused_in_config
 from .adaptive.climb import adapt, adapts_itself
 from .adaptive.fixed_mesh import with_estimate
+from .adaptive.quantity import Reached
 from .eliminate import Announce
 from .run import prepare, run
 from .steps.increment import Monitor
@@ -30,6 +31,7 @@ def solve(
     comm: Any = None,
     monitor: Monitor | None = None,
     announce: Announce | None = None,
+    reached: Callable[[Reached], None] | None = None,
 ) -> Solution:
     """Solve a problem; adaptively where `[mesh]` leaves the meshes open.
 
@@ -53,6 +55,8 @@ def solve(
         ends the solve there.
     announce : callable, optional
         As in `prepare`.
+    reached : callable, optional
+        As in `adapt`.
 
     Returns
     -------
@@ -78,7 +82,8 @@ def solve(
     """
     problem, method = posed(problem, method, petsc_options)
     if adapts_itself(problem):
-        return adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor)
+        return adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor, announce=announce,
+                     reached=reached)  # fmt: skip
     prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
     try:
         return with_estimate(run(prepared, monitor=monitor), prepared.comm, law)

@@ -8,6 +8,7 @@ the smoother ones: they show it ten times better than tractions, whose last elem
 from __future__ import annotations
 
 import itertools
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -15,7 +16,11 @@ import numpy as np
 from ..arrays import Array, Index
 
 SPECK = 4e-3
-"""Zones narrower than this fraction of all that is closed have no edges of their own."""
+"""Zones narrower than this fraction of all that is closed have no edges of their own on coarse meshes."""
+SEEN = 5.0
+"""Smallest elements in a zone that has edges on finer ones."""
+BACK = 3
+"""State of a node that slips the other way than those of state 1."""
 SKIPPED, FITTED = 2, 4
 """Nodes next to an edge that do not show it, and those after them that do."""
 
@@ -36,8 +41,10 @@ class Edge:
     width: float
 
 
-def edges(s: Array, pressure: Array, shear: Array, bound: Array, gap: Array, moved: Array, state: Index) -> list[Edge]:
-    """Edges between nodes of different states.
+def edges(
+    s: Array, pressure: Array, shear: Array, bound: Array, gap: Array, moved: Array, state: Index, smallest: float = SPECK
+) -> list[Edge]:  # fmt: skip
+    """Edges between nodes of different states, or that slip different ways.
 
     Parameters
     ----------
@@ -49,12 +56,18 @@ def edges(s: Array, pressure: Array, shear: Array, bound: Array, gap: Array, mov
         g and δw [length].
     state : (m,) array
         0 stick, 1 slip, 2 open.
+    smallest : float
+        Elements at edges, over half the width of their contact: zones of a few of them have edges, but none below SPECK.
     """
-    state = _without_specks(s, state)
+    state = np.where((state == 1) & (shear > 0.0), BACK, state)
+    state = _without_specks(s, state, min(SPECK, SEEN * smallest))
     closed = state != 2
     found = []
     for k in np.flatnonzero(np.diff(state)):
         low, high = float(s[k]), float(s[k + 1])
+        if {state[k], state[k + 1]} == {1, BACK}:
+            found.append(Edge(low + (high - low) * _share(moved[k], moved[k + 1]), _half_width(s, closed, k)))
+            continue
         if 2 in (state[k], state[k + 1]):
             opening, values, inward = gap, pressure, (-1 if closed[k] else 1)
         else:
@@ -67,15 +80,21 @@ def edges(s: Array, pressure: Array, shear: Array, bound: Array, gap: Array, mov
     return found
 
 
-def _without_specks(s: Array, state: Index) -> Index:
+def _share(first: float, last: float) -> float:
+    """Where between two places the line through values of different signs vanishes, from 0 to 1."""
+    return abs(first) / (abs(first) + abs(last)) if first * last < 0.0 else 0.5
+
+
+def _without_specks(s: Array, state: Index, narrowest: float) -> Index:
     """States in which zones much narrower than the contact have the state before them: next to a singular corner single
-    nodes may have any, and corners are graded anyway."""
+    nodes may have any, and corners are graded anyway. A zone that sticks between two that slip opposite ways is kept."""
     state = state.copy()
     ends = [0, *(np.flatnonzero(np.diff(state)) + 1).tolist(), len(state)]
     total = float(s[state != 2][-1] - s[state != 2][0]) if np.any(state != 2) else 0.0
     for first, last in itertools.pairwise(ends):
         low, high = s[max(first - 1, 0)], s[min(last, len(s) - 1)]
-        if high - low < SPECK * total:
+        turns = first > 0 and last < len(s) and {state[first - 1], state[last]} == {1, BACK}
+        if high - low < narrowest * total and not turns:
             state[first:last] = state[first - 1] if first > 0 else state[min(last, len(s) - 1)]
     return state
 
@@ -111,13 +130,14 @@ def _half_width(s: Array, closed: Array, k: int) -> float:
     return max(0.5 * float(s[last] - s[first]), float(np.diff(s).min()))
 
 
-def merged(found: list[Edge], smallest: float) -> list[Edge]:
-    """Edges without those closer to the one before than three of their smallest elements."""
-    result: list[Edge] = []
+def merged(found: list[Edge], smallest: float, kept: Sequence[Edge] = ()) -> list[Edge]:
+    """Edges by arc length, those that are kept and of the others all that are not closer to one before them than three of
+    their smallest elements."""
+    result = list(kept)
     for edge in sorted(found, key=lambda e: e.s):
-        if not result or edge.s - result[-1].s > 3.0 * smallest * min(edge.width, result[-1].width):
+        if all(abs(edge.s - other.s) > 3.0 * smallest * min(edge.width, other.width) for other in result):
             result.append(edge)
-    return result
+    return sorted(result, key=lambda e: e.s)
 
 
 def zone_at(old_s: Array, old: Index, found: list[Edge], new_s: Array) -> Index:

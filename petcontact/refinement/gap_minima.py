@@ -9,8 +9,8 @@ from .known_data import Field
 
 MOST = 4
 """Minima of one side, the lowest ones, that meshes are graded to."""
-SECTIONS = 60
-"""Of the interval around a minimum, by thirds."""
+PARTS, ROUNDS = 10, 15
+"""Into how many parts the interval around a minimum is cut, and how often: all places of a round are looked at together."""
 
 
 def gap_minima(field: Field) -> Array:
@@ -27,8 +27,10 @@ def gap_minima(field: Field) -> Array:
     here = np.flatnonzero((before <= 0.0) & (after <= 0.0) & (before + after < 0.0))
     here = 1 + here[np.argsort(gap[1 + here], kind="stable")][:MOST]
     low, high = at[here - 1], at[here + 1]
-    for _ in range(SECTIONS if len(here) else 0):
-        left, right = low + (high - low) / 3.0, high - (high - low) / 3.0
-        lower = field.values(left)[:, 0] <= field.values(right)[:, 0]
-        low, high = np.where(lower, low, left), np.where(lower, right, high)
+    share = np.arange(1, PARTS)[:, None] / PARTS
+    for _ in range(ROUNDS if len(here) else 0):
+        width = high - low
+        inside = field.values((low + share * width).ravel())[:, 0].reshape(PARTS - 1, -1)
+        best = inside.argmin(axis=0)
+        low, high = low + best * width / PARTS, low + (best + 2) * width / PARTS
     return np.asarray(np.unique(0.5 * (low + high)))

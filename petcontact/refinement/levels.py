@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from dataclasses import dataclass
 
@@ -49,8 +50,9 @@ CONTACT_REFINEMENT_LEVELS = (
     Level(Grading(3, 0.25), 5e-4, 3e-3, 2e-2),
     Level(Grading(4, 0.28), 5e-5, 1e-4, 1e-3),
     Level(Grading(5, 0.30), 3e-6, 2e-5, 1e-4),
-    Level(Grading(5, 0.38), 2e-7, 5e-6, 1e-5),
-    Level(Grading(5, 0.45), 2e-8, 1e-6, 5e-6),
+    Level(Grading(5, 0.45), 2e-7, 5e-6, 1e-5),
+    Level(Grading(5, 0.52, 0.7), 2e-8, 1e-6, 2e-6),
+    Level(Grading(5, 0.58, 0.5), 2e-9, 2e-7, 4e-7),
 )
 """For pressure and shear, errors measured on Cattaneo's and Mindlin's blocks: a level finds edges to a tenth of its elements
 or better, and those of the next one are ten times smaller."""
@@ -77,6 +79,15 @@ def check_accuracy(accuracy: float) -> None:
 def believed(differences: list[float]) -> float:
     """Error of the last level but one from the differences of neighbouring ones; infinite while there are fewer than two.
 
-    Two levels may be alike by chance: no step is believed to gain more than MOST_GAIN.
+    Two levels may be alike by chance: no step is believed to gain more than MOST_GAIN. Differences that grow are believed to
+    grow once more.
     """
-    return max(differences[-1], differences[-2] / MOST_GAIN) if len(differences) > 1 else math.inf
+    if len(differences) < 2:
+        return math.inf
+    before, last = differences[-2:]
+    return max(last, before / MOST_GAIN, last**2 / before if before > 0.0 else 0.0)
+
+
+def growing(differences: list[float]) -> bool:
+    """Whether one of the last two differences is larger than the one before."""
+    return any(after > before > 0.0 for before, after in itertools.pairwise(differences[-3:]))

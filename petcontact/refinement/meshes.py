@@ -9,8 +9,10 @@ import numpy as np
 
 from ..bem.compatibility import check_compatible
 from ..errors import InputError
+from ..geometry.cad.part import CadSurface
 from ..geometry.outline import Outline
-from ..geometry.round_surfaces import CylinderSurface, SphereSurface
+from ..geometry.revolved.surface import RevolvedSurface
+from ..geometry.round_surfaces import CylinderSurface, RoundSurface, SphereSurface
 from ..geometry.superelement import CondensedSurface
 from ..geometry.surface import BoxSurface, FacetSurface
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -76,12 +78,13 @@ def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
 
 @_mesh.register(SphereSurface)
 @_mesh.register(CylinderSurface)
-def _(boundary: SphereSurface | CylinderSurface, problem: Problem) -> SurfaceMesh:
+@_mesh.register(RevolvedSurface)
+def _(boundary: RoundSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
     for key in ("element_sizes", "exponent"):
         if _is_given(problem.mesh, key):
             raise InputError(f"mesh.{key}: is for boxes; panels of round bodies are of one size, mesh.element_size")
-    size = problem.mesh.element_size or 2.0 * boundary.radius / PANELS
+    size = problem.mesh.element_size or boundary.usual_size
     _check_size(boundary.area / size**2 * (order + 1) ** 2)
     return round_mesh(boundary, size, order)
 
@@ -94,6 +97,19 @@ def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
             raise InputError(f"mesh.{key}: the facets of a surface from a file are its panels; mesh it finer in Gmsh")
     _check_size(len(boundary.facets) * (order + 1) ** 2)
     return facet_mesh(boundary, order)
+
+
+@_mesh.register
+def _(boundary: CadSurface, problem: Problem) -> SurfaceMesh:
+    order = _order(problem.mesh)
+    for key in ("element_sizes", "exponent"):
+        if _is_given(problem.mesh, key):
+            raise InputError(f"mesh.{key}: is for boxes; panels of CAD files are of one size, mesh.element_size")
+    size = problem.mesh.element_size or boundary.usual_size
+    _check_size(2.0 * boundary.area / size**2 * (order + 1) * (order + 2) / 2)
+    facets = boundary.facets(size)
+    _check_size(len(facets.facets) * (order + 1) * (order + 2) / 2)
+    return facet_mesh(facets, order)
 
 
 @_mesh.register

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +15,7 @@ from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError
 from ..fields.boundary.places import ON, located, sizes
 from ..fields.boundary.stress import BoundaryField
-from ..fields.interior import Progress, field_at, normal_stress_out_of_plane, points_in, principal_stresses, von_mises
+from ..fields.interior import Progress, fields_at, normal_stress_out_of_plane, points_in, principal_stresses, von_mises
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
@@ -135,17 +136,19 @@ class BodyFields:
     shares: dict[int, float]
 
     @functools.cached_property
-    def _loads(self) -> InsideLoads:
+    def loads(self) -> InsideLoads:
+        """What volume loads add."""
         return InsideLoads.of(self.problem, self.number, self.mesh, self.volume, self.shares)
 
     @functools.cached_property
-    def _data(self) -> tuple[Array, Array]:
+    def data(self) -> tuple[Array, Array]:
         """u and t without those of volume loads."""
-        return self._loads.without(self.found.u, self.found.traction)
+        return self.loads.without(self.found.u, self.found.traction)
 
     @functools.cached_property
-    def _boundary(self) -> BoundaryField:
-        return BoundaryField(self.mesh, *self._data, self.problem.body[self.number].material, self.state)
+    def boundary(self) -> BoundaryField:
+        """On the boundary, without volume loads."""
+        return BoundaryField(self.mesh, *self.data, self.problem.body[self.number].material, self.state)
 
     @property
     def known(self) -> bool:
@@ -156,10 +159,10 @@ class BodyFields:
         """At places of elements, as `Hits` has them; the stress of a superelement is NaN."""
         at = self.mesh.variables_at(element, place)
         x = np.column_stack([at[axis] for axis in "xyz"[: self.mesh.dim]])
-        u, stress = self._boundary.displacement(element, place), self._boundary.stress(element, place)
+        u, stress = self.boundary.displacement(element, place), self.boundary.stress(element, place)
         if not self.known:
             stress = np.full_like(stress, np.nan)
-        return self._whole(x, u, stress, self._loads.volume_at(x))
+        return self.whole(x, u, stress, self.loads.volume_at(x))
 
     def at(
         self, points: Any, part: str | None = None, progress: Progress | None = None, outside: float | None = None
@@ -173,54 +176,74 @@ class BodyFields:
         InputError
             If a point lies outside or not on the part, there is no such part, or the body is a superelement.
         """
-        if not self.known:
-            name = self.problem.body[self.number].name
-            raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
-        points = points_in(points, self.mesh.dim)
-        if part is not None and part not in self.mesh.part_names:
-            raise InputError(f"no part {part!r}{nearest(part, list(self.mesh.part_names))}")
-        element, place = located(self.mesh, points, part)
-        on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
-        if part is not None and len(inside):
-            at = ", ".join(f"{c:.6g}" for c in points[inside[0]])
-            raise InputError(f"part {part!r}: the point ({at}) does not lie on it")
-        material = self.problem.body[self.number].material
-        u, stress = field_at(self.mesh, *self._data, material, points[inside], progress, outside=outside)
-        self._next_to_boundary(points[inside], stress)
-        within = self._whole(points[inside], u, stress, self._loads.at(points[inside]))
-        if not len(on):
-            return within
-        rim = self.on_boundary(element[on], place[on])
-        order = np.argsort(np.concatenate([inside, on]), kind="stable")
-        return StressState(*(np.concatenate([getattr(within, key), getattr(rim, key)])[order]
-                             for key in StressState.__annotations__))  # fmt: skip
+        return states_at([self], points, part, progress, outside)[0]
 
-    def _next_to_boundary(self, x: Array, stress: Array) -> None:
-        """Replace stresses so near to an element that the jumps between elements show: from the stress on the boundary and
-        those at two points below, by a parabola along the normal. Where these are next to the boundary themselves, as at
-        corners, the stress stays as it is."""
-        layer = LAYER[self.mesh.order] * sizes(self.mesh)
-        element, place = located(self.mesh, x, within=layer)
-        rows = np.flatnonzero((element >= 0) & np.isfinite(stress).all(axis=1))
-        at = self.mesh.variables_at(element[rows], place[rows])
-        foot, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[: self.mesh.dim]]) for n in ("", "n"))
-        depth = layer[element[rows], None]
-        below = np.stack([foot - depth * normal, foot - 2.0 * depth * normal])
-        met = located(self.mesh, below.reshape(-1, self.mesh.dim), within=(1.0 - ON) * layer)[0]
-        free = (met < 0).reshape(2, -1).all(axis=0)
-        rows, foot, depth, below = rows[free], foot[free], depth[free], below[:, free]
-        if not len(rows):
-            return
-        material = self.problem.body[self.number].material
-        under = field_at(self.mesh, *self._data, material, below.reshape(-1, self.mesh.dim), outside=np.nan)[1]
-        first, second = under.reshape(2, len(rows), -1)
-        rim = self._boundary.stress(element[rows], place[rows])
-        s = np.linalg.norm(x[rows] - foot, axis=1)[:, None] / depth
-        found = 0.5 * (1.0 - s) * (2.0 - s) * rim + s * (2.0 - s) * first - 0.5 * s * (1.0 - s) * second
-        stress[rows] = np.where(np.isfinite(found), found, stress[rows])
-
-    def _whole(self, x: Array, u: Array, stress: Array, loads: tuple[Array, Array, Array]) -> StressState:
+    def whole(self, x: Array, u: Array, stress: Array, loads: tuple[Array, Array, Array]) -> StressState:
         """With what loads in the body add."""
         stress = stress + loads[1]
         across = normal_stress_out_of_plane(stress, self.problem.body[self.number].material)
         return StressState(x, u + loads[0], stress, across + loads[2])
+
+
+def states_at(
+    increments: Sequence[BodyFields], points: Any, part: str | None = None, progress: Progress | None = None,
+    outside: float | None = None,
+) -> list[StressState]:  # fmt: skip
+    """`BodyFields.at` after several increments, which share the integrals over the elements."""
+    one = increments[0]
+    if not one.known:
+        name = one.problem.body[one.number].name
+        raise InputError(f"body {name!r} is a superelement: fields inside it are not known")
+    points = points_in(points, one.mesh.dim)
+    if part is not None and part not in one.mesh.part_names:
+        raise InputError(f"no part {part!r}{nearest(part, list(one.mesh.part_names))}")
+    element, place = located(one.mesh, points, part)
+    on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
+    if part is not None and len(inside):
+        at = ", ".join(f"{c:.6g}" for c in points[inside[0]])
+        raise InputError(f"part {part!r}: the point ({at}) does not lie on it")
+    x, order = points[inside], np.argsort(np.concatenate([inside, on]), kind="stable")
+    u, stress = _inside(increments, x, progress, outside)
+    _next_to_boundary(increments, x, stress)
+    result = []
+    for s, each in enumerate(increments):
+        within = each.whole(x, u[..., s], stress[..., s], each.loads.at(x))
+        if len(on):
+            rim = each.on_boundary(element[on], place[on])
+            within = StressState(*(np.concatenate([getattr(within, key), getattr(rim, key)])[order]
+                                   for key in StressState.__annotations__))  # fmt: skip
+        result.append(within)
+    return result
+
+
+def _inside(
+    increments: Sequence[BodyFields], x: Array, progress: Progress | None, outside: float | None
+) -> tuple[Array, Array]:
+    """u (m, d, s) and σ (m, d(d+1)/2, s) without volume loads."""
+    one, data = increments[0], zip(*(each.data for each in increments), strict=True)
+    u, traction = (np.stack(values, axis=2) for values in data)
+    return fields_at(one.mesh, u, traction, one.problem.body[one.number].material, x, progress, outside=outside)
+
+
+def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array) -> None:
+    """Replace stresses (m, c, s) so near to an element that the jumps between elements show: from the stress on the boundary
+    and those at two points below, by a parabola along the normal. Where these are next to the boundary themselves, as at
+    corners, the stress stays as it is."""
+    mesh = increments[0].mesh
+    layer = LAYER[mesh.order] * sizes(mesh)
+    element, place = located(mesh, x, within=layer)
+    rows = np.flatnonzero((element >= 0) & np.isfinite(stress).all(axis=(1, 2)))
+    at = mesh.variables_at(element[rows], place[rows])
+    foot, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"[: mesh.dim]]) for n in ("", "n"))
+    depth = layer[element[rows], None]
+    below = np.stack([foot - depth * normal, foot - 2.0 * depth * normal])
+    met = located(mesh, below.reshape(-1, mesh.dim), within=(1.0 - ON) * layer)[0]
+    free = (met < 0).reshape(2, -1).all(axis=0)
+    rows, foot, depth, below = rows[free], foot[free], depth[free], below[:, free]
+    if not len(rows):
+        return
+    first, second = np.split(_inside(increments, below.reshape(-1, mesh.dim), None, np.nan)[1], 2)
+    rim = np.stack([each.boundary.stress(element[rows], place[rows]) for each in increments], axis=2)
+    s = (np.linalg.norm(x[rows] - foot, axis=1)[:, None] / depth)[..., None]
+    found = 0.5 * (1.0 - s) * (2.0 - s) * rim + s * (2.0 - s) * first - 0.5 * s * (1.0 - s) * second
+    stress[rows] = np.where(np.isfinite(found), found, stress[rows])

@@ -112,7 +112,7 @@ class SolutionData(Evaluated):
         contacts = [c for c in self.problem.body[0].boundary if isinstance(c, Contact)]
         given = self.problem
         others = given.obstacle or given.contact or any(b.point_force for b in given.body) or len(self.nodes) > len(contacts)
-        one = len(given.body) == 1 and not others
+        one = len(given.body) == 1 and bool(contacts) and not others
         return one and not self.problem.step and not self.last.alpha.size and all(
             c.normal == "bilateral" and c.gap == 0.0 and c.friction_coefficient is None for c in contacts
         )  # fmt: skip
@@ -174,6 +174,8 @@ class SolutionData(Evaluated):
                 **{key: np.full(len(nodes), text) for key, text in names.items()},
             }.items():  # fmt: skip
                 columns.setdefault(key, []).append(values)
+        if not columns:
+            return _no_rows(next(iter(self.meshes.values())).dim)
         return {key: np.concatenate(values) for key, values in columns.items()}
 
     @functools.cached_property
@@ -250,3 +252,13 @@ class SolutionData(Evaluated):
         nodes = sum(len(numbers) for numbers in self.nodes.values())
         return (f"<{type(self).__name__}{title}: {self.status} after {self.iterations} iterations{increments}, {bodies}"
                 f"{elements} elements, {nodes} contact nodes>")  # fmt: skip
+
+
+def _no_rows(d: int) -> dict[str, Any]:
+    """The columns of no nodes."""
+    scalars = ("weight", "arc_length", "sigma_n", "friction_bound", "gap", "pressure", "worn_depth")
+    shapes = {**dict.fromkeys(scalars, ()), **dict.fromkeys(("x", "normal"), (d,)), "tangent": (d - 1, d),
+              **dict.fromkeys(("u_t", "sigma_t", "slip", "slip_increment"), (d - 1,))}  # fmt: skip
+    whole = {key: np.zeros(0, dtype=int) for key in ("nodes", "state")}
+    words = {key: np.zeros(0, dtype=str) for key in ("part", "body", "pair")}
+    return {**whole, **{key: np.zeros((0, *shape)) for key, shape in shapes.items()}, **words}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..fields.interior import Progress
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
-from .body_fields import BodyFields, StressState
+from .body_fields import BodyFields, StressState, states_at
 from .records import StepResult
 
 
@@ -121,13 +122,20 @@ class Evaluated:
         InputError
             If there is no such body, part or increment, or a point lies outside.
         """
-        fields = self.body_fields(body, step)
+        return self.states_at(points, [step], body, part, progress)[0]
+
+    def states_at(
+        self, points: Any, steps: Sequence[StepResult | int | None], body: str | None = None, part: str | None = None,
+        progress: Progress | None = None,
+    ) -> list[StressState]:  # fmt: skip
+        """`state_at` after each of some increments, which together cost little more than one."""
+        fields = [self.body_fields(body, step) for step in steps]
         try:
-            return fields.at(points, part, progress)
+            return states_at(fields, points, part, progress)
         except InputError as error:
             if len(self.meshes) == 1:
                 raise
-            name = self.problem.body[fields.number].name
+            name = self.problem.body[fields[0].number].name
             others = f"; body=... names another: {', '.join(self.meshes)}" if body is None else ""
             raise InputError(f"body {name!r}: {error}{others}") from None
 

@@ -157,7 +157,7 @@ def write_tables(
     target : str or Path
         A file of suffix .csv, or a folder, which is made if it does not exist.
     names : sequence of str, optional
-        Of TABLES; all that have rows by default, of a file "pairs".
+        Of TABLES; all that have rows by default, of a file the first of them, "pairs" where there are any.
     steps : sequence of int, optional
         Increments from 1 on, all by default.
 
@@ -173,11 +173,14 @@ def write_tables(
         If a file cannot be written.
     """
     target, one = Path(target), Path(target).suffix.lower() == ".csv"
-    every = [name for name in TABLES if name != "obstacles" or solution.last.obstacles]
-    names = list(names) or (["pairs"] if one else every)
+    without = {"pairs": solution.nodes, "resultants": solution.nodes, "obstacles": solution.last.obstacles}
+    every = [name for name in TABLES if without.get(name, True)]
+    names = list(names) or (every[:1] if one else every)
     for name in names:
         if name not in TABLES:
             raise InputError(f"no table {name!r}; tables are {', '.join(TABLES)}")
+        if name not in every:
+            raise InputError(f"no table {name!r} of this result, which has no {name}; tables are {', '.join(every)}")
     if one and len(names) > 1:
         raise InputError(f"{target}: a .csv file holds one table, {', '.join(names)} are {len(names)}; name a folder")
     count = len(solution.tried)

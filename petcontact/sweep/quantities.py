@@ -85,7 +85,7 @@ def slip_length(contact: ContactState) -> float:
 
 def slip_share(contact: ContactState) -> float:
     """Share of the contact parts that slips [-]."""
-    return slip_length(contact) / float(contact.weight.sum())
+    return slip_length(contact) / (float(contact.weight.sum()) or 1.0)
 
 
 def contact_area(contact: ContactState) -> float:
@@ -96,7 +96,7 @@ def contact_area(contact: ContactState) -> float:
 def tension_share(contact: ContactState) -> float:
     """Share that is pulled, σ_n > 0 [-]: bilateral contact cannot open, a real one would there."""
     level = 1e-9 * float(np.abs(contact.sigma_n).max(initial=0.0))
-    return float(contact.weight[contact.sigma_n > level].sum() / contact.weight.sum())
+    return float(contact.weight[contact.sigma_n > level].sum()) / (float(contact.weight.sum()) or 1.0)
 
 
 def dissipated_energy(contact: ContactState) -> float:

@@ -1,4 +1,4 @@
-"""The command line: words, exit statuses, PETSc's manners; each program in a process of its own."""
+"""The command line: words, exit statuses, PETSc's manners; each in a process of its own."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import forked
 import h5py
 import numpy as np
 import pytest
@@ -27,18 +28,18 @@ def folder(tmp_path):
     return tmp_path
 
 
-def petcontact(folder, *words, program=("-m", "petcontact"), **environment):
+def petcontact(folder, *words, program=(), **environment):
+    """A forked command, or what the words in `program` make of an interpreter."""
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
-    done = subprocess.run(
-        [sys.executable, *program, *words], capture_output=True, text=True, timeout=60, cwd=folder,
-        env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"} | environment,
-    )  # fmt: skip
+    start = [sys.executable, *program] if program else [forked.program()]
+    done = subprocess.run([*start, *words], capture_output=True, text=True, timeout=120, cwd=folder,
+                          env=os.environ | {"PYTHONPATH": path} | environment)  # fmt: skip
     assert "Traceback" not in done.stderr, done.stderr
     return done
 
 
-def solve(folder, *words, **environment):
-    return petcontact(folder, "solve", "case.toml", "--no-figures", *COARSE, *words, **environment)
+def solve(folder, *words, **keywords):
+    return petcontact(folder, "solve", "case.toml", "--no-figures", *COARSE, *words, **keywords)
 
 
 WITHOUT_PETSC = """
@@ -119,8 +120,9 @@ def test_bad_petsc_options_are_one_line_and_status_2(folder, words, message):
     assert sorted(os.listdir(folder)) == ["case.toml"]
 
 
-def test_status_0_and_what_is_written(folder):
-    done = solve(folder)
+@pytest.mark.parametrize("program", [(), ("-m", "petcontact")])
+def test_status_0_and_what_is_written(folder, program):
+    done = solve(folder, program=program)
     assert done.returncode == 0 and done.stderr == ""
     assert sorted(os.listdir(folder)) == ["case.h5", "case.toml"]
 
@@ -284,9 +286,8 @@ def test_main_returns_the_status(capsys):
 
 def test_a_reader_that_leaves_ends_quietly(folder):
     solve(folder)
-    command = f"{sys.executable} -m petcontact solve case.toml --force --no-figures {' '.join(COARSE)} -ksp_view | head -1"
-    done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, timeout=60, cwd=folder,
-                          env=os.environ | {"PYTHONPATH": str(ROOT)})  # fmt: skip
+    command = f"{forked.program()} solve case.toml --force --no-figures {' '.join(COARSE)} -ksp_view | head -1"
+    done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, timeout=60, cwd=folder)
     assert "Traceback" not in done.stderr and "KSP Object" in done.stdout
 
 
@@ -319,9 +320,9 @@ def test_what_must_not_be_replaced_is_refused_before_the_solve(folder, kind):
 
 
 def test_two_solves_onto_one_name_lose_nothing(folder):
-    words = [sys.executable, "-m", "petcontact", "solve", "case.toml", "-o", "r.h5", "--no-figures", *COARSE]
-    runs = [subprocess.Popen(words, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
-                             env=os.environ | {"PYTHONPATH": str(ROOT)}) for _ in range(2)]  # fmt: skip
+    words = [forked.program(), "solve", "case.toml", "-o", "r.h5", "--no-figures", *COARSE]
+    pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
+    runs = [subprocess.Popen(words, cwd=folder, **pipes) for _ in range(2)]
     errors = [run.communicate(timeout=120)[1] for run in runs]
     status = sorted(run.returncode for run in runs)
     # the second one is late, or comes so late that it is refused at once

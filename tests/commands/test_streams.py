@@ -7,9 +7,9 @@ import io
 import os
 import shlex
 import subprocess
-import sys
 from pathlib import Path
 
+import forked
 import pytest
 
 from petcontact.runtime.figure_style import plain
@@ -23,11 +23,11 @@ EVIL = "$\\frac{$ \u001b[31mred\n second line é"
 
 def shell(folder, line, **environment):
     """A line of bash in which `petcontact` is ours."""
-    program = f'petcontact() {{ {shlex.quote(sys.executable)} -m petcontact "$@"; }}; {line}'
+    program = f'petcontact() {{ {shlex.quote(forked.program())} "$@"; }}; {line}'
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     return subprocess.run(
         ["bash", "-o", "pipefail", "-c", program], cwd=folder, capture_output=True, text=True, timeout=60,
-        env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"} | environment,
+        env=os.environ | {"PYTHONPATH": path} | environment,
     )  # fmt: skip
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import csv
 import math
-import os
 import subprocess
-import sys
 from pathlib import Path
 
+import forked
 import pytest
 from conftest import example
 
@@ -82,9 +81,9 @@ def test_tables_and_figures(rows, tmp_path):
 
 def test_command(tmp_path):
     done = subprocess.run(
-        [sys.executable, "-m", "petcontact", "compare", str(ROOT / "configs/example1.toml"), "-o", "out", "--rho", "1,1e4",
+        [forked.program(), "compare", str(ROOT / "configs/example1.toml"), "-o", "out", "--rho", "1,1e4",
          "--element-size", "0.4", "--methods", "rule (4.3),operator-robin"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=60, env={**os.environ, "PYTHONPATH": str(ROOT)},
+        cwd=tmp_path, capture_output=True, text=True, timeout=60
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "operator-robin" in done.stdout and "semismooth" not in done.stdout
@@ -92,8 +91,8 @@ def test_command(tmp_path):
         "compare-iterations.png", "compare-residual.png", "compare.csv", "compare.md",
     ]  # fmt: skip
     wrong = subprocess.run(
-        [sys.executable, "-m", "petcontact", "compare", "x.toml", "--methods", "magic"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=60, env={**os.environ, "PYTHONPATH": str(ROOT)},
+        [forked.program(), "compare", "x.toml", "--methods", "magic"],
+        cwd=tmp_path, capture_output=True, text=True, timeout=60
     )  # fmt: skip
     assert wrong.returncode == 2 and "magic" in wrong.stderr and "operator-robin" in wrong.stderr
 

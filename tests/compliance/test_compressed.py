@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from pathlib import Path
 
+import forked
 import numpy as np
 import pytest
 from conftest import example
@@ -131,7 +131,7 @@ def test_full_formulation_is_dense():
 
 def test_ksp_view_names_the_compression(tmp_path):
     done = subprocess.run(
-        [sys.executable, "-m", "petcontact", "solve", str(CONFIGS / "example1.toml"), "-o", str(tmp_path / "r.h5"),
+        [forked.program(), "solve", str(CONFIGS / "example1.toml"), "-o", str(tmp_path / "r.h5"),
          "--no-figures", "-bem_mat_type", "hodlr", "-bem_hodlr_tol", "1e-9", "-ksp_view", "--set", "mesh.element_size=0.2"],
         capture_output=True, text=True, timeout=120,
     )  # fmt: skip

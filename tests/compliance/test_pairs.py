@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from petcontact import InputError, solve
+from petcontact import InputError, SolverError, solve
 from petcontact.compliance.body.dense import DenseBody
 from petcontact.compliance.hierarchical.body import HierarchicalBody
 from petcontact.model.case import parse_problem
@@ -149,8 +149,18 @@ def test_bodies_that_do_not_fit_the_machine_together_are_refused(monkeypatch):
         solved(blocks(), bem__mat_type="hmatrix")
 
 
-def test_loads_that_nothing_holds_are_named():
+def test_loads_that_nothing_holds_are_named_before_a_matrix_is_built(monkeypatch):
+    monkeypatch.setattr(HierarchicalBody, "__init__", lambda *arguments: pytest.fail("a matrix is built"))
     data = on_ground()
     data["body"][0]["boundary"][1]["value"] = [0.008, 0.0, -0.01]
+    with pytest.raises(SolverError, match="body 'free' cannot be held: the load pushes it along \\+x"):
+        solved(data, bem__mat_type="hmatrix")
+
+
+def test_later_loads_that_nothing_holds_are_named_after_the_steps_before():
+    data = on_ground()
+    step = {"body": "free", "part": "top", "value": [0.008, 0.0, -0.01]}
+    data["step"] = [{"name": "press"}, {"name": "push", "boundary": [step]}]
     found = solved(data, bem__mat_type="hmatrix")
-    assert not found.converged and "body 'free' cannot be held: the load pushes it along +x" in found.reason
+    assert not found.converged and len(found.steps) >= 1
+    assert "body 'free' cannot be held: the load pushes it along +x" in found.reason

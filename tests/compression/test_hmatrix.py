@@ -178,3 +178,28 @@ def test_blocks_tile_the_matrix(shape):
     for most in (5, 60, 1000):
         cut = tree.cut(most)
         assert np.array_equal(tree.first[cut][1:], tree.last[cut][:-1]) and tree.last[cut][-1] == N
+
+
+def test_a_build_that_is_broken_off_ends_soon(monkeypatch):
+    """Each thread ends the piece of memory that it is at, none begins another."""
+    made = []
+
+    class Slow:
+        def __init__(self, *arguments):
+            pass
+
+        def __call__(self, tiles):
+            made.append(1)
+            return build.Chunk(tiles[:1], np.zeros(1, dtype=np.int64), np.zeros(1))
+
+    def broken(share):
+        raise KeyboardInterrupt
+
+    kernel, tree = prepared("block")
+    monkeypatch.setattr(kernel, "compiled", (0, 0), raising=False)
+    monkeypatch.setattr(build, "_Compiled", Slow)
+    monkeypatch.setattr(build, "_Plain", Slow)
+    with pytest.raises(KeyboardInterrupt):
+        build.build_blocks(kernel, tree, block_tree(tree), (0, N), 1e-3, np.float32, 2, broken)
+    # each of the 16 pieces would make one before it finds out; those that wait make none
+    assert len(made) <= 16 < len(block_tree(tree).row)

@@ -103,6 +103,90 @@ def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
     assert forces[1] / forces[0] == pytest.approx(2.5, rel=0.01)  # pressed ×2.5; the weight is next to nothing
 
 
+def converted(text, folder, capsys):
+    """The problem of an input file, and the lines that name what was not taken."""
+    folder.mkdir(exist_ok=True)
+    (folder / "part.inp").write_text("\n".join(text))
+    assert main(["init", str(folder / "own"), "--from", str(folder / "part.inp")]) == 0, capsys.readouterr().err
+    return load(folder / "own.toml"), capsys.readouterr().err.splitlines()
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_elements_numbered_clockwise_are_taken_as_they_lie(d, tmp_path, capsys):
+    """Their faces keep the numbers that they have in the file: the upper one is S1 then, of hexahedra still S2."""
+    text = stacked(d)
+    start = text.index("*Element, type=" + ("CPE4R" if d == 2 else "C3D8") + ", elset=LOWER")
+    for k in range(start + 1, start + 9):
+        number, *nodes = text[k].split(", ")
+        text[k] = ", ".join([number, *nodes[:4][::-1], *nodes[4:][::-1]])
+    text = [line.replace("UNDER, S3", "UNDER, S1") for line in text]
+    problem, named = converted(text, tmp_path, capsys)
+    assert any("8 elements (1, 2, ...) numbered clockwise, or inside out; taken as they lie" in line for line in named)
+    stiff = YOUNG * (1.0 - POISSON) / ((1.0 + POISSON) * (1.0 - 2.0 * POISSON))
+    assert np.allclose(solve(problem).pairs["pair1"].pressure, stiff * DROP / 2.0, rtol=0.02)
+
+
+def test_a_part_without_contact_is_solved(tmp_path, capsys):
+    """The upper block alone, clamped below and pressed from above: E or so times its strain."""
+    text = [line for line in stacked(2) if not line.startswith(("HIGH, LOW", "*CONTACT PAIR", "HEAD, "))]
+    lower, upper = text.index("*NODE"), text.index("*NODE", text.index("*NODE") + 1)
+    text = text[:lower] + text[upper:]
+    keep = [
+        k for k, line in enumerate(text) if not line.startswith(("FOOT", "A0", "A1", "UNDER", "*SOLID SECTION, ELSET=LOWER"))
+    ]
+    text = [text[k] for k in keep]
+    text = [line for line in text if line not in ("*SURFACE, NAME=LOW, TYPE=ELEMENT", "*CLOAD")]
+    text[-2:-2] = ["*BOUNDARY", "SEAT, 1, 2", "*DSLOAD", "LID, P, 3.0"]
+    place = text.index("*MATERIAL, NAME=STEEL")
+    text[place:place] = ["*NSET, NSET=SEAT, GENERATE", "1001, 1013, 3", "*SURFACE, NAME=LID",
+                         *(f"{number}, S3" for number in (1002, 1004, 1006, 1008))]  # fmt: skip
+    problem, _ = converted(text, tmp_path, capsys)
+    solution = solve(problem)
+    assert solution.converged and not solution.pairs
+    assert solution.reactions()["SEAT"][1] == pytest.approx(6.0, rel=0.05)
+
+
+HIDDEN = "pressure on faces of 1 element (1001) that lie inside, are held or in contact; not taken"
+
+
+@pytest.mark.parametrize(("lines", "named"), [
+    (["*DLOAD", "77, P1, 2.0"], "*DLOAD: 77: 1 element (77) not there; not taken"),
+    (["*DLOAD", "UPPER, P6, 2.0"], "*DLOAD: UPPER: 8 elements (1001, 1002, ...) without a face P6; not taken"),
+    (["*DSLOAD", "LID, P, 2.0"], "*DSLOAD: load P on LID; not taken"),
+    (["*DLOAD", "1001, P2, 2.0"], HIDDEN),
+    (["*DLOAD", "1001, P1, 2.0"], HIDDEN),
+    (["*SURFACE, NAME=MORE", "1001, S2"], "*SURFACE MORE: faces inside of 1 element (1001); not taken"),
+    (["*SURFACE, NAME=MORE", "9, S2"], "*SURFACE: 9: 1 element (9) not there; not taken"),
+    (["*NSET, NSET=LOST", "1, 500, 501, 502"], "*NSET LOST: 3 nodes (500, 501, ...) not there; not taken"),
+    (["*BOUNDARY, AMPLITUDE=UP", "FOOT, 1"], "*BOUNDARY: AMPLITUDE=UP; not taken"),
+    (["*BOUNDARY, OP=NEW", "FOOT, 1"], "*BOUNDARY: OP=NEW; not taken"),
+    (["*BOUNDARY, TYPE=VELOCITY", "FOOT, 1"], "*BOUNDARY: TYPE=VELOCITY; not taken"),
+    (["*CONTACT PAIR, INTERACTION=RUB", "HIGH"], "*CONTACT PAIR: HIGH: contact of a surface with itself; not taken"),
+    (["*FRICTION", "0.3, 0.0", "0.2, 1.0"], "depends on slip rate, pressure or temperature; the first is taken"),
+    (["*ELEMENT, TYPE=CAX4", "99, 1, 2, 5, 4"], "*ELEMENT, TYPE=CAX4: not taken"),
+    (["*MPC", "BEAM, 1, 2"], "*MPC: not taken"),
+])  # fmt: skip
+def test_what_is_not_taken_is_named_in_one_line(lines, named, tmp_path, capsys):
+    """And the rest of the file is: the problem is that without these lines."""
+    text = stacked(2)
+    plain, before = converted(text, tmp_path, capsys)
+    place = text.index("*STEP, NAME=press") if lines[0].startswith(("*NSET", "*SURFACE", "*ELEMENT")) else len(text) - 1
+    problem, after = converted([*text[:place], *lines, *text[place:]], tmp_path / "more", capsys)
+    assert len(after) == len(before) + 1 and any(line.endswith(named) for line in after), after
+    assert [body.boundary for body in problem.body] == [body.boundary for body in plain.body]
+    assert len(problem.contact) == 1 and "# not taken: " in (tmp_path / "more" / "own.toml").read_text()
+
+
+def test_faces_of_one_pressure_at_the_end_keep_their_own_ways_there(tmp_path, capsys):
+    text = [line for line in stacked(2) if not line.startswith(("HEAD, 2", "*CLOAD", "HEAD, 1"))]
+    text[-1:] = ["*DLOAD", "1002, P3, 1.0", "1004, P3, 3.0", "*END STEP", "*STEP", "*STATIC", "*DLOAD", "1002, P3, 5.0",
+                 "1004, P3, 5.0", "*END STEP"]  # fmt: skip
+    problem, _ = converted(text, tmp_path, capsys)
+    pressed = [c for c in problem.body[1].boundary if c.condition == "traction"]
+    assert sorted(c.pressure for c in pressed) == [1.0, 3.0]
+    assert [change.pressure for change in problem.step[1].boundary] == [5.0, 5.0]
+
+
 @pytest.mark.parametrize(("change", "told"), [
     (("*HEADING", "*PART, NAME=P"), "line 1: \\*PART: parts and instances are not read"),
     (("*ELASTIC", "*ELASTIC, TYPE=ORTHOTROPIC"), "\\*ELASTIC: materials are isotropic; take the body as a superelement"),
@@ -110,6 +194,14 @@ def test_pressure_weight_plane_stress_ties_and_steps(tmp_path, capsys):
     (("UNDER, S3", "UNDERS, S3"), "no ELSET 'UNDERS'; there are LOWER, UPPER, UNDER, OVER"),
     (("FOOT, 1, 2, 0.", "FOOT, 1, 2, zero"), "\\*BOUNDARY: numbers are expected"),
     (("*HEADING", "*INCLUDE, INPUT=other.inp"), "\\*INCLUDE: other files are not read"),
+    (("*HEADING", "*NODE, INPUT=nodes.txt"), "\\*NODE: other files are not read"),
+    (("*HEADING", "*NODE, SYSTEM=C"), "\\*NODE: nodes in another system are not read; write them along the axes"),
+    (("1, 1, 4, 5, 2", "1, 1, 4, 5"), "\\*ELEMENT: 39 numbers are no multiple of 5"),
+    (("1, 1, 4, 5, 2", "1, 1, 5, 4, 2"), "element 1 is folded: its corners turn both ways"),
+    (("1, 1, 4, 5, 2", "1, 1, 4, 7, 10"), "element 1 has no area"),
+    (("1, 1, 4, 5, 2", "1, 1, 4, 4, 2"), "element 1 names a node twice"),
+    (("1, 1, 4, 5, 2", "2, 1, 4, 5, 2"), "\\*ELEMENT: number 2 is there already"),
+    (("2, 0, 0.5", "1, 0, 0.5"), "\\*NODE: number 1 is there already"),
 ])  # fmt: skip
 def test_what_cannot_be_read_is_refused_in_one_line(change, told, tmp_path, capsys):
     text = [change[1] if line == change[0] else line for line in stacked(2)]

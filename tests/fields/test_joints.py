@@ -80,6 +80,6 @@ def test_fields_run_on_into_the_neighbourhoods_of_joints():
     radius = 0.2 * mesh.length.max()
     r = np.linspace(0.2 * radius, 1.1 * radius, 200)
     points = x[5] + r[:, None] * inwards[5]
-    assert 0 < sum(len(near.rows) for near in Joints(mesh, *data).near(points)) < 200
+    assert 0 < sum(len(near.rows) for near in Joints(mesh, *(values[..., None] for values in data)).near(points)) < 200
     error = field_at(mesh, *data, STEEL, points)[1] - exact(points)[1]
     assert np.abs(np.diff(error, axis=0)).max() < 0.1 * np.ptp(error, axis=0).max()

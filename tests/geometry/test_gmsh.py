@@ -80,7 +80,8 @@ def edited(tmp_path, old, new):
 def test_damaged_files_are_refused_in_one_line(tmp_path, old, new, message):
     with pytest.raises(InputError, match=message) as caught:
         Gmsh(file=str(edited(tmp_path, old, new))).outline()
-    assert ("\n" not in str(caught.value) and "edited.msh" in str(caught.value)) or "geometry" in str(caught.value)
+    said = str(caught.value)
+    assert "\n" not in said and ("edited.msh" in said or said.startswith("geometry"))
 
 
 def test_truncated_missing_and_foreign_files_are_refused(tmp_path):

@@ -10,6 +10,7 @@ import sys
 import textwrap
 from pathlib import Path
 
+import forked
 import pytest
 
 import petcontact
@@ -30,8 +31,8 @@ def blocks(page: Path, language: str) -> list[tuple[str, str]]:
 
 
 def run(program: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
-    environment = os.environ | {"PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}", "MPLBACKEND": "agg",
-                                "PYTHONPATH": str(ROOT), "OMPI_MCA_rmaps_base_oversubscribe": "1",
+    path = os.pathsep.join(map(str, [Path(forked.program()).parent, Path(sys.executable).parent, os.environ["PATH"]]))
+    environment = os.environ | {"PATH": path, "PYTHONPATH": str(ROOT), "OMPI_MCA_rmaps_base_oversubscribe": "1",
                                 "OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}  # fmt: skip
     return subprocess.run(program, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
 
@@ -68,7 +69,7 @@ def test_every_python_block_runs(page, tmp_path):
             file.write_text(text)
     program = "\n".join(text for words, text in found if "sketch" not in words and not words.startswith("file="))
     if program:
-        done = run([sys.executable, "-c", program], tmp_path)
+        done = run([forked.program(), "-c", program], tmp_path)
         assert done.returncode == 0, done.stderr
 
 

@@ -1,7 +1,9 @@
-"""Start a Python program under mpiexec with a hard timeout, with the launcher that belongs to this interpreter."""
+"""Start Python programs under mpiexec with a hard timeout, with the launcher that belongs to this interpreter."""
 
 from __future__ import annotations
 
+import functools
+import json
 import os
 import shutil
 import signal
@@ -9,19 +11,23 @@ import subprocess
 import sys
 from pathlib import Path
 
+import forked
 
-def mpiexec() -> str:
-    """The launcher beside the interpreter (a wheel's MPICH), else the one on the PATH."""
+
+@functools.cache
+def mpiexec() -> tuple[str, ...]:
+    """The launcher beside the interpreter (a wheel's MPICH), else the one on the PATH; more ranks than cores are allowed."""
     beside = Path(sys.executable).parent / "mpiexec"
-    return str(beside) if beside.exists() else shutil.which("mpiexec") or "mpiexec"
+    launcher = str(beside) if beside.exists() else shutil.which("mpiexec") or "mpiexec"
+    version = subprocess.run([launcher, "--version"], capture_output=True, text=True, timeout=30).stdout
+    return launcher, *(["--oversubscribe"] if "Open MPI" in version or "OpenRTE" in version else [])
 
 
 def command(ranks: int, *words: str) -> list[str]:
-    """mpiexec -n RANKS python WORDS; Open MPI is told that there may be more ranks than cores."""
-    launcher = mpiexec()
-    version = subprocess.run([launcher, "--version"], capture_output=True, text=True, timeout=30).stdout
-    flags = ["--oversubscribe"] if "Open MPI" in version or "OpenRTE" in version else []
-    return [launcher, *flags, "-n", str(ranks), sys.executable, *words]
+    """mpiexec -n RANKS python WORDS; one rank needs no launcher, and what takes no PETSc options no start of Python."""
+    if ranks > 1:
+        return [*mpiexec(), "-n", str(ranks), sys.executable, *words]
+    return [forked.program(), *(words[2:] if words[:2] == ("-m", "petcontact") else words)]
 
 
 def environment() -> dict[str, str]:
@@ -48,3 +54,28 @@ def run(ranks: int, *words: str, timeout: float = 120.0, **keywords) -> subproce
         out, err = job.communicate()
         raise AssertionError(f"mpiexec still ran after {timeout} s\n{out}\n{err}") from None
     return subprocess.CompletedProcess(job.args, job.returncode, out, err)
+
+
+SERIES = """
+import json, sys
+from petcontact.commands.main import main
+from petcontact.runtime.petsc import petsc
+world = petsc().COMM_WORLD.tompi4py()
+for words in json.loads(sys.argv[1]):
+    status = max(world.allgather(main(words)))
+    if world.Get_rank() == 0:
+        print(f"\\nENDED {status}", flush=True)
+"""
+
+
+def series(ranks: int, *commands: tuple[str, ...], timeout: float = 120.0) -> list[tuple[int, str]]:
+    """Commands of petcontact one after another on the same ranks, without options of PETSc: exit status and output of each.
+
+    To start ranks takes longer than most of what they compute here.
+    """
+    done = run(ranks, "-c", SERIES, json.dumps(commands), timeout=timeout)
+    assert done.returncode == 0 and "Traceback" not in done.stderr, done.stdout + done.stderr
+    outputs = done.stdout.split("\nENDED ")
+    statuses = [int(output.split("\n", 1)[0]) for output in outputs[1:]]
+    assert len(statuses) == len(commands), done.stdout
+    return list(zip(statuses, outputs, strict=False))

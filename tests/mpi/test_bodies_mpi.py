@@ -17,22 +17,34 @@ CONFIGS = Path(__file__).parents[2] / "configs"
 COARSE = ("--set", "body.1.mesh={element_size = 0.5, order = 1}")
 GRADED = tuple(word for k in range(3) for word in ("--set", f"body.{k}.mesh={{levels = 6, grading = 0.35, order = 2}}"))
 WEAR = ("--set", "cycle.count=50", "--set", "body.0.mesh.element_sizes.contact=0.1")
-HODLR = (*GRADED, "-bem_mat_type", "hodlr", "-bem_hodlr_tol", "1e-13", "-bem_hodlr_leaf", "32")
+HODLR = (
+    *GRADED,
+    *(word for key in ('mat_type="hodlr"', "hodlr_tol=1e-13", "hodlr_leaf=32") for word in ("--set", f"bem.{key}")),
+)
+RUNS = {
+    "plane": ("stack", "--adapt", "--accuracy", "0.05"), "compressed": ("stack", *HODLR), "space": ("space_stack", *COARSE),
+    "wear over cycles": ("fretting_specimen", *WEAR),
+}  # fmt: skip
 
 
-@pytest.mark.parametrize(("name", "more"), [("stack", ()), ("stack", HODLR), ("space_stack", COARSE),
-                                           ("fretting_specimen", WEAR)],
-                         ids=["plane", "compressed", "space", "wear over cycles"])  # fmt: skip
-def test_ranks_agree_on_bodies_and_steps(name, more, tmp_path):
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    """A folder of results by number of ranks and name of the run."""
+    folder = tmp_path_factory.mktemp("bodies")
+    for ranks in (1, 2):
+        commands = [("solve", str(CONFIGS / f"{name}.toml"), "-o", str(folder / f"{ranks} {run}.h5"), "--no-figures", *more)
+                    for run, (name, *more) in RUNS.items()]  # fmt: skip
+        assert [status for status, _ in launch.series(ranks, *commands, timeout=300.0)] == [0] * len(RUNS)
+    return folder
+
+
+@pytest.mark.parametrize("name", RUNS)
+def test_ranks_agree_on_bodies_and_steps(name, results):
     """Dense bodies are dealt out to the ranks, compressed ones are those of all together.
 
     The compressed ones' mesh is fixed: the smallest elements of the adaptive one magnify 1e-13 to 3e-10.
     """
-    for ranks in (1, 2):
-        words = ("solve", str(CONFIGS / f"{name}.toml"), "-o", str(tmp_path / f"{ranks}.h5"), "--no-figures", *more)
-        done = launch.run(ranks, "-m", "petcontact", *words)
-        assert done.returncode == 0 and done.stderr == "", done.stderr
-    with h5py.File(tmp_path / "1.h5") as one, h5py.File(tmp_path / "2.h5") as two:
+    with h5py.File(results / f"1 {name}.h5") as one, h5py.File(results / f"2 {name}.h5") as two:
         places = [f"steps/{k}/contact/{pair}" for k in one["steps"] for pair in one[f"steps/{k}/contact"]]
         for key in ("pressure", "sigma_t", "gap", "slip", "state"):
             ours, theirs = ([file[f"{place}/{key}"][()] for place in places] for file in (one, two))

@@ -15,17 +15,17 @@ pytestmark = pytest.mark.mpi
 
 PROGRAM = """
 import json, sys
-from petcontact.runtime.petsc import initialise, petsc
-initialise(sys.argv[1:])
-import numpy as np
 from conftest import example
 from petcontact import MeshOptions, solve
+from petcontact.runtime.petsc import petsc
 result = []
-for formulation in ("condensed", "full"):
-    # 23 contact nodes divide evenly over neither 2 nor 3 ranks, 140 unknowns not over 3
-    solution = solve(example(1, mesh=MeshOptions(element_size=8 / 23), formulation=formulation, tolerance=1e-11))
-    assert solution.converged, solution.reason
-    result.append(solution.contact.u_t[:, 0].tolist() + solution.u.ravel().tolist())
+for options in json.loads(sys.argv[1]):
+    for formulation in ("condensed", "full"):
+        # 23 contact nodes divide evenly over neither 2 nor 3 ranks, 140 unknowns not over 3
+        problem = example(1, mesh=MeshOptions(element_size=8 / 23), formulation=formulation, tolerance=1e-11)
+        solution = solve(problem.model_copy(update={"petsc": options}))
+        assert solution.converged, solution.reason
+        result.append(solution.contact.u_t[:, 0].tolist() + solution.u.ravel().tolist())
 if petsc().COMM_WORLD.getRank() == 0:
     print("RESULT", json.dumps(result))
 """
@@ -52,7 +52,7 @@ for n, r in ((n, r) for r in (0, 1, 3, 6) for n in range(max(r, 1), 12)):
 if petsc().COMM_WORLD.getRank() == 0:
     print("RESULT", json.dumps(worst))
 """
-GMRES = ("-ksp_type", "gmres", "-pc_type", "jacobi", "-ksp_rtol", "1e-12", "-ksp_gmres_restart", "200")
+GMRES = {"ksp_type": "gmres", "pc_type": "jacobi", "ksp_rtol": 1e-12, "ksp_gmres_restart": 200}
 
 
 def solutions(ranks, *options, program=PROGRAM):
@@ -63,15 +63,18 @@ def solutions(ranks, *options, program=PROGRAM):
 
 @pytest.fixture(scope="module")
 def one_rank():
-    return solutions(1)[0]
+    return solutions(1, "[{}]")[0]
 
 
 @pytest.mark.parametrize(
-    ("ranks", "options"), [(2, ()), (3, ()), (2, GMRES), (2, ("-elastic_ksp_type", "gmres", "-elastic_pc_type", "none"))]
+    ("ranks", "options"), [(2, [{}, GMRES, {"elastic_ksp_type": "gmres", "elastic_pc_type": "none"}]), (3, [{}])]
 )
 def test_ranks_agree(ranks, options, one_rank):
+    """By LU, by GMRES on the ranks' rows, and with an elastic solve that is iterative; two formulations each."""
     scale = max(abs(value) for value in one_rank)
-    for values in solutions(ranks, *options):
+    found = solutions(ranks, json.dumps(options))
+    assert len(found) == 2 * len(options)
+    for values in found:
         assert max(abs(a - b) for a, b in zip(values, one_rank, strict=True)) <= 1e-9 * scale
 
 

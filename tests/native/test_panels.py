@@ -64,11 +64,11 @@ def test_fields_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: int, 
     rng = np.random.default_rng(order)
     u, traction = unit * rng.normal(size=(2, 3 * panels.n_nodes, 3))
     kernel = Kelvin3D(Material(young_modulus=2.0, poisson_ratio=0.3), 1.7 * unit)
-    ours = field_of(kernel, points, panels, u, traction)
+    ours = field_of(kernel, points, panels, u[..., None], traction[..., None])
     monkeypatch.setattr(kernels, "FIELDS", {})
     monkeypatch.setattr(stress, "TOLERANCE", TOLERANCE[Panels])  # the same rules
     monkeypatch.setattr(module, "available", lambda: False)
-    theirs = field_of(kernel, points, panels, u, traction)
+    theirs = field_of(kernel, points, panels, u[..., None], traction[..., None])
     for one, other, least in zip(ours, theirs, (0.0, 0.0, 1e-11), strict=True):
         size = np.abs(other).reshape(len(points), -1).max(axis=1) + least
         error = np.abs(one - other).reshape(len(points), -1).max(axis=1)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from facets import box as facet_box
@@ -10,7 +12,7 @@ from petcontact import InputError, Problem, adapt, solve
 from petcontact.mesh.pairs.box_faces import grid_lines
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.base import parse
-from petcontact.pipeline.adaptive import panel_tails
+from petcontact.pipeline.adaptive import climb, panel_tails
 from petcontact.pipeline.adaptive.panel_tails import Budget, PanelTails
 from petcontact.reference.half_space import elliptic_load
 from petcontact.reference.hertz import elliptic
@@ -118,6 +120,52 @@ def test_a_contact_between_the_nodes_of_the_first_mesh_is_found():
     data["obstacle"] = [{"name": "sphere", "displacement": [0.0, 0.0, -0.02]}]
     solution = adapt(parse(Problem, data, "sphere"), 0.9)
     assert solution.converged and len(solution.info["levels"]) > 1 and solution.pairs["pair"].pressure.max() > 0.0
+
+
+def failing(monkeypatch, number, status, **residuals):
+    """The solve on a mesh by number, from 1 on, is not accepted; the numbers of those that were."""
+    count, true_run = [], climb.run
+
+    def run(*args, **keys):
+        found = true_run(*args, **keys)
+        count.append(found.info["solver"])
+        if len(count) != number:
+            return found
+        step = replace(found.steps[-1], status=status, residuals={**found.steps[-1].residuals, **residuals})
+        return replace(found, steps=[], failed=step, status=status, reason="not accepted")
+
+    monkeypatch.setattr(climb, "run", run)
+    return count
+
+
+@pytest.mark.parametrize(("given", "meshes"), [(False, ["0.00075", "0.0001875", "0.0001875"]), (True, ["0.0001"])])
+def test_compressed_operators_have_the_digits_that_are_asked_for_and_more_where_these_are_too_few(
+    given, meshes, monkeypatch
+):
+    """The tolerance follows the wanted error, and falls where the elastic residual says so; a user's own stays."""
+    made = failing(monkeypatch, 1, "failed", elastic=2e-3)
+    data = hertz() | {"bem": {"mat_type": "hmatrix"} | ({"hmatrix_tol": 1e-4} if given else {})}
+    solution = adapt(parse(Problem, data, "hertz"), 0.15)
+    assert [text.split()[2] for text in made][:3] == meshes
+    assert solution.status == ("failed" if given else "converged")
+
+
+def test_a_mesh_that_is_not_solved_on_leaves_the_solution_of_the_one_before(monkeypatch):
+    made = failing(monkeypatch, 2, "not converged")
+    solution = adapt(parse(Problem, hertz(), "hertz"), 0.05)
+    assert (
+        len(made) == 2
+        and solution.status == "not converged"
+        and "not accepted (on the mesh after the last)" in solution.reason
+    )
+    assert solution.pairs["pair"].pressure.max() > 0.9 and solution.info["estimated_error"] < 0.5
+
+
+def test_each_mesh_is_reported():
+    shown = []
+    solution = adapt(parse(Problem, hertz(), "hertz"), 0.2, reached=shown.append)
+    assert [each.number for each in shown] == [1, 2] and [each.estimate for each in shown] == solution.info["estimates"]
+    assert shown[-1].nodes == solution.meshes["block"].n_nodes and shown[0].seconds < shown[1].seconds
 
 
 def test_marks():

@@ -9,10 +9,10 @@ import resource
 import select
 import signal
 import subprocess
-import sys
 import time
 from pathlib import Path
 
+import forked
 import numpy as np
 import pytest
 from conftest import example
@@ -36,12 +36,8 @@ ENDLESS = ["--set", "mesh.element_size=0.5", "--set", "method.rule=fixed", "--se
 
 def start(folder, *words, **keywords):
     (folder / "case.toml").write_text((ROOT / "configs" / "example1.toml").read_text())
-    path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
-    return subprocess.Popen(
-        [sys.executable, "-m", "petcontact", "solve", "case.toml", *words], cwd=folder, text=True,
-        stdout=subprocess.PIPE, stderr=subprocess.PIPE, env=os.environ | {"PYTHONPATH": path, "OPENBLAS_NUM_THREADS": "1"},
-        **keywords,
-    )  # fmt: skip
+    return subprocess.Popen([forked.program(), "solve", "case.toml", *words], cwd=folder, text=True,
+                            stdout=subprocess.PIPE, stderr=subprocess.PIPE, **keywords)  # fmt: skip
 
 
 def wait_for_iterations(job):
@@ -190,6 +186,38 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
     assert len(rest.steps) == len(whole.steps)
     for name, pair in whole.last.pairs.items():
         assert np.allclose(rest.last.pairs[name].sigma_t, pair.sigma_t, atol=1e-12 * np.abs(pair.pressure).max())
+
+
+def test_a_signal_in_the_elimination_of_a_later_step_keeps_the_steps_before(tmp_path, monkeypatch, capsys):
+    """At once: what is built has nothing to keep."""
+
+    def eliminated(*words, **keys):
+        os.kill(os.getpid(), signal.SIGTERM)
+        raise AssertionError("the signal waits")
+
+    monkeypatch.setattr(load_steps, "eliminated", eliminated)
+    monkeypatch.chdir(tmp_path)
+    # the second step frees what the first one held
+    step = """[[step]]\nname = "press"\n[[step]]\nname = "let go"\n[[step.boundary]]\nbody = "upper"\npart = "top"
+value = ["free", -0.02]\n"""
+    (tmp_path / "stack.toml").write_text(BLOCKS[: BLOCKS.index("[[step]]")] + step)
+    assert (
+        main(
+            [
+                "solve",
+                "stack.toml",
+                "--no-figures",
+                "--set",
+                "body.0.mesh={element_size=0.5}",
+                "--set",
+                "body.1.mesh={element_size=0.5}",
+            ]
+        )
+        == 143
+    )
+    assert "interrupted by SIGTERM; the last iterate is saved in stack.h5" in capsys.readouterr().err
+    kept = read_result(tmp_path / "stack.h5")
+    assert kept.status == "failed" and [step.name for step in kept.steps] == ["press"]
 
 
 @pytest.mark.parametrize("level", [2, 3])

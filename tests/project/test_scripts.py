@@ -16,6 +16,7 @@ import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
+import forked
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -102,17 +103,22 @@ SMALLEST = {
     "benchmark": "--quick", "benchmark_methods.py": "--sizes 20",
     "benchmark_space": "growth --sizes 2.0 --ours", "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
     "verify_contact": "--pairs 1 --floors 0", "mutate": "--list", "verification": "B10 B19",
-    "drawings": "-o {folder}",
+    "drawings": "-o {folder}", "benchmark_contact": "--quick --here", "benchmark_accuracy": "--quick --example 1",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
-LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick", "attack": "--quick"}
-NEED_MORE = {"docs", "compare_versions", "benchmark_contact", "benchmark_accuracy", "benchmark_sweep"}
+LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick"}
+APART = {"attack"}
+"""Has a test of its own: test_attack.py."""
+NEED_MORE = {"docs", "compare_versions", "benchmark_sweep"}
 """What needs other packages, solvers or checkouts, or takes long at any size: their modules and words are looked at."""
+
+
+RUN = "import runpy, sys; del sys.argv[0]; runpy.run_path(sys.argv[0], run_name='__main__')"
 
 
 def measured(script: str, words: str) -> str:
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = call(sys.executable, SCRIPTS / script, *words.split(), timeout=300, env=environment)
+    done = call(forked.program(), "-c", RUN, SCRIPTS / script, *words.split(), timeout=300, env=environment)
     assert done.returncode == 0, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done.stdout
@@ -120,7 +126,7 @@ def measured(script: str, words: str) -> str:
 
 def test_every_script_has_a_test():
     names = {path.name for path in SCRIPTS.iterdir() if path.is_file()}
-    assert names == {*SHELL_SCRIPTS, *SMALLEST, *LONG, *NEED_MORE}
+    assert names == {*SHELL_SCRIPTS, *SMALLEST, *LONG, *APART, *NEED_MORE}
 
 
 @pytest.mark.parametrize("script", SMALLEST)

@@ -78,6 +78,25 @@ def test_nothing_heavy_is_imported_before_it_is_used():
     assert done.stdout.strip() == "[]", done.stdout + done.stderr
 
 
+def test_a_plane_solve_without_figures_imports_nothing_for_other_work(tmp_path):
+    program = (
+        "import sys\n"
+        "from petcontact.commands.main import main\n"
+        f"main(['solve', {str(ROOT / 'configs/example1.toml')!r}, '--no-figures', '--set', 'mesh.element_size=0.8',\n"
+        f"      '-o', {str(tmp_path / 'result.h5')!r}])\n"
+        "print(*sorted(sys.modules))"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, timeout=120)
+    loaded = set(done.stdout.splitlines()[-1].split())
+    assert {"numpy", "petcontact.pipeline.solve", "petcontact.results.hdf5"} <= loaded, done.stdout + done.stderr
+    others = {"matplotlib", "meshio", "pandas", "polars", "rich", "xml", "multiprocessing", "concurrent.futures", "gmsh",
+              "scipy.optimize", "scipy.stats", "scipy.fft", "scipy.interpolate", "scipy.integrate", "numpy.typing",
+              "petcontact.sweep", "petcontact.fatigue", "petcontact.convert", "petcontact.compare", "petcontact.doctor",
+              "petcontact.compression.hodlr", "petcontact.compression.hmatrix", "petcontact.results.vtu",
+              "petcontact.results.figures", "petcontact.contact.methods.tao"}  # fmt: skip
+    assert not others & loaded
+
+
 def test_help_shows_how_a_shape_is_written():
     """By place first, then what is by name only; defaults as they are."""
     text = str(inspect.signature(petcontact.Rectangle))

@@ -13,6 +13,7 @@ import pytest
 
 from petcontact import Problem, Solution, read_result, solve
 from petcontact.bem.kelvin2d import point_force
+from petcontact.bem.kelvin2d.kernel import Kelvin2D
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.model.base import parse
 from petcontact.model.problem import Material
@@ -61,8 +62,31 @@ def test_stress_of_a_point_force_is_hookes_law_of_its_displacement():
     assert np.allclose(point_force.stress(x, at, force, material), np.column_stack(wanted), rtol=1e-7)
 
 
-def test_a_disc_on_the_floor_under_its_weight(tmp_path):
-    solution = solve(parse(Problem, tomllib.loads(DISC), "test"))
+@pytest.fixture(scope="module")
+def disc():
+    return solve(parse(Problem, tomllib.loads(DISC), "test"))
+
+
+def test_increments_together_are_those_one_by_one_for_the_integrals_of_one(disc, monkeypatch):
+    radius, angle = np.meshgrid([0.3, 0.9, 0.999, 1.0], np.linspace(0.0, 6.0, 7))
+    x = np.column_stack([(radius * np.cos(angle)).ravel(), 1.0 + (radius * np.sin(angle)).ravel()])
+    counted = []
+    whole = Kelvin2D.stress_integrals
+    monkeypatch.setattr(Kelvin2D, "stress_integrals", lambda *given: counted.append(len(given[1].point)) or whole(*given))
+    single = [disc.state_at(x, step=k) for k in (1, 2, 3)]
+    one_by_one, counted[:] = sum(counted), []
+    together = disc.states_at(x, [1, 2, 3])
+    assert 3 * sum(counted) == one_by_one
+    for ours, alone in zip(together, single, strict=True):
+        size = np.abs(alone.stress).max()
+        assert np.allclose(ours.u, alone.u, rtol=0.0, atol=1e-13) and np.allclose(
+            ours.stress, alone.stress, atol=1e-9 * size
+        )
+    assert not np.allclose(together[0].stress, together[2].stress, rtol=0.1)
+
+
+def test_a_disc_on_the_floor_under_its_weight(disc, tmp_path):
+    solution = disc
     assert solution.converged, solution.reason
     assert [round(step.pairs["foot"].force[1], 12) for step in solution.steps] == [0.01, 0.015, 0.02]
     # a cut half-way between the force and the floor carries the force

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import os
 import subprocess
 import sys
 from pathlib import Path
 
+import forked
 import h5py
 import numpy as np
 import pytest
@@ -417,9 +417,7 @@ def test_a_folder_that_cannot_be_made(small, tmp_path):
 
 
 def command(*words: str, cwd: Path) -> subprocess.CompletedProcess:
-    root = Path(__file__).parents[2]
-    return subprocess.run([sys.executable, "-m", "petcontact", "sweep", *words], cwd=cwd, capture_output=True, text=True,
-                          timeout=120, env={**os.environ, "PYTHONPATH": str(root)})  # fmt: skip
+    return subprocess.run([forked.program(), "sweep", *words], cwd=cwd, capture_output=True, text=True, timeout=120)
 
 
 def test_the_command_lists_computes_and_says_what_it_did(tmp_path):

@@ -10,12 +10,9 @@ Four complex integrals an element and basis function, analytic in 1/ζ and in cl
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
 
-from ...arrays import Array, Complex, Index
+from ...arrays import AnyArray, Array, Complex, Index
 from ...mesh.basis import gauss, product_weights
 from ...mesh.elements import Elements
 from .arcs import Arcs
@@ -67,7 +64,7 @@ def stress_integrals(points: Array, elements: Elements, poisson_ratio: float) ->
     return kernel_d, kernel_s
 
 
-def _stress(out: Array, mean: Array, conjugate_deviator: NDArray[Any]) -> None:
+def _stress(out: Array, mean: Array, conjugate_deviator: AnyArray) -> None:
     """xx, yy, xy from (σ_xx + σ_yy)/2 and conj((σ_xx - σ_yy)/2 + iσ_xy)."""
     np.add(mean, conjugate_deviator.real, out=out[0])
     np.subtract(mean, conjugate_deviator.real, out=out[1])

@@ -1,4 +1,5 @@
-"""Draw the figures of a result file: outline, displacement and traction on the contact parts, history; or an animation."""
+"""Draw the figures of a result file: outline, displacement and traction on the contact parts, history; an
+animation; or a page that turns the bodies (--html)."""
 
 from __future__ import annotations
 
@@ -16,6 +17,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--format", choices=FORMATS, action="append", help="png (default), pdf or svg; may be repeated")
     parser.add_argument("--animate", metavar="FILE.gif",
                         help="draw the deformed bodies through all increments instead (.gif, .mp4)")  # fmt: skip
+    parser.add_argument("--html", action="store_true",
+                        help="write one page STEM.html that turns the deformed bodies in a browser instead")  # fmt: skip
     parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
 
 
@@ -33,8 +36,15 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
             print(animate(solution, arguments.animate))
             continue
+        folder = Path(arguments.figures or Path(name).parent)
         stem = Path(name).stem if arguments.case == "/" else arguments.case
-        for path in plot_all(solution, arguments.figures or Path(name).parent, stem, arguments.format or FORMATS[:1]):
+        if arguments.html:
+            from ...results.figures.turning import write_page
+
+            folder.mkdir(parents=True, exist_ok=True)
+            print(write_page(folder / f"{stem}.html", solution))
+            continue
+        for path in plot_all(solution, folder, stem, arguments.format or FORMATS[:1]):
             print(path)
     return 0
 

@@ -89,7 +89,7 @@ class ElasticBody(abc.ABC):
     def contact_modes(self) -> Array:
         """The rigid motions in the contact directions, (k m, r)."""
         moved = np.einsum("mkc,mcr->mkr", self.data.contact_frame, self.modes[self.contact])
-        return np.asarray(moved.reshape(self.data.contact_directions.size, -1))
+        return np.asarray(moved.reshape(self.data.contact_directions.size, self.modes.shape[2]))
 
     @property
     def balance(self) -> Array:

@@ -51,12 +51,12 @@ class HodlrBody(ElasticBody):
             self._seen = self._gauged(self._moved)
             self._loads = self._compressed.loads + operators.point_loads[here]
             at_rest = self._compressed.on_contact(self._bordered(self._loads)[0])
-        self.u_0 = at_rest.T.reshape(-1, *operators.data.contact_shape) + operators.data.sliding
+        self.u_0 = at_rest.T.reshape(operators.data.states, *operators.data.contact_shape) + operators.data.sliding
         size = len(at_rest)
         self.compliance = None
         if size <= formed:
             columns = [self.apply(np.eye(size, min(COLUMNS, size - k), -k)) for k in range(0, size, COLUMNS)]
-            self.compliance = np.hstack(columns)
+            self.compliance = np.hstack(columns) if columns else np.zeros((0, 0))
 
     def apply(self, traction: Array) -> Array:
         """S t: a product with G, a solve with A."""

@@ -144,17 +144,18 @@ class Coupling:
         columns = zip(self.first_column, rows, strict=False)
         self._u, self._t = (np.concatenate(c) for c in zip(
             *((at + body.slot.ravel(), at + body.beside.ravel()) for at, body in columns), strict=True))  # fmt: skip
-        directions = np.concatenate([face.directions for face in interfaces])
+        frames = np.concatenate([body.data.contact_frame for body in bodies])
+        directions = np.concatenate([frames[:0], *(face.directions for face in interfaces)])
         m, k = directions.shape[:2]
         self.shape, start = (m, k), np.cumsum([0, *(body.slot.size for body in rows)])
-        node = np.concatenate([start[f.body] // k + np.searchsorted(bodies[f.body].contact, f.nodes) for f in interfaces])
+        node = np.concatenate([start[:0], *(start[f.body] // k + np.searchsorted(bodies[f.body].contact, f.nodes)
+                                            for f in interfaces)])  # fmt: skip
         if len(np.unique(node)) < len(node):
             raise InputError("bem.mat_type: compressed bodies in space can be secondary once at each place; let the other "
                              "contact have this part as its primary, or choose \"dense\"")  # fmt: skip
         self.secondary = self.met[(k * node[:, None] + np.arange(k)).ravel()]
         self._place = (k * node[:, None] + np.arange(k)).ravel()
-        frames = np.concatenate([body.data.contact_frame for body in bodies])[node]
-        turned = np.einsum("mad,mbd->mab", directions, frames)
+        turned = np.einsum("mad,mbd->mab", directions, frames[node])
         self._turn = blocks(turned)
         self._turn_back = blocks(turned.transpose(0, 2, 1))
         q = len(self.met)

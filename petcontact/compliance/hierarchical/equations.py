@@ -195,7 +195,8 @@ class MixedEquations:
     def _border_scale(self, balance: Balance) -> Array:
         """Of the rows of rigid motions: as large as all those of contact together."""
         root = np.sqrt(len(self.coupling.scale))
-        each = np.abs(balance.resultant).sum(axis=(1, 2)) * self.coupling.scale.mean()
+        scale = self.coupling.scale
+        each = np.abs(balance.resultant).sum(axis=(1, 2)) * (scale.mean() if scale.size else 1.0)
         root = root * float(self._weight.min())
         return np.asarray(root * np.concatenate([1.0 / np.where(each > 0.0, each, 1.0), np.ones(len(balance.amplitude))]))
 

@@ -19,6 +19,8 @@ from .rows import BodyRows
 
 RTOL = 1e-9
 """Residual of an elastic solve, relative to the load."""
+AT_REST = 1e-3
+"""The same without contact tractions, over the tolerance of the compression: what it leaves is in S σ, too, and not in v."""
 LOOSE = 1e-2
 """The same at most, of small changes of a solution."""
 ROUND_OFF = 1e-12
@@ -47,11 +49,11 @@ class JointBodies:
         with stage("factor"):
             self.equations = MixedEquations(rows, Coupling(bodies, rows, interfaces, maps), comm)
             coupling, states = self.equations.coupling, bodies[0].data.states
+            self.tolerance = min(body.tolerance for body in bodies if body.is_solved_jointly)
             at_rest = [self.equations.at_rest]
             for shares in np.eye(states)[1:]:
-                at_rest.append(self.equations.elastic(self.equations.loads(shares), RTOL))
+                at_rest.append(self.equations.elastic(self.equations.loads(shares), AT_REST * self.tolerance))
         self.at_rest = np.array([state.z for state in at_rest])
-        self.tolerance = min(body.tolerance for body in bodies if body.is_solved_jointly)
         self.base = np.array([coupling.seen @ z[coupling.met] for z in self.at_rest])
         self._last, self._shares, self._unloaded = self.equations.at_rest, np.zeros(states), np.zeros(states)
         self._corrected: State | None = None

@@ -13,13 +13,13 @@ from ...bem.operators import BoundaryOperators
 from ...compression.hmatrix.block_tree import Clusters, block_tree, cluster
 from ...compression.hmatrix.entries import block
 from ...compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
-from ...errors import InputError, SolverError
+from ...errors import InaccurateOperator, InputError
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.memory import physical_memory
 from ...runtime.threads import threads_per_rank
 from ..body.base import ElasticBody
 
-LEAF = 64
+LEAF = 32
 """Nodes of the smallest clusters."""
 QUADRATURE = 0.1
 """Error of far quadrature over the tolerance of the compression."""
@@ -100,7 +100,7 @@ class CompressedRows:
     ------
     InputError
         If the machine's memory will not do.
-    SolverError
+    InaccurateOperator
         If the compressed operator misses its tolerance on random exact rows.
     """
 
@@ -134,7 +134,7 @@ class CompressedRows:
         worst = self.matrix.error_estimate(np.random.default_rng(2019))
         worst = worst if comm.getSize() == 1 else max(comm.tompi4py().allgather(worst))
         if not worst <= ALLOWED_MISS * tolerance:
-            raise SolverError(
+            raise InaccurateOperator(
                 "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {tolerance:g}",
                 "use another -bem_hmatrix_tol or -bem_mat_type dense",
             )  # fmt: skip

@@ -30,12 +30,12 @@ class StripOperator(Protocol):
 
 
 class Inverses:
-    """By what T⁻¹ and the last two (I + ρT)⁻¹ are applied: two directions may have two ρ."""
+    """By what T⁻¹, and the last two (I + ρT)⁻¹ or inverses of blocks of T are applied: two directions may have two ρ."""
 
-    def __init__(self, make: Callable[[float | None], Any]) -> None:
-        self._make, self._made = make, dict[float | None, Any]()
+    def __init__(self, make: Callable[[Any], Any]) -> None:
+        self._make, self._made = make, dict[float | bytes | None, Any]()
 
-    def __call__(self, rho: float | None) -> Any:
+    def __call__(self, rho: float | bytes | None) -> Any:
         if rho not in self._made:
             stale = [key for key in self._made if key is not None][:-1]
             self._made = {key: made for key, made in self._made.items() if key not in stale}
@@ -54,7 +54,7 @@ class DenseStrip:
         self._root = np.sqrt(weight)
         scaled = layer_matrix(strip) * (self._root[:, None] / self._root)
         self._scaled = 0.5 * (scaled + scaled.T)
-        self._cholesky = Inverses(self._factored)
+        self._cholesky, self._stick = Inverses(self._factored), StickCholesky(self._scaled, self._root)
 
     def _factored(self, rho: float | None) -> Any:
         matrix = self._scaled if rho is None else np.eye(len(self._root)) + rho * self._scaled
@@ -70,7 +70,7 @@ class DenseStrip:
 
     def stick_solve(self, stick: Mask, rhs: Array, rtol: float) -> Array:
         """x with T x = rhs on the stick nodes and x = 0 off them."""
-        return stick_cholesky(self._scaled, self._root, stick, rhs)
+        return self._stick(stick, rhs)
 
     def matrix(self) -> Array:
         """T as a matrix (k, k)."""
@@ -123,7 +123,7 @@ class FourierStrip:
             self._reflected = REFLECTED[strip.ends]
             self._symbol = np.ascontiguousarray(self._symbol.real[:, :, self._reflected.frequencies])
         self._inverse = Inverses(self._inverted)
-        self._dense: Array | None = None
+        self._stick: StickCholesky | None = None
 
     def apply(self, x: Array) -> Array:
         """The product T x."""
@@ -162,9 +162,9 @@ class FourierStrip:
         if stick.all():
             return self.solve(rhs)
         if len(rhs) <= DENSE_SIZE:
-            if self._dense is None:
-                self._dense = self.matrix() * (self._root[:, None] / self._root)
-            return stick_cholesky(self._dense, self._root, stick, rhs)
+            if self._stick is None:
+                self._stick = StickCholesky(self.matrix() * (self._root[:, None] / self._root), self._root)
+            return self._stick(stick, rhs)
         return conjugate_gradients(self.apply, self.solve, self._root * self._root, stick, rhs, rtol)
 
     def matrix(self) -> Array:
@@ -234,13 +234,26 @@ def strip_operator(strip: Strip, weight: Array, points: Array) -> StripOperator:
     return DenseStrip(strip, weight)
 
 
-def stick_cholesky(scaled: Array, root: Array, stick: Mask, rhs: Array) -> Array:
-    """x with T x = rhs on the stick nodes and x = 0 off them; `scaled` is T made symmetric by the roots of the weights."""
-    nodes = np.flatnonzero(stick)
-    factor = scipy.linalg.cho_factor(scaled[nodes[:, None], nodes], lower=True, overwrite_a=True, check_finite=False)
-    result = np.zeros_like(rhs)
-    result[nodes] = scipy.linalg.cho_solve(factor, root[nodes] * rhs[nodes], check_finite=False) / root[nodes]
-    return result
+class StickCholesky:
+    """x with T x = rhs on the stick nodes and x = 0 off them; `scaled` is T made symmetric by the roots of the weights.
+
+    Rigid motions ask for the same nodes again and again: the factors of the last two sets are kept.
+    """
+
+    def __init__(self, scaled: Array, root: Array) -> None:
+        self._scaled, self._root = scaled, root
+        self._factors = Inverses(self._factored)
+
+    def _factored(self, stick: bytes) -> tuple[Index, Any]:
+        nodes = np.flatnonzero(np.frombuffer(stick, dtype=bool))
+        block = self._scaled[nodes[:, None], nodes]
+        return nodes, scipy.linalg.cho_factor(block, lower=True, overwrite_a=True, check_finite=False)
+
+    def __call__(self, stick: Mask, rhs: Array) -> Array:
+        nodes, factor = self._factors(stick.tobytes())
+        result, root = np.zeros_like(rhs), self._root[nodes]
+        result[nodes] = scipy.linalg.cho_solve(factor, root * rhs[nodes], check_finite=False) / root
+        return result
 
 
 def conjugate_gradients(

@@ -22,7 +22,7 @@ CHUNK = 1 << 24
 """Numbers of one piece of memory."""
 MOST = 160
 """Crosses at which a block of low rank is divided instead."""
-KNOWN = 1_000_000
+KNOWN = 100_000
 """Entries up to which such a block is worked out whole: there the calls cost more than the numbers."""
 
 
@@ -75,9 +75,11 @@ def _built(
     total, done, lock = float((tiles[:, 1] * tiles[:, 3]).sum()), [0.0], threading.Lock()
     work = _Compiled(entries, tolerance, dtype) if _build is not None else _Plain(entries, tolerance, dtype)
 
+    ended = threading.Event()
+
     def task(piece: Index) -> tuple[list[Chunk], Index]:
         made, failed, at = list[Chunk](), [np.empty(0, dtype=np.int64)], 0
-        while at < len(piece):
+        while at < len(piece) and not ended.is_set():
             chunk = work(tiles[piece[at:]])
             failed.append(piece[at : at + len(chunk.ranks)][chunk.ranks == -2])
             at += len(chunk.ranks)
@@ -90,7 +92,11 @@ def _built(
 
     if threads > 1 and entries.compiled is not None:
         with ThreadPoolExecutor(threads) as pool:
-            results = list(pool.map(task, pieces))
+            try:
+                results = list(pool.map(task, pieces))
+            except BaseException:  # a signal: the pool waits for its threads
+                ended.set()
+                raise
     else:
         results = [task(piece) for piece in pieces]
     return [chunk for made, _ in results for chunk in made], np.concatenate([failed for _, failed in results])

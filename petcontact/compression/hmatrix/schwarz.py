@@ -24,6 +24,10 @@ from ... import native
 from ...arrays import Array, Index, Mask
 
 Single = NDArray[np.float32]
+FEW = 0.25
+"""Columns of a patch, over all, that may change before it is inverted anew."""
+ALIKE = 1e-3
+"""Change of a column of P that counts as none."""
 _patches = native.function("petcontact_patches_multiply", "ipppp")
 
 
@@ -57,8 +61,38 @@ class Patch:
     coupled: bool
 
 
+@dataclass(frozen=True)
+class Inverted:
+    """A patch's matrix A, inverted for some P, from which the inverse for another P follows.
+
+    Attributes
+    ----------
+    inverse : (n, n) array
+    expansion : list of sparse arrays
+        P of each source, (c, n).
+    """
+
+    inverse: Single
+    expansion: list[scipy.sparse.csr_array]
+
+    def changed(self, expansion: list[scipy.sparse.csr_array]) -> tuple[Index, list[scipy.sparse.csr_array]]:
+        """Which columns of P are other ones now, and by what, (c, changed)."""
+        difference = [scipy.sparse.csc_array(new - old) for new, old in zip(expansion, self.expansion, strict=True)]
+        size = np.max([abs(part).max(axis=0).toarray().ravel() for part in difference], axis=0)
+        columns = np.flatnonzero(size > ALIKE)
+        return columns, [part[:, columns] for part in difference]
+
+    def rows(self, own: Index, columns: Index, change: Single) -> Single:
+        """Rows of the inverse after some columns have changed by (changed, n): Woodbury's formula."""
+        known = self.inverse[columns]
+        core = np.linalg.solve(np.eye(len(columns), dtype=np.float32) + known @ change.T, known)
+        return np.asarray(self.inverse[own] - (self.inverse[own] @ change.T) @ core)
+
+
 class LocalSolves:
     """Inverses on patches, in single precision: rows of the own unknowns.
+
+    A patch whose P changes a second time keeps its whole inverse, which changes of few columns correct by as low a rank.
 
     Parameters
     ----------
@@ -67,11 +101,16 @@ class LocalSolves:
     patches : list of Patch
     size : int
         Unknowns in all.
+
+    References
+    ----------
+    W. W. Hager, SIAM Review 31 (1989) 221-239.
     """
 
     def __init__(self, sources: Sequence[Source], first_column: Index, patches: list[Patch], size: int) -> None:
         self._sources, self._first, self._patches, self._size = sources, first_column, patches, size
         self._inverse = [np.empty((0, 0), np.float32)] * len(patches)
+        self._inverted: dict[int, Inverted] = {}
         self._kept: dict[int, list[tuple[Single, Index]]] = {}
         self._own = [np.ascontiguousarray(patch.unknowns[patch.own]) for patch in patches]
         self._table = np.zeros((len(patches), 5), dtype=np.int64)
@@ -80,42 +119,50 @@ class LocalSolves:
     def copy(self) -> LocalSolves:
         """One that goes its own way, and shares what has not changed."""
         other = copy.copy(self)
-        other._inverse, other._table = list(self._inverse), self._table.copy()
+        other._inverse, other._inverted, other._table = list(self._inverse), dict(self._inverted), self._table.copy()
         return other
 
     @property
     def nbytes(self) -> int:
         """Memory of the inverses and of exact entries [bytes]."""
         kept = sum(values.nbytes for blocks in self._kept.values() for values, _ in blocks)
-        return kept + sum(inverse.nbytes for inverse in self._inverse)
+        whole = sum(inverted.inverse.nbytes for inverted in self._inverted.values())
+        return kept + whole + sum(inverse.nbytes for inverse in self._inverse)
 
-    def update(self, expansion: scipy.sparse.csr_array, moved: Mask) -> int:
-        """Invert anew the patches that hold unknowns whose columns of P have changed; how many."""
-        place, count = np.full(expansion.shape[1], -1), 0
+    def update(self, expansion: scipy.sparse.csr_array, moved: Mask) -> tuple[int, int]:
+        """Serve another P on patches that hold unknowns whose columns have changed.
+
+        Returns
+        -------
+        inverted, corrected : int
+            Patches that were inverted, and those whose inverses were corrected by low rank.
+        """
+        place, counts = np.full(expansion.shape[1], -1), [0, 0]
         for number, patch in enumerate(self._patches):
             if not moved[patch.unknowns].any():
                 continue
-            n = len(patch.unknowns)
-            place[patch.unknowns] = np.arange(n)
-            # transposed: by columns of the matrix
-            system, at = np.empty((n, n), np.float32), 0
-            for values, columns in self._entries(number):
-                chosen = expansion[columns]
-                local = place[chosen.indices]
-                kept = local >= 0
-                ends = np.concatenate([[0], np.cumsum(kept)])[chosen.indptr]
-                combined = scipy.sparse.csr_array(
-                    (chosen.data[kept].astype(np.float32), local[kept], ends), shape=(len(columns), n)
-                )
-                system[:, at : at + values.shape[1]] = combined.T @ values
-                at += values.shape[1]
+            place[patch.unknowns] = np.arange(len(patch.unknowns))
+            entries = self._entries(number)
+            local = [_restricted(expansion[columns], place, len(patch.unknowns)) for _, columns in entries]
             place[patch.unknowns] = -1
-            unit = np.zeros((n, len(patch.own)), np.float32)
-            unit[patch.own, np.arange(len(patch.own))] = 1.0
-            # rows of the inverse solve with the array as it is
-            self._put(number, np.ascontiguousarray(np.linalg.solve(system, unit).T))
-            count += 1
-        return count
+            counts[self._corrected(number, entries, local)] += 1
+        return counts[0], counts[1]
+
+    def _corrected(self, number: int, entries: list[tuple[Single, Index]], local: list[scipy.sparse.csr_array]) -> bool:
+        """Put the inverse of a patch; whether a correction of an older one did."""
+        patch, before = self._patches[number], self._inverted.get(number)
+        n = len(patch.unknowns)
+        if before is not None:
+            columns, change = before.changed(local)
+            if len(columns) <= FEW * n:
+                self._put(number, before.rows(patch.own, columns, _combined(change, entries)))
+                return True
+        # transposed: by columns of the matrix
+        whole = scipy.linalg.inv(_combined(local, entries), overwrite_a=True, check_finite=False).T
+        if self._inverse[number].size:
+            self._inverted[number] = Inverted(whole, local)
+        self._put(number, np.ascontiguousarray(whole[patch.own]))
+        return False
 
     def _entries(self, number: int) -> list[tuple[Single, Index]]:
         """Exact entries of a patch by sources; kept where they are needed more than once."""
@@ -144,6 +191,20 @@ class LocalSolves:
         for patch, own, inverse in zip(self._patches, self._own, self._inverse, strict=True):
             result[own] = inverse @ r[patch.unknowns]
         return result
+
+
+def _restricted(rows: scipy.sparse.csr_array, place: Index, n: int) -> scipy.sparse.csr_array:
+    """Those columns (c, n) of some rows of P that have a place, in single precision."""
+    local = place[rows.indices]
+    kept = local >= 0
+    ends = np.concatenate([[0], np.cumsum(kept)])[rows.indptr]
+    return scipy.sparse.csr_array((rows.data[kept].astype(np.float32), local[kept], ends), shape=(rows.shape[0], n))
+
+
+def _combined(local: list[scipy.sparse.csr_array], entries: list[tuple[Single, Index]]) -> Single:
+    """A P of a patch by columns of P, (columns, n)."""
+    parts = [np.asarray(factors.T @ values) for factors, (values, _) in zip(local, entries, strict=True)]
+    return np.ascontiguousarray(np.concatenate(parts, axis=1))
 
 
 class CoarseLevel:

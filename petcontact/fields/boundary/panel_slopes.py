@@ -8,7 +8,7 @@ import scipy
 from ...arrays import Array, Index, Mask
 from ...mesh.surface_mesh import SurfaceMesh
 from .gradients import surface_gradient
-from .places import best_places, middles
+from .places import best_places, middles, sizes
 
 SAME_SIDE = 0.7
 """Cosine of the angle between the normals of panels on one smooth face."""
@@ -20,6 +20,8 @@ SOFT = 0.3
 """A sample at a distance d, in half-widths of the panel, weighs (SOFT + d)^-2."""
 INDEPENDENT = 1e-6
 """Ratio of singular values below which samples do not determine a fit."""
+AMPLIFIED = 20.0
+"""Largest error at a corner of a panel over that of the samples (Lebesgue constant): else a lower degree is fitted."""
 
 
 class PanelSlopes:
@@ -40,25 +42,39 @@ class PanelSlopes:
         self._sample = surface_gradient(mesh, values, self._owner, place).reshape(len(self._owner), -1)
         self._x, self._normal = _points(mesh, self._owner, place)
         self._middle, self._middle_normal = _points(mesh, *middles(mesh))
+        self._level = np.floor(np.log2(sizes(mesh)) + 0.5).astype(np.int64)
 
     def at(self, element: Index, place: Array) -> Array:
         """See `Slopes.at`."""
         mesh = self._mesh
         result = surface_gradient(mesh, self._values, element, place)
-        groups = np.column_stack([mesh.part, self._label, mesh.order])
+        groups = np.column_stack([mesh.part, self._label, mesh.order, self._level])
         asked = np.unique(element)
-        for part, label, order in np.unique(groups[asked], axis=0).tolist():
+        for part, label, order, level in np.unique(groups[asked], axis=0).tolist():
             of = np.flatnonzero((mesh.part[self._owner] == part) & (self._label[self._owner] == label))
-            mine = asked[np.all(groups[asked] == (part, label, order), axis=1)]
-            self._fit(result, element, place, mine, of, min(order + 1, _degree(len(of))))
+            mine = asked[np.all(groups[asked] == (part, label, order, level), axis=1)]
+            of = self._thinned(of, level, max(order, 1))
+            degree = min(order + 1, _degree(len(of)))
+            while degree > 0 and len(mine):
+                mine = self._fit(result, element, place, mine, of, degree)
+                degree -= 1
         return result
 
-    def _fit(self, result: Array, element: Index, place: Array, mine: Index, of: Index, degree: int) -> None:
-        """Replace the slopes at places of some panels of one group, where its samples `of` determine a fit."""
+    def _thinned(self, of: Index, level: int, order: int) -> Index:
+        """Samples as far apart as those on panels of a level and order: of those on smaller panels one a cube.
+
+        What is nearest to a panel is otherwise a crowd on the small panels at one of its sides, which says nothing of the
+        polynomial on the other ones.
+        """
+        small = self._level[self._owner[of]] < level
+        cube = np.floor(self._x[of[small]] / (2.0**level / order)).astype(np.int64)
+        return np.concatenate([of[~small], of[small][np.unique(cube, axis=0, return_index=True)[1]]])
+
+    def _fit(self, result: Array, element: Index, place: Array, mine: Index, of: Index, degree: int) -> Index:
+        """Replace the slopes at places of some panels of one group by fits to its samples `of`; the panels that these do not
+        determine."""
         exponents = np.array([(a, b) for a in range(degree + 1) for b in range(degree + 1 - a)])
         count = min(len(of), int(np.ceil(SAMPLES * len(exponents))))
-        if degree < 1:
-            return
         near = scipy.spatial.cKDTree(self._x[of]).query(self._middle[mine], k=min(len(of), CANDIDATES * count))[1]
         near = of[near.reshape(len(mine), -1)]
         local = self._local(mine, self._x[near])
@@ -72,13 +88,16 @@ class PanelSlopes:
         u, size, v = np.linalg.svd(weight[:, :, None] * _powers(local, exponents), full_matrices=False)
         known: Mask = np.greater(size[:, -1], INDEPENDENT * size[:, 0])
         inverse = 1.0 / np.where(known[:, None], size, 1.0)
-        right = np.einsum("nmk,nm,nmg->nkg", u, weight, samples)
-        found = np.einsum("nkj,nk,nkg->njg", v, inverse, right)
+        fit = np.einsum("nkj,nk,nmk,nm->njm", v, inverse, u, weight)
+        corners = np.where(np.isnan(self._mesh.corners[mine]), self._mesh.corners[mine, :1], self._mesh.corners[mine])
+        at_corners = np.einsum("ncj,njm->ncm", _powers(self._local(mine, corners), exponents), fit)
+        known &= np.abs(at_corners).sum(axis=2).max(axis=1) < AMPLIFIED
         rows = np.flatnonzero(np.isin(element, mine[known]))
         panel = np.searchsorted(mine, element[rows])
         at = self._local(mine[panel], _points(self._mesh, element[rows], place[rows])[0][:, None])[:, 0]
-        fitted = np.einsum("qj,qjg->qg", _powers(at, exponents), found[panel])
+        fitted = np.einsum("qj,qjm,qmg->qg", _powers(at, exponents), fit[panel], samples[panel], optimize=True)
         result[rows] = fitted.reshape(len(rows), *result.shape[1:])
+        return mine[~known]
 
     def _local(self, element: Index, x: Array) -> Array:
         """Points (n, q, 3) in the tangent plane at the middle of panels (n,), in half-widths of these, (n, q, 2)."""

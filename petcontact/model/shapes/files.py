@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 import pydantic
 
+from ...geometry.cad.part import LARGEST as LARGEST_CAD
+from ...geometry.cad.part import CadSurface, cad_surface, is_cad
 from ...geometry.gmsh import gmsh_outline, read_msh
 from ...geometry.gmsh_surface import gmsh_surface, is_surface
 from ...geometry.outline import Outline
@@ -17,6 +19,11 @@ LARGEST_MESH = 2_000_000_000
 """Bytes of a mesh file."""
 
 
+PartName = Annotated[str, pydantic.Field(min_length=1)]
+SolidName = Annotated[str, pydantic.Field(min_length=1)]
+SurfaceNumber = Annotated[int, pydantic.Field(strict=True, ge=1)]
+
+
 class Gmsh(Model):
     """A `.msh` file, format 2.2 or 4.1, of a plane body or of the surface of one in space.
 
@@ -24,18 +31,40 @@ class Gmsh(Model):
     in the plane each boundary line of the mesh is a side of its own and so one element at least, and lines of second
     order become circular arcs through their three nodes. Only lines of exactly one 2D cell count, where there are 2D cells.
 
+    Or a solid of a CAD file (.step, .stp, .iges, .igs, .brep), by the extra `petcontact[cad]`: curved triangles of about
+    mesh.element_size (default: a twelfth of the diagonal of the box around it), at least eight around a full circle. Parts
+    are the surfaces' names in a STEP file, else their numbers, which `petcontact mesh part.step` lists. Lengths are in
+    millimetres, as OpenCASCADE reads them.
+
     Attributes
     ----------
     shape : "gmsh"
         The shape.
     file : str
         Path of the file; in a config it is relative to the config's folder.
+    parts : table of lists of int, optional
+        Of a CAD file: names, and the numbers of the surfaces that each is for; the other surfaces keep their own.
+    solid : str or int, optional
+        Of a CAD file with several solids: name or number of the one that is meant.
     """
 
     shape: Literal["gmsh"] = pydantic.Field(default="gmsh", kw_only=True)
     file: str = pydantic.Field(min_length=1)
+    parts: dict[PartName, tuple[SurfaceNumber, ...]] | None = None
+    solid: SolidName | SurfaceNumber | None = None
 
-    def outline(self) -> Outline | FacetSurface:
+    @pydantic.model_validator(mode="after")
+    def _keys_of_cad(self) -> Gmsh:
+        for key in ("parts", "solid"):
+            if getattr(self, key) is not None and not is_cad(self.file):
+                raise ValueError(f"{key}: is for CAD files (.step, .iges, .brep); a .msh file has physical surfaces")
+        numbers = [number for numbers in (self.parts or {}).values() for number in numbers]
+        for number in numbers:
+            if numbers.count(number) > 1:
+                raise ValueError(f"parts: surface {number} is named twice")
+        return self
+
+    def outline(self) -> Outline | FacetSurface | CadSurface:
         """The outline, or the surface where the nodes do not lie in a plane z = const.
 
         Raises
@@ -43,6 +72,8 @@ class Gmsh(Model):
         InputError
             If the file cannot be read, names no part somewhere, or its boundary lines or surface do not close.
         """
+        if is_cad(self.file):
+            return cad_surface(str(regular_file(self.file, LARGEST_CAD)), self.parts, self.solid)
         mesh = read_msh(str(regular_file(self.file, LARGEST_MESH)))
         return gmsh_surface(mesh, self.file) if is_surface(mesh) else gmsh_outline(mesh, self.file)
 

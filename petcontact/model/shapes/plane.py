@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Sequence
 from typing import Literal
 
@@ -39,7 +40,7 @@ class Rectangle(Model):
     def outline(self) -> Outline:
         """The outline, starting at the lower left corner."""
         (x0, y0), (x1, y1) = self.lower_left, self.upper_right
-        return _polygon([(x0, y0), (x1, y0), (x1, y1), (x0, y1)], ["bottom", "right", "top", "left"])
+        return _polygon(((x0, y0), (x1, y0), (x1, y1), (x0, y1)), ("bottom", "right", "top", "left"))
 
 
 class Polygon(Model):
@@ -70,7 +71,8 @@ class Polygon(Model):
         return _polygon(self.vertices, self.parts)
 
 
-def _polygon(vertices: Sequence[Point], parts: Sequence[str]) -> Outline:
+@functools.lru_cache(maxsize=16)
+def _polygon(vertices: tuple[Point, ...], parts: tuple[str, ...]) -> Outline:
     points = [np.array(v, dtype=float) for v in vertices]
     following = [*points[1:], points[0]]
     loop = [Side(a, b, part) for a, b, part in zip(points, following, parts, strict=True)]
@@ -172,11 +174,21 @@ class SideBySide(Model):
         InputError
             If an arc does not exist, a side has no length, or sides cross or touch.
         """
-        loops = [loop.loop() if isinstance(loop, Circle) else _loop(loop, number) for number, loop in enumerate(self.loops)]
-        return Outline(oriented(loops, exterior=self.exterior), self.exterior)
+        return Outline(oriented(loops_of(self.loops), exterior=self.exterior), self.exterior)
 
 
-def _loop(given: tuple[OutlineSide, ...], number: int) -> list[Side]:
+def loops_of(given: Sequence[Sequence[OutlineSide] | Circle]) -> list[list[Side]]:
+    """The sides of loops, or of circles.
+
+    Raises
+    ------
+    InputError
+        If an arc does not exist, or a side has no length.
+    """
+    return [loop.loop() if isinstance(loop, Circle) else _loop(loop, number) for number, loop in enumerate(given)]
+
+
+def _loop(given: Sequence[OutlineSide], number: int) -> list[Side]:
     if len(given) < 2:
         raise InputError(f"geometry.loops[{number}]: a loop needs at least two sides (or center and radius)")
     start = np.array(given[-1].to, dtype=float)

@@ -1,4 +1,4 @@
-"""Solids that a config may name: boxes, spheres and cylinders."""
+"""Solids that a config may name: boxes, spheres, cylinders and bodies of revolution."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import pydantic
 from ...geometry.round_surfaces import CylinderSurface, SphereSurface
 from ...geometry.surface import BoxSurface
 from ..base import Model, Positive, SpacePoint
+from .revolved import Revolved
 
 
 class Box(Model):
@@ -93,4 +94,4 @@ class Cylinder(Model):
         return CylinderSurface(np.array(getattr(self, "from")), np.array(self.to), self.radius)
 
 
-Solid = Box | Sphere | Cylinder
+Solid = Box | Sphere | Cylinder | Revolved

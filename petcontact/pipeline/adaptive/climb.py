@@ -11,71 +11,46 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import replace
-from typing import Any, Protocol
+from typing import Any
 
-from ...contact.state import Start
-from ...errors import SolverError
+from ...errors import InaccurateOperator, InputError, SolverError
 from ...geometry.outline import Outline
 from ...geometry.surface import Boundary, BoxSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
-from ...refinement.levels import check_accuracy
-from ...refinement.marks import LevelMesh
+from ...refinement.levels import check_accuracy, growing
+from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.petsc import petsc
 from ...runtime.signals import BrokenOff, answering
+from ..choice import TIGHTEST, chosen_tolerance, is_compressed
 from ..discrete.discretise import Discrete, MeshMaker, discretise
 from ..discrete.interfaces import interfaces_of
+from ..eliminate import Announce
 from ..run import prepare, run
 from ..steps.increment import Monitor, PreparedProblem
 from .fixed_mesh import carries_something
 from .panel_tails import PanelTails
+from .quantity import Quantity, Reached
 from .slip import Slip
 from .tractions import Tractions
 
-
-class Quantity(Protocol):
-    """What an adaptive solve refines for: `Slip` or `Tractions` in the plane, `PanelTails` in space.
-
-    Attributes
-    ----------
-    differences : list of float
-        Between neighbouring meshes, where they are compared [-].
-    dense_nodes : int
-        Of a body, up to which `mat_type = "auto"` stays dense.
-    wanted, asked : float, bool
-        The accuracy, and whether somebody named it.
-    exhausted : str
-        Why there is no mesh after the last, or nothing.
-    """
-
-    differences: list[float]
-    dense_nodes: int
-    wanted: float
-    asked: bool
-    exhausted: str
-
-    @property
-    def accuracy(self) -> float: ...
-    @property
-    def levels(self) -> Sequence[Any]: ...
-    @property
-    def attempts(self) -> int: ...
-    @property
-    def estimate(self) -> float: ...
-    def mesh(self, number: int, one: Problem, boundary: Boundary, level: Any) -> LevelMesh: ...
-    def start(self, problem: PreparedProblem) -> Start | None: ...
-    def goes_on(self, solution: Solution) -> bool: ...
-    def observe(self, solution: Solution, level: Any) -> None: ...
-    def apart(self, solution: Solution) -> float: ...
-    def is_vague(self) -> bool: ...
-    def info(self) -> dict[str, Any]: ...
+TIGHTER = 0.25
+"""By what the tolerance of compressed surfaces falls where a solution on them is not accurate enough."""
 
 
 def quantity_for(problem: Problem) -> Quantity:
-    """In the plane u_t of one body in bilateral contact without load steps, else p and q; in space their tails."""
+    """In the plane u_t of one body in bilateral contact without load steps, else p and q; in space their tails.
+
+    Raises
+    ------
+    InputError
+        If no part is in contact.
+    """
+    if not interfaces_of(problem):
+        raise InputError("contact: no part is in contact, which adaptive meshes follow; set mesh.element_size")
     if not in_plane(problem):
         return PanelTails(problem)
     slip = len(problem.body) == 1 and not problem.step and all(side.holds_normal for side in interfaces_of(problem))
@@ -88,7 +63,10 @@ def in_plane(problem: Problem) -> bool:
 
 
 def adapts_itself(problem: Problem) -> bool:
-    """Whether a problem that names no mesh is solved on adaptive ones; of surfaces from files where it has an accuracy."""
+    """Whether a problem with contact that names no mesh is solved on adaptive ones; of surfaces from files where it has an
+    accuracy."""
+    if not interfaces_of(problem):
+        return False
     asked = any(body.mesh.accuracy is not None for body in problem.body)
     return all(body.mesh.automatic and (asked or isinstance(body.geometry.outline(), Outline | BoxSurface))
                for body in problem.body)  # fmt: skip
@@ -110,7 +88,11 @@ class AdaptiveSolve:
         What a method of the problem's own leaves on that mesh, by the quantity's difference [-].
     """
 
-    def __init__(self, problem: Problem, comm: Any, monitor: Monitor | None, law: Any) -> None:
+    def __init__(
+        self, problem: Problem, comm: Any, monitor: Monitor | None, law: Any, announce: Announce | None = None,
+        reached: Callable[[Reached], None] | None = None,
+    ) -> None:  # fmt: skip
+        self._began, self._announce, self._reached = time.perf_counter(), announce, reached
         method = problem.method.model_copy(update={
             "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed"
         })  # fmt: skip
@@ -119,10 +101,12 @@ class AdaptiveSolve:
         self.solutions: list[Solution] = []
         self.discrete: Discrete | None = None
         self.missed = self.left = 0.0
+        self._tolerance = math.nan
 
     def climb(self, accuracy: float) -> str:
         """Level after level until the estimate is below the accuracy; what kept a level from being solved, or nothing."""
         quantity = self.quantity
+        self._tolerance = chosen_tolerance(self.problem.bem, accuracy)
         for level in quantity.levels:
             for attempt in range(quantity.attempts):
                 try:
@@ -133,19 +117,50 @@ class AdaptiveSolve:
                     return f"{error} (on the mesh after the last)"
                 if solution.status == "failed" and self.solutions:
                     return f"{solution.reason} (on the mesh after the last)"
-                self.solutions.append(solution)
                 if solution.status != "converged":
-                    if quantity.goes_on(solution):
+                    more, found = quantity.goes_on(solution), any(each.converged for each in self.solutions)
+                    if found and not more:
+                        return f"{solution.reason} (on the mesh after the last)"
+                    self.solutions.append(solution)
+                    if more:
                         break
                     return ""
+                self.solutions.append(solution)
                 quantity.observe(solution, level)
+                self._report(solution)
                 if not quantity.is_vague() or attempt == quantity.attempts - 1:
                     break
             if self.missed > 0.0 or quantity.estimate <= accuracy or quantity.exhausted:
                 break
         return quantity.exhausted
 
+    def _report(self, solution: Solution) -> None:
+        if self._reached is not None:
+            nodes = sum(mesh.n_nodes for mesh in solution.meshes.values())
+            seconds = time.perf_counter() - self._began
+            self._reached(Reached(len(self.solutions), nodes, self.quantity.estimate, seconds))
+
     def _solved(self, level: Any) -> Solution:
+        """The solution on the mesh of a level; again with more digits where compressed operators leave too few."""
+        while True:
+            may_be_tighter = self._tolerance > TIGHTEST
+            try:
+                solution = self._once(level)
+            except InaccurateOperator:
+                if not may_be_tighter:
+                    raise
+            else:
+                if not (may_be_tighter and solution.failed is not None and self._is_too_loose(solution.failed)):
+                    return solution
+            self._tolerance = max(TIGHTER * self._tolerance, TIGHTEST)
+
+    def _is_too_loose(self, failed: StepResult) -> bool:
+        """Whether an increment is not accepted for the tolerance of compressed operators."""
+        compressed = self.discrete is not None and any(is_compressed(self.discrete.problem.bem, mesh)
+                                                       for mesh in self.discrete.meshes)  # fmt: skip
+        return compressed and failed.status == "failed" and failed.residuals.get("elastic", 0.0) > self._tolerance
+
+    def _once(self, level: Any) -> Solution:
         """The solution on the mesh of a level."""
         self.missed = 0.0
 
@@ -156,12 +171,11 @@ class AdaptiveSolve:
             return mesh
 
         with answering(self.comm):
-            discrete, problem = self._prepared(make)
+            self.discrete, problem = self._prepared(make)
         try:
             solution = run(replace(problem, start=self.quantity.start(problem)), monitor=self.monitor)
         finally:
             problem.close()
-        self.discrete = discrete
         return replace(solution, problem=self.problem)
 
     def _prepared(self, make: MeshMaker) -> tuple[Discrete, PreparedProblem]:
@@ -169,18 +183,22 @@ class AdaptiveSolve:
         began = time.perf_counter()
         discrete = discretise(self.problem, make, self.law)
         largest = max(mesh.n_nodes for mesh in discrete.meshes)
+        changes: dict[str, Any] = {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
         if self.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
-            dense = self.problem.bem.model_copy(update={"mat_type": "dense"})
-            discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": dense}))
+            changes["mat_type"] = "dense"
+        if changes:
+            bem = self.problem.bem.model_copy(update=changes)
+            discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": bem}))
         seconds = time.perf_counter() - began
-        problem = prepare(discrete.problem, self.comm, discrete)
+        problem = prepare(discrete.problem, self.comm, discrete, announce=self._announce)
         problem.timings["mesh"] += seconds
         return discrete, problem
 
 
 def adapt(
     problem: Problem, accuracy: float | None = None, *, method: Any = None, rule: Any = None, law: Any = None,
-    comm: Any = None, monitor: Monitor | None = None,
+    comm: Any = None, monitor: Monitor | None = None, announce: Announce | None = None,
+    reached: Callable[[Reached], None] | None = None,
 ) -> Solution:  # fmt: skip
     """The solution with an estimated error below a wanted one, on meshes that follow it.
 
@@ -198,6 +216,10 @@ def adapt(
         PETSc.COMM_WORLD by default.
     monitor : callable, optional
         Called with the state so far after each iteration of each solve; a reason that it returns ends the solve there.
+    announce : callable, optional
+        As in `prepare`, on each mesh.
+    reached : callable, optional
+        Called with each mesh that has been solved on, and its estimate.
 
     Returns
     -------
@@ -213,7 +235,7 @@ def adapt(
         As `solve`.
     """
     comm, began = comm if comm is not None else petsc().COMM_WORLD, time.perf_counter()
-    work = AdaptiveSolve(problem, comm, monitor, law)
+    work = AdaptiveSolve(problem, comm, monitor, law, announce, reached)
     given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
     work.quantity.asked = accuracy is not None or bool(given)
     if accuracy is None:
@@ -234,11 +256,14 @@ def adapt(
     return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
 
 
-def _short_of(estimate: float, accuracy: float, trouble: str, exhausted: str) -> str:
+def _short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity) -> str:
     """Why the estimate is above the accuracy."""
-    if trouble and not exhausted:
+    if trouble and not quantity.exhausted:
         return trouble
-    return f"estimated error {estimate:.1e} > {accuracy:g}" + (f": {exhausted}" if exhausted else " on the finest mesh")
+    where = f": {quantity.exhausted}" if quantity.exhausted else " on the finest mesh"
+    if growing(quantity.differences):
+        where += f"; the differences of the meshes grow: {', '.join(f'{d:.1e}' for d in quantity.differences[-3:])}"
+    return f"estimated error {estimate:.1e} > {accuracy:g}{where}"
 
 
 def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
@@ -261,7 +286,7 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
         text = f"estimated error {estimate:.1e} > {accuracy:g}: {trouble}; --accuracy asks for more"
         info["warnings"] = [*info.get("warnings", []), text]
     elif status == "converged" and estimate > accuracy:
-        status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity.exhausted)
+        status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity)
     timings: dict[str, float] = {}
     for found in {id(each): each for each in (*work.solutions, solution)}.values():
         for name, value in found.timings.items():

@@ -13,14 +13,14 @@ from ...errors import PetcontactError
 from ...geometry.outline import Outline
 from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
 from ...model.shapes.files import Superelement
-from ...refinement.contact_line import difference
+from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import Body
 from ...results.solution import Solution
 from ..discrete.discretise import discretise
 from ..run import prepare, run
+from .difference import difference, displacement_difference
 from .slip import contact_lines, displacement_scale
 from .tails import tail_error
-from .tractions import relative_difference
 
 CHEAP = 1200
 """Nodes of a body up to which a quarter more of assembly is nothing to wait for."""
@@ -35,7 +35,8 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
 
     On surfaces it comes from the solution itself, see `tail_error`, with `resultant_error`. On curves what two
     meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of the
-    finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q.
+    finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q, without
+    contact of u.
 
     Parameters
     ----------
@@ -47,7 +48,9 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if "estimated_error" in solution.info or not solution.converged:
         return solution
     curves = all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values())
-    reason = "" if carries_something(solution) else "nothing is in contact"
+    reason = "" if carries_something(solution) or not solution.nodes else "nothing is in contact"
+    if not solution.nodes and not curves:
+        reason = "compare with a finer mesh"
     if not reason and not curves:
         error, of_resultants = tail_error(solution)
         return replace(solution, info={**solution.info, "estimated_error": error, "resultant_error": of_resultants})
@@ -55,8 +58,8 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if not reason:
         try:
             coarse = _coarser(solution, comm, law)
-            if coarse.converged and math.isfinite(error := _difference(solution, coarse)):
-                return replace(solution, info={**solution.info, "estimated_error": error})
+            if coarse.converged and math.isfinite((found := _difference(solution, coarse))["estimated_error"]):
+                return replace(solution, info={**solution.info, **found})
             reason = "the problem on half as many elements is not solved"
         except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold
             reason = "half as many elements do not pose the problem"
@@ -101,14 +104,18 @@ def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
         prepared.close()
 
 
-def _difference(solution: Solution, other: Solution) -> float:
-    """Of u_t, or of p and q, relative."""
+def _difference(solution: Solution, other: Solution) -> dict[str, Any]:
+    """Of u_t, of p and q, or of u where nothing is in contact, relative, as a solution reports it."""
+    if not solution.nodes:
+        return {"estimated_error": displacement_difference(other, solution)}
     if solution.bilateral:
         outline = solution.problem.geometry.outline()
         assert isinstance(outline, Outline)
         body = Body.of(solution.problem, outline)
-        return difference(contact_lines(body, other), contact_lines(body, solution)) / displacement_scale(solution)
-    return relative_difference(other, solution)
+        apart = line_difference(contact_lines(body, other), contact_lines(body, solution))
+        return {"estimated_error": apart / displacement_scale(solution)}
+    apart_by = difference(other, solution)
+    return {"estimated_error": apart_by.inside, **apart_by.info()}
 
 
 def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:

@@ -25,7 +25,7 @@ from ...refinement.panels.quartering import quartered
 from ...refinement.panels.tail import tail
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
-from ..choice import check_memory, is_compressed, predicted_seconds, resolved_bem
+from ..choice import check_memory, is_compressed, resolved_bem, surface_seconds
 from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
@@ -44,13 +44,13 @@ FAR, WIDE = 4.0, 0.75
 
 @dataclass(frozen=True)
 class Budget:
-    """What a mesh may cost: nodes of all bodies, and predicted processor seconds of eliminating them."""
+    """What a mesh may cost: nodes of all bodies, and predicted processor seconds of a solve on it."""
 
     nodes: int
     seconds: float
 
 
-BUDGETS = {False: Budget(2500, 1.5), True: Budget(30_000, 90.0)}
+BUDGETS = {False: Budget(2500, 4.0), True: Budget(30_000, 200.0)}
 """By whether the accuracy was asked for."""
 
 
@@ -194,11 +194,11 @@ class PanelTails:
         """What meshes cost beyond the budget or the memory; nothing where they fit."""
         budget, bem = BUDGETS[self.asked], resolved_bem(self._problem.bem)
         nodes = sum(mesh.n_nodes for mesh in meshes)
-        seconds = sum(predicted_seconds(bem, mesh) for mesh in meshes)
+        seconds = sum(surface_seconds(bem, mesh, len(solution.steps)) for mesh in meshes)
         if nodes > budget.nodes:
             return f"the next mesh has {nodes} nodes, the budget is {budget.nodes}"
         if seconds > budget.seconds:
-            return f"the next mesh takes about {seconds:.0f} s to eliminate, the budget is {budget.seconds:g} s"
+            return f"the next mesh takes about {seconds:.0f} s, the budget is {budget.seconds:g} s"
         faces = [(side.body, side.part) for side in self._sides]
         both = [*faces, *(side.primary for side in self._sides if side.primary is not None)]
         dense = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]

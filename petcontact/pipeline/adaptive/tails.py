@@ -12,8 +12,8 @@ from ...refinement.panels.marks import element_sizes
 from ...refinement.panels.tail import rim_distance
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
+from .difference import FADE
 from .slip import displacement_scale
-from .tractions import FADE
 
 SLIP = (2.6, 1.4, 0.42, 0.47)
 """Error of u_t over the tail of q times the compliance of a half space to it, for order 0, 1, 2, and above."""

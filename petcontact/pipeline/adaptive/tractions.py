@@ -7,16 +7,14 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index
 from ...contact.law_protocol import OPEN, SLIP
 from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
-from ...mesh.basis import lagrange
-from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...mesh.curve_mesh import as_curve
 from ...model.loads import VolumeLoads, loads_by_step
 from ...model.problem import Problem
-from ...refinement.contact_edges import Edge, edges, merged, zone_at
+from ...refinement.contact_edges import SPECK, Edge, edges, merged, zone_at
 from ...refinement.known_data import Field, fields, offsets
 from ...refinement.levels import CONTACT_REFINEMENT_LEVELS, Level, believed
 from ...refinement.marks import UNSEEN, Body, LevelMesh
@@ -26,14 +24,18 @@ from ..discrete.discretise import Discrete
 from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 from ..trust.increments import is_unresolved
+from .difference import Difference, difference, fading_places
+from .part_ends import PressedSides, pressed_sides
 from .slip import DENSE_NODES
 
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same level."""
+PUNCH = 0.5
+"""Exponent of displacements where a corner presses on a side: of a rigid, frictionless one on a half-plane."""
+APART = 3.0
+"""Distance of an edge from such a corner, in its smallest elements, below which it is that corner."""
 OUTSIDE = 1e6
 """Shear, in units of the pressure, that no coefficient of friction holds."""
-FADE = 0.02
-"""Share of a part at either end over which the norm of differences fades out."""
 
 
 class Tractions:
@@ -57,24 +59,31 @@ class Tractions:
         self.differences: list[float] = []
         self.wanted, self.asked = self.accuracy, True
         self._problem, self._bodies = problem, dict[int, Body]()
-        self._last = list[Solution]()
+        self._last, self._apart = list[Solution](), Difference()
         self._edges: dict[str, list[Edge]] = {}
         self._names = {(side.body, side.part): side.name for side in interfaces_of(problem)}
+        outlines = [as_outline(body.geometry.outline(), "--adapt").joined for body in problem.body]
+        self._pressed = pressed_sides(outlines, interfaces_of(problem))
+        self._places = fading_places(problem)
 
     def mesh(self, number: int, one: Problem, boundary: Boundary, level: Level) -> LevelMesh:
         """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
         if number not in self._bodies:
             body = Body.of(one, as_outline(boundary, "--adapt").joined)
+            body = with_pressing_corners(body, self._pressed[number])
             self._bodies[number] = with_later_data(body, self._problem, number, one)
-        body = self._bodies[number]
+        body, pressed = self._bodies[number], self._pressed[number].inner
         found = {part: self._edges.get(name, []) for (b, part), name in self._names.items() if b == number}
         largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
         for k, (side, start) in enumerate(zip(body.outline.sides, offsets(body.outline), strict=True)):
             unseen = side.part in found and not self._last
             largest.append(side.length / UNSEEN if unseen else np.inf)
-            inside = [e for e in found.get(side.part, []) if 1e-6 * side.length < e.s - start < (1.0 - 1e-6) * side.length]
-            if inside:
-                inner[k] = [(e.s - start, level.edge * e.width) for e in inside]
+            corners = [(s, body.corner_size(PUNCH, level.resolved)) for s in pressed.get(k, [])]
+            inside = [(e.s - start, level.edge * e.width) for e in found.get(side.part, [])]
+            inside = [(s, size) for s, size in inside if 1e-6 * side.length < s < (1.0 - 1e-6) * side.length
+                      and all(abs(s - corner) > APART * size for corner, _ in corners)]  # fmt: skip
+            if corners or inside:
+                inner[k] = sorted([*corners, *inside])
         return body.mesh(level, largest, None, inner)
 
     def start(self, problem: PreparedProblem) -> Start | None:
@@ -84,13 +93,14 @@ class Tractions:
     def observe(self, solution: Solution, level: Level) -> None:
         """Keep what a solution shows; attempts on one level are not compared."""
         if self._last and not self.is_vague():
-            self.differences.append(self.apart(solution))
+            self._apart = difference(self._last[-1], solution, self._places)
+            self.differences.append(self._apart.inside)
         self._last = [solution]
         self._edges = found_edges(solution, level.edge)
 
     def apart(self, solution: Solution) -> float:
         """Relative difference of p and q between the last solution that was kept and another one."""
-        return relative_difference(self._last[-1], solution)
+        return difference(self._last[-1], solution, self._places).inside
 
     def goes_on(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for another mesh."""
@@ -106,8 +116,17 @@ class Tractions:
         return believed(self.differences)
 
     def info(self) -> dict[str, Any]:
-        """Arc lengths of the edges of contact and stick, by pair."""
-        return {"edges": {name: [edge.s for edge in items] for name, items in self._edges.items()}}
+        """Arc lengths of the edges of contact and stick, by pair, and what the ends of parts add to the error."""
+        edges = {"edges": {name: [edge.s for edge in items] for name, items in self._edges.items()}}
+        return {**edges, **self._apart.info()} if self.differences else edges
+
+
+def with_pressing_corners(body: Body, pressed: PressedSides) -> Body:
+    """A body whose corners that press on another one are at least as singular as a punch."""
+    exponents = [(min(first, PUNCH) if (k, 0) in pressed.pressing else first,
+                  min(last, PUNCH) if (k, 1) in pressed.pressing else last)
+                 for k, (first, last) in enumerate(body.exponents)]  # fmt: skip
+    return replace(body, exponents=exponents)
 
 
 def with_later_data(body: Body, problem: Problem, number: int, one: Problem) -> Body:
@@ -134,20 +153,24 @@ def _with_data(body: Body, data: list[list[Field]]) -> Body:
 
 
 def found_edges(solution: Solution, smallest: float) -> dict[str, list[Edge]]:
-    """Edges on every interface at the ends of all steps, those that are one merged."""
+    """Edges on every interface at the ends of all steps, those that are one merged, and those of the increments before
+    elsewhere: what they leave in q has a kink there."""
+    last = {id(step) for step in step_ends(solution.steps)}
     result: dict[str, list[Edge]] = {}
     for name in solution.nodes:
-        every: list[Edge] = []
-        for step in step_ends(solution.steps):
-            every += _edges(step.pairs[name])
-        result[name] = merged(every, smallest)
+        found = {True: list[Edge](), False: list[Edge]()}
+        for step in solution.steps:
+            found[id(step) in last] += _edges(step.pairs[name], smallest)
+        result[name] = merged(found[False], smallest, merged(found[True], smallest))
     return result
 
 
-def _edges(pair: PairResult) -> list[Edge]:
+def _edges(pair: PairResult, smallest: float = SPECK) -> list[Edge]:
+    """Of what faces something: where the other part ends is known."""
     order = np.argsort(pair.arc_length)
+    order = order[np.isfinite(pair.gap[order])]
     return edges(pair.arc_length[order], pair.pressure[order], pair.sigma_t[order, 0], pair.bound[order], pair.gap[order],
-                 pair.slip_increment[order, 0], pair.state[order].astype(np.int64))  # fmt: skip
+                 pair.slip_increment[order, 0], pair.state[order].astype(np.int64), smallest)  # fmt: skip
 
 
 def _few(solution: Solution) -> bool:
@@ -172,41 +195,3 @@ def warm_start(before: Solution, discrete: Discrete) -> Start:
         parts.append(tuple(np.column_stack(values) for values in columns))
     v, sigma = (np.concatenate(values).astype(np.float64) for values in zip(*parts, strict=True))
     return v, sigma
-
-
-def relative_difference(coarse: Solution, fine: Solution) -> float:
-    """The largest ‖(p, q)_coarse - (p, q)_fine‖/‖p‖ over interfaces and step ends, at the fine nodes.
-
-    Towards the ends of a part, where corners may make p infinite and no mesh its L2 norm exact, the norm fades out.
-    """
-    worst = 0.0
-    for one, other in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
-        for name, pair in other.pairs.items():
-            mesh = coarse.meshes[coarse.sides[name][0]]
-            place = _interpolation(as_curve(mesh), coarse.sides[name][1], coarse.nodes[name], pair.arc_length)
-            old, s = one.pairs[name], pair.arc_length
-            length = float(pair.weight.sum())
-            weight = pair.weight * np.minimum(1.0, np.minimum(s, length - s) / (FADE * length)) ** 2
-            size = float(np.sqrt(weight @ pair.pressure**2))
-            for change in (place @ old.pressure - pair.pressure, place @ old.sigma_t[:, 0] - pair.sigma_t[:, 0]):
-                if size > 0.0:
-                    worst = max(worst, float(np.sqrt(weight @ change**2)) / size)
-    return worst
-
-
-def _interpolation(mesh: CurveMesh, part: str, nodes: Index, s: Array) -> Array:
-    """Values at the nodes of a part to values at arc lengths along it, (len(s), len(nodes)), element by element."""
-    numbers = np.flatnonzero(mesh.part == mesh.part_names.index(part))
-    starts = mesh.side_start[numbers]
-    order = np.argsort(starts)
-    numbers, starts = numbers[order], starts[order]
-    element = numbers[np.clip(np.searchsorted(starts, s, side="right") - 1, 0, len(numbers) - 1)]
-    xi = np.clip(2.0 * (s - mesh.side_start[element]) / mesh.length[element] - 1.0, -1.0, 1.0)
-    slot = np.full(mesh.n_nodes, -1)
-    slot[nodes] = np.arange(len(nodes))
-    result = np.zeros((len(s), len(nodes)))
-    for p in np.unique(mesh.order[element]):
-        rows = np.flatnonzero(mesh.order[element] == p)
-        columns = slot[mesh.first_node[element[rows]][:, None] + np.arange(p + 1)]
-        result[rows[:, None], columns] = lagrange(int(p), xi[rows]).T
-    return result

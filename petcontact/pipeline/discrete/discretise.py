@@ -72,6 +72,11 @@ class Discrete:
     wear: Array
     warnings: list[str] = field(default_factory=list)
 
+    @property
+    def holds_normals(self) -> bool:
+        """Whether all normal displacements of contact are data of the bodies."""
+        return all(face.held for face in self.interfaces)
+
 
 def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = None) -> Discrete:
     """Meshes, data and laws of a problem; the bodies' own meshes are what their options ask for, or `make_mesh`.
@@ -83,7 +88,7 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
     """
     sides = interfaces_of(problem)
     if not sides:
-        raise InputError('contact: no part is in contact; [[contact]] or condition = "contact" on a part says which')
+        return without_contact(problem, make_mesh)
     boundaries, meshes = meshed(problem, sides, make_mesh)
     notes: list[str] = []
     interfaces, distance = [], []
@@ -108,15 +113,17 @@ def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = 
                     _wear(sides, interfaces, meshes), notes)  # fmt: skip
 
 
-def without_contact(problem: Problem) -> Discrete:
+def without_contact(problem: Problem, make_mesh: MeshMaker | None = None) -> Discrete:
     """The bodies of a problem, of which no part is in contact, on meshes; there is no law.
 
     Raises
     ------
     InputError
-        As `discretise`; or if a body can move freely.
+        As `discretise`; or if a body can move freely, or there is an obstacle.
     """
-    boundaries, meshes = meshed(problem, [], None)
+    for obstacle in problem.obstacle:
+        raise InputError(f"obstacle {obstacle.name!r}: no part is in contact; a [[contact]] says what it touches")
+    boundaries, meshes = meshed(problem, [], make_mesh)
     data = [boundary_data(problem, b, mesh, []) for b, mesh in enumerate(meshes)]
     for boundary, mesh, known in zip(boundaries, meshes, data, strict=True):
         if body_motions(boundary, known, mesh).shape[2]:
@@ -172,6 +179,8 @@ def _held_by_friction(
 def with_laws_of(discrete: Discrete, problem: Problem) -> Discrete:
     """The same meshes and data with the friction, steps and obstacles of a problem of the same bodies and pairs."""
     sides = interfaces_of(problem)
+    if not sides:
+        return replace(discrete, problem=problem, warnings=list(discrete.warnings))
     nodes = _contact_nodes(sides, discrete.interfaces, discrete.meshes)
     return replace(discrete, problem=problem, sides=sides, law=law_of(None, nodes), warnings=list(discrete.warnings),
                    wear=_wear(sides, discrete.interfaces, discrete.meshes))  # fmt: skip

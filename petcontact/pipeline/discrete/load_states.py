@@ -12,6 +12,7 @@ from ...arrays import Array, Index
 from ...bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
 from ...compliance.bodies import Interface
 from ...compliance.body.superelement import free_modes
+from ...compliance.interface import directions_looked_for
 from ...errors import InputError
 from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
@@ -59,8 +60,9 @@ def boundary_data(
                 cache[part] = (condition, _given(condition, mesh, nodes, f"body {body.name!r}: {part}"))
             value[s, nodes] = cache[part][1]
     contact = contact_nodes(interfaces, number)
-    directions = np.broadcast_to(np.arange(d), (len(contact), d))
-    if len(contact) and interfaces[0].held:
+    k = directions_looked_for(d, interfaces)
+    directions = np.broadcast_to(np.arange(k), (len(contact), k))
+    if len(contact) and k < d:
         frame[contact], places = contact_frames(mesh, contact)
         directions, normal = places[:, :-1], places[:, -1]
         known[contact, normal] = False

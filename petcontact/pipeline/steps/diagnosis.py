@@ -71,22 +71,29 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str
 
 def failure(increment: Increment, outcome: ContactState) -> str:
     """What a failed increment says: which body nothing holds, there or at the end of the step, or how the method ended."""
-    problem, system, end = increment.problem, increment.system, increment.to(1.0)
-    law, steps = problem.discrete.law, problem.discrete.problem.step
-    push = unbalanced_load(system.modes, law)
-    unsure = JUMPS if push is None and getattr(law, "jumps", False) else ""
+    problem, system = increment.problem, increment.system
+    unsure = JUMPS if getattr(problem.discrete.law, "jumps", False) else ""
+    steps = problem.discrete.problem.step
     of_step = f" of step {increment.step.name or increment.number!r}" if steps else ""
     where = f" at load factor {increment.target:.4g}{of_step}" if steps or increment.target < 1.0 else ""
-    if push is None and (push := unbalanced_load(end.system.modes, law)) is not None:
-        where = f" at the end{of_step}, of which {increment.target:.4g} was tried"
+    at_end = f" at the end{of_step}, of which {increment.target:.4g} was tried"
+    if text := unheld(increment, where) or unheld(increment.to(1.0), at_end):
+        return text
+    push = None
     defect = equilibrium_defect(system, outcome.sigma)
-    if push is None and system.modes is not None and defect > problem.discrete.problem.method.tolerance:
+    if system.modes is not None and defect > problem.discrete.problem.method.tolerance:
         push = system.modes.unbalanced(outcome.sigma)
     if push is None:
         push = _run_away(increment, outcome)
     if push is None:
         return f"{outcome.reason}{where}{unsure}"
     return f"no equilibrium{where}: {_pushed(increment, push)}{unsure}"
+
+
+def unheld(increment: Increment, where: str = "") -> str:
+    """Which body or obstacle no admissible traction holds, in words; "" where all loads can be held."""
+    push = unbalanced_load(increment.system.modes, increment.problem.discrete.law)
+    return "" if push is None else f"no equilibrium{where}: {_pushed(increment, push)}"
 
 
 def _run_away(increment: Increment, outcome: ContactState) -> Array | None:
@@ -197,7 +204,10 @@ def _jammed(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
 
 def reached(discrete: Discrete, results: list[StepResult]) -> str:
     """How a converged solve ended, and what to look at."""
-    if discrete.interfaces[0].held and not discrete.problem.step:
+    if not discrete.sides:
+        defect = max(float(np.nan_to_num(result.residuals["elastic"])) for result in results)
+        return f"nothing is in contact, elastic residual {defect:.1e}"
+    if discrete.holds_normals and not discrete.problem.step:
         return results[-1].reason
     worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
              for key in ("normal", "tangential", "balance", "elastic", "equilibrium")}  # fmt: skip

@@ -17,6 +17,7 @@ from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...model.load_steps import Obstacle, Step
+from ...refinement.panels.tail import Tails
 from ..discrete.discretise import Discrete
 from ..trust.between_nodes import Places, places_between
 
@@ -119,6 +120,12 @@ class PreparedProblem:
         discrete = self.discrete
         return [places_between(s, i, discrete.meshes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
 
+    @functools.cached_property
+    def tails(self) -> list[Tails]:
+        """What estimates of errors need of the mesh of each contact."""
+        discrete = self.discrete
+        return [Tails(discrete.meshes[s.body], i.nodes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
+
     @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; one that reaches all values where there are none."""
@@ -211,7 +218,7 @@ class Increment:
         if system.k == d:
             shift[:, -1] = -np.where(np.isfinite(system.gap), system.gap, 0.0) - self.before.worn
         moved, load = np.concatenate(modes, axis=1), np.concatenate(resultant)
-        rigid = Modes(moved.reshape(*u_0.shape, -1), np.concatenate(balance).reshape(-1, *u_0.shape), load)
+        rigid = Modes(moved.reshape(*u_0.shape, len(load)), np.concatenate(balance).reshape(len(load), *u_0.shape), load)
         return system.at(u_0 + shift, rigid, self.shares, self.layer)
 
     def solved(self, monitor: Monitor | None = None) -> ContactState:

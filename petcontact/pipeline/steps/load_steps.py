@@ -14,6 +14,7 @@ from ...contact.laws import dissipation
 from ...model.cycle import cycle_steps
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
+from ...runtime.signals import answering
 from ..discrete.load_states import data_from
 from ..eliminate import eliminated
 from .cycles import Row, later_cycles
@@ -25,7 +26,8 @@ from .wear import Tried, solved
 HALVINGS = 8
 """How often an increment that fails is halved."""
 LOOKED_AT_FIRST = 1500
-"""Contact nodes up to which loads that nothing can hold are looked for before a solve, which costs more; else after it."""
+"""Contact nodes up to which loads that nothing can hold are looked for before a solve, which costs more; else after it.
+Where bodies are solved jointly a solve always costs more."""
 PATH_ERROR = 1e-3
 """With increments = "auto": change of σ and of w over their sizes that halving an increment may make."""
 ENERGY_ERROR = 1e-2
@@ -86,12 +88,13 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     """The increments of a step, after one that goes nowhere."""
     problem, step, reached = increment.problem, increment.step, increment.target
     # known normals and no steps: less of the load is only asked for where there is no equilibrium at all of it
-    divisible = bool(problem.discrete.problem.step) or not problem.discrete.interfaces[0].held
+    divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
     auto = step.increments == "auto"
     whole = 1.0 if auto else 1.0 / int(step.increments)
     state, end = increment.before, increment.to(1.0)
     # what contact can hold is convex: loads between two that it can hold need no look
-    size, doubt = whole, problem.system.size <= LOOKED_AT_FIRST and is_unbalanced(end)
+    costly = problem.system.size <= LOOKED_AT_FIRST or any(body.is_solved_jointly for body in problem.system.bodies)
+    size, doubt = whole, costly and is_unbalanced(end)
     while reached < 1.0 - 1e-12:
         target = min(1.0, reached + size)
         target = 1.0 if 1.0 - target < 1e-9 else target
@@ -149,7 +152,8 @@ def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) ->
     if all(new is old for new, old in zip(data, discrete.data, strict=True)):
         return problem
     discrete = replace(discrete, data=data)
-    return replace(problem, discrete=discrete, system=eliminated(discrete, problem.comm))
+    with answering(problem.comm):
+        return replace(problem, discrete=discrete, system=eliminated(discrete, problem.comm))
 
 
 def _attempt(increment: Increment, monitor: Monitor | None, *, auto: bool) -> list[Tried] | None:

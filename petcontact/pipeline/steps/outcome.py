@@ -12,7 +12,6 @@ from ...contact.law_protocol import OPEN, WITHIN, bound_excess, friction_bound, 
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
-from ...refinement.panels.tail import pressure_tail, tail
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ..eliminate import ELASTIC_LIMIT
 from ..trust.increments import imbalance, objection
@@ -112,7 +111,8 @@ def _pairs(
     names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
     spent, error = dissipation(discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1])
-    for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
+    parts = zip(system.slices, system.interfaces, discrete.sides, increment.problem.tails, strict=True)
+    for where, face, side, tails in parts:
         mesh, sigma, v = discrete.meshes[side.body], outcome.sigma[where], outcome.v[where]
         weight, x, sigma_t, moved = mesh.weight[face.nodes], mesh.x[face.nodes], sigma[:, : d - 1], v[:, : d - 1]
         if face.held:
@@ -131,7 +131,7 @@ def _pairs(
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
-            pressure_tail(mesh, face.nodes, pressure, states[where] == OPEN), tail(mesh, face.nodes, sigma_t),
+            tails.of_pressure(pressure, states[where] == OPEN), tails.of(sigma_t),
         )  # fmt: skip
     return pairs
 

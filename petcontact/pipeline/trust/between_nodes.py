@@ -48,11 +48,11 @@ class Places:
     faces: Faces
     gap_at: GapAt
 
-    def overlap(self, v_n: Array, gap: Array, states: States) -> tuple[float, Array]:
+    def overlap(self, v_n: Array, gap: Array, states: States, within: float) -> tuple[float, Array]:
         """The largest overlap in elements whose nodes are all open, at least 0 [length], and where it is, (d,).
 
         It is looked for on a grid of each element, and around the deepest point of the grid where the values there leave
-        room for an overlap between its points: what two smooth faces have between them varies at most as much there.
+        room for a larger overlap between its points: what two smooth faces have between them varies at most as much there.
 
         Parameters
         ----------
@@ -60,9 +60,12 @@ class Places:
             What nodes overlap beyond the gap, and the gap [length].
         states : (m,) array
             0 stick, 1 slip, 2 open.
+        within : float
+            What the overlap may be off by [length].
         """
         faced = np.isfinite(gap)
-        closer = np.where(faced, v_n + np.where(faced, gap, 0.0), 0.0)
+        closer = np.zeros(self.mesh.n_nodes)
+        closer[self.nodes[faced]] = v_n[faced] + gap[faced]
         number, share, values, distance = self._grid
         touched = np.zeros(self.mesh.n_elements, dtype=bool)
         touched[self.mesh.element[self.nodes[(states != OPEN) | ~faced]]] = True
@@ -78,7 +81,7 @@ class Places:
                 k = int(np.argmax(deepest))
                 worst, where = float(deepest[k]), self.faces.spread(asked[k : k + 1], at[k : k + 1])
                 place = self.faces.at(asked[k : k + 1], where)[0][0]
-            room = 2.0 * deepest > worst + least
+            room = 2.0 * deepest > worst + within + least
             if not room.any():
                 break
             asked, share = asked[room], np.clip(at[room, None] + reach * around, 0.0, 1.0)
@@ -94,10 +97,9 @@ class Places:
         return number, share, *self._looked_at(number, share)
 
     def _looked_at(self, number: Index, share: Array) -> tuple[scipy.sparse.csr_array, Array]:
-        """Values at the nodes of the contact to values at shares of some faces (q, m), and the gap there (q,)."""
+        """Values at the nodes of the mesh to values at shares of some faces (q, n), and the gap there (q,)."""
         place, element = self.faces.spread(number, share), self.element[number]
-        values = scipy.sparse.csr_array(self.mesh.basis_at(element, place)[:, self.nodes])
-        return values, self.gap_at(element, place, *self.faces.at(number, place))
+        return self.mesh.basis_at(element, place), self.gap_at(element, place, *self.faces.at(number, place))
 
 
 def _grid(count: int, directions: int) -> Array:

@@ -90,4 +90,4 @@ def objection(residuals: dict[str, float], between: float, where: str) -> str:
 
 def is_unresolved(residuals: dict[str, float]) -> bool:
     """Whether smaller elements are what an increment lacks."""
-    return residuals["elimination"] > DIGITS or residuals["equilibrium"] > EQUILIBRIUM
+    return residuals.get("elimination", 0.0) > DIGITS or residuals.get("equilibrium", 0.0) > EQUILIBRIUM

@@ -12,6 +12,8 @@ from .between_nodes import Places
 
 ROUND_OFF = 1e-11
 """Of displacements that add up to a gap."""
+NEGLIGIBLE = 1e-2
+"""Part of what tractions displace that an overlap between nodes may be off by."""
 
 
 def overlaps(
@@ -46,7 +48,7 @@ def overlaps(
         at_nodes = max(at_nodes, _share(depth, scale))
         if between is None:
             continue
-        depth, x = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where])
+        depth, x = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale)
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
         if share > worst:
             place = ", ".join(f"{coordinate:.6g}" for coordinate in x)

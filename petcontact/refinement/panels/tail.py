@@ -24,58 +24,76 @@ SMOOTH = 0.5
 
 
 def tail(mesh: BoundaryMesh, nodes: Index, values: Array) -> Array:
-    """Estimated error of the polynomials through nodal values, rms over each element.
+    """Estimated error (m,) of the polynomials through nodal values: see `Tails.of`."""
+    return Tails(mesh, nodes).of(values)
 
-    Elements of order 0 have no lower degree. Theirs is the slope that the nearest nodes suggest, times the rms distance from
-    the middle of a line or a square of their size.
+
+class Tails:
+    """What the error of nodal values on whole elements needs of the mesh, computed once.
 
     Parameters
     ----------
     mesh : BoundaryMesh
     nodes : (m,) array
         Numbers of the nodes of whole elements, increasing.
-    values : (m, c) array
-        Of a vector.
-
-    Returns
-    -------
-    (m,) array
-        At the nodes, constant on each element: the sum of its squares with the weights of the nodes is the square of the
-        error in L2 [as values].
     """
-    element = mesh.element[nodes]
-    kind, order, weight = mesh.kind[element], mesh.order[element], mesh.weight[nodes]
-    square = np.zeros(len(nodes))
-    for number in np.unique(kind[order > 0]).tolist():
-        mine = np.flatnonzero(kind == number)
-        lower = mesh.lower_degree(number)
-        root = np.sqrt(weight[mine]).reshape(-1, len(lower), 1)
-        q = np.linalg.qr(root * lower)[0]
-        nodal = root * values[mine].reshape(*root.shape[:2], -1)
-        left = nodal - q @ (q.transpose(0, 2, 1) @ nodal)
-        square[mine] = np.sum(left**2, axis=2).ravel()
-    constant = np.flatnonzero(order == 0)
-    if len(constant):
-        square[constant] = weight[constant] * _spread(mesh, nodes, values, constant)
-    area = np.bincount(mesh.element, mesh.weight)
-    total = np.bincount(element, square, mesh.n_elements) / area
-    near = np.full(mesh.n_elements, np.inf)
-    np.minimum.at(near, element, rim_distance(mesh, nodes))
-    margin = np.array(MARGIN)[np.minimum(mesh.order, len(MARGIN) - 1)]
-    margin = np.where(near < area ** (1.0 / (mesh.dim - 1)), RIM * margin, margin)
-    return np.asarray((margin * np.sqrt(total))[element])
 
+    def __init__(self, mesh: BoundaryMesh, nodes: Index) -> None:
+        element = mesh.element[nodes]
+        self._first, self._element = np.unique(element, return_inverse=True)
+        kind, order, self._weight = mesh.kind[element], mesh.order[element], mesh.weight[nodes]
+        self._lower: list[tuple[Index, Array, Array]] = []
+        for number in np.unique(kind[order > 0]).tolist():
+            mine = np.flatnonzero(kind == number)
+            lower = mesh.lower_degree(number)
+            root = np.sqrt(self._weight[mine]).reshape(-1, len(lower), 1)
+            self._lower.append((mine, root, np.linalg.qr(root * lower)[0]))
+        self._constant = np.flatnonzero(order == 0)
+        self._near, self._slope = _slopes(mesh, nodes, self._constant)
+        area = np.bincount(mesh.element, mesh.weight)[self._first]
+        near = np.full(len(self._first), np.inf)
+        np.minimum.at(near, self._element, rim_distance(mesh, nodes))
+        margin = np.array(MARGIN)[np.minimum(mesh.order[self._first], len(MARGIN) - 1)]
+        margin = np.where(near < area ** (1.0 / (mesh.dim - 1)), RIM * margin, margin)
+        self._factor = margin / np.sqrt(area)
 
-def pressure_tail(mesh: BoundaryMesh, nodes: Index, pressure: Array, opened: Mask) -> Array:
-    """Estimated error (m,) of p: `tail`, and all of p where a contact that ends on the part covers less than `FEW` elements.
+    def of(self, values: Array) -> Array:
+        """Estimated error of the polynomials through nodal values, rms over each element.
 
-    What no element resolves has no tail: a spot inside of one element of order 1 may have the same p at all of its nodes.
-    """
-    error, element = tail(mesh, nodes, pressure[:, None]), mesh.element[nodes]
-    if opened.any() and np.count_nonzero(np.bincount(element[pressure > 0.0])) < FEW:
-        total = np.bincount(element, mesh.weight[nodes] * pressure**2)[element]
-        return np.maximum(error, np.sqrt(total / np.bincount(element, mesh.weight[nodes])[element]))
-    return error
+        Elements of order 0 have no lower degree. Theirs is the slope that the nearest nodes suggest, times the rms distance
+        from the middle of a line or a square of their size.
+
+        Parameters
+        ----------
+        values : (m, c) array
+            Of a vector.
+
+        Returns
+        -------
+        (m,) array
+            At the nodes, constant on each element: the sum of its squares with the weights of the nodes is the square of
+            the error in L2 [as values].
+        """
+        square = np.zeros(len(values))
+        for mine, root, q in self._lower:
+            nodal = root * values[mine].reshape(*root.shape[:2], -1)
+            left = nodal - q @ (q.transpose(0, 2, 1) @ nodal)
+            square[mine] = np.sum(left**2, axis=2).ravel()
+        if len(self._constant):
+            gradient = self._slope @ (values[self._near] - values[self._constant, None])
+            square[self._constant] = np.sum(gradient**2, axis=(1, 2))
+        return np.asarray((self._factor * np.sqrt(np.bincount(self._element, square)))[self._element])
+
+    def of_pressure(self, pressure: Array, opened: Mask) -> Array:
+        """Estimated error (m,) of p: `of`, and all of p where a contact that ends on the part covers few (`FEW`) elements.
+
+        What no element resolves has no tail: a spot inside of one element of order 1 may have one p at all of its nodes.
+        """
+        error, element = self.of(pressure[:, None]), self._element
+        if opened.any() and np.count_nonzero(np.bincount(element[pressure > 0.0])) < FEW:
+            total = np.bincount(element, self._weight * pressure**2)[element]
+            return np.maximum(error, np.sqrt(total / np.bincount(element, self._weight)[element]))
+        return error
 
 
 def rim_distance(mesh: BoundaryMesh, nodes: Index) -> Array:
@@ -88,12 +106,17 @@ def rim_distance(mesh: BoundaryMesh, nodes: Index) -> Array:
     return result
 
 
-def _spread(mesh: BoundaryMesh, nodes: Index, values: Array, asked: Index) -> Array:
-    """Mean square (q,) of what slopes add on elements of order 0, from values at the nearest neighbours of their nodes."""
+def _slopes(mesh: BoundaryMesh, nodes: Index, asked: Index) -> tuple[Index, Array]:
+    """Nearest neighbours (q, k) of some nodes, and what differences to them leave on their elements of order 0, (q, t, k).
+
+    The sum of squares of the second times differences is the integral of the squared error over each element.
+    """
+    if not len(asked):
+        return np.empty((0, 0), dtype=np.int64), np.empty((0, 0, 0))
     x, normal = mesh.x[nodes], mesh.normal[nodes]
     near = scipy.spatial.cKDTree(x).query(x[asked], k=min(4 * mesh.dim - 5, len(x)))[1].reshape(len(asked), -1)
     smooth = (np.einsum("qkd,qd->qk", normal[near], normal[asked]) > SMOOTH)[..., None]
     along = np.einsum("qkd,qtd->qkt", x[near] - x[asked, None], mesh.tangents(nodes[asked])) * smooth
-    gradient = np.linalg.pinv(along, rcond=1e-6) @ ((values[near] - values[asked, None]) * smooth)
-    size = mesh.weight[nodes[asked]] ** (1.0 / (mesh.dim - 1))
-    return np.asarray(np.sum(gradient**2, axis=(1, 2)) * size**2 / 12.0)
+    weight = mesh.weight[nodes[asked]]
+    size = weight ** (1.0 / (mesh.dim - 1)) * np.sqrt(weight / 12.0)
+    return near, np.linalg.pinv(along, rcond=1e-6) * smooth.transpose(0, 2, 1) * size[:, None, None]

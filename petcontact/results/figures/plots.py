@@ -16,12 +16,14 @@ from ...runtime.figure_style import save_all
 from ..data import SolutionData
 from ..records import step_ends
 from ..vtu.inside import filled_bodies
-from . import plane, space
+from . import plane, space, surface
 from .curves import draw_history, draw_hysteresis, draw_wear
 from .hoop import draw_hoop
 from .stress import draw_von_mises
 from .view import View
 
+OF_BODIES = ("deformed", "surface", "stress", "hoop")
+"""Figures of what is not in contact, too."""
 Drawings = dict[str, Callable[[Any, SolutionData], None]]
 """What draws a solution into a figure, by the name of the figure."""
 
@@ -45,8 +47,8 @@ def plot_all(
     -------
     list of Path
         STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-traction.png and STEM-normal.png with a
-        panel for each interface, STEM-gap.png where one opens, in space STEM-states.png; STEM-history.png, and of several
-        increments STEM-hysteresis.png; where anything wears
+        panel for each interface, STEM-gap.png where one opens, in space STEM-states.png and
+        STEM-error.png; STEM-history.png, and of several increments STEM-hysteresis.png; where anything wears
         STEM-wear.png, with cycles in the plane STEM-profiles.png; STEM-stress.png, von Mises stress in the deformed bodies
         (in space on their surfaces), and in the plane STEM-hoop.png, the stress along their boundaries.
 
@@ -69,8 +71,12 @@ def drawings(solution: SolutionData) -> Drawings:
     if not filled_bodies(solution):
         del found["stress"]
         found.pop("hoop", None)
+    if any(pair.pressure_error is None or pair.sigma_t_error is None for pair in solution.pairs.values()):
+        found.pop("error", None)
     if solution.wear is None:
         found.pop("profiles", None)
+    if not solution.nodes:
+        return {name: draw for name, draw in found.items() if name in OF_BODIES}
     found["history"] = draw_history
     if len(solution.steps) > 1:
         found["hysteresis"] = draw_hysteresis
@@ -96,7 +102,7 @@ def _(mesh: CurveMesh) -> Drawings:
 def _(mesh: SurfaceMesh) -> Drawings:
     return {"surface": space.draw_surface, "displacement": space.draw_displacement, "traction": space.draw_traction,
             "normal": space.draw_normal, "states": space.draw_states_by_step, "gap": space.draw_gap,
-            "stress": draw_von_mises}  # fmt: skip
+            "error": space.draw_error, "stress": draw_von_mises}  # fmt: skip
 
 
 def plot_on(solution: SolutionData, place: Any = None, view: View | None = None) -> Any:
@@ -109,5 +115,5 @@ def plot_on(solution: SolutionData, place: Any = None, view: View | None = None)
         place = pyplot.figure(layout="constrained")
     if hasattr(place, "add_subplot"):
         place = place.add_subplot(projection="3d") if dim == 3 else place.add_subplot()
-    {2: plane.deformed_on, 3: space.surface_on}[dim](place, solution, view)
+    {2: plane.deformed_on, 3: surface.surface_on}[dim](place, solution, view)
     return place

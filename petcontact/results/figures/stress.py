@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ...arrays import Array
 from ...errors import InputError
-from ...fields.boundary.places import middles
 from ...fields.interior import Field
 from ...fields.peak import peak_of
 from ...mesh.curve_mesh import CurveMesh, as_curve
@@ -22,8 +22,9 @@ from ...runtime.figure_style import label, legend_below, plain, save
 from ..body_fields import StressState, quantities, quantity
 from ..data import SolutionData
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside
+from ..vtu.places import Places
 from .plane import draw_outlines, place
-from .space import draw_panels
+from .surface import sampled, shade
 from .view import View, view_of
 
 MAGNIFIED = 0.06
@@ -175,11 +176,12 @@ def _field(solution: SolutionData, name: str, picture: Picture, cells: int) -> F
 def _draw_space(
     figure: Any, solution: SolutionData, picture: Picture, given: Mapping[str, Field], cells: int = ALONG
 ) -> None:
-    """Panels by the value in their middles."""
-    values = []
-    for name, mesh in solution.meshes.items():
-        known = name in picture.bodies
-        state = solution.body_fields(name).on_boundary(*middles(mesh)) if known else None
-        values.append(quantity(state, picture.quantity) if state is not None else np.full(mesh.n_elements, np.nan))
+    """The surfaces, shaded."""
+
+    def sample(name: str, mesh: SurfaceMesh, places: Places) -> Array:
+        if name not in picture.bodies:
+            return np.full(len(places.element), np.nan)
+        return quantity(solution.body_fields(name).on_boundary(places.element, places.place), picture.quantity)
+
     axes = figure.add_subplot(projection="3d")
-    draw_panels(axes, solution, np.concatenate(values), picture.label(solution), picture.view)
+    shade(axes, solution, sampled(solution, sample), picture.label(solution), picture.view)

@@ -20,7 +20,10 @@ COARSE = 0.01
 
 
 def step_lines(increments: list[StepResult]) -> list[str]:
-    """Of a step, by its increments: how far it was reached, and interfaces and obstacles at its end."""
+    """Of a step, by its increments: how far it was reached, and interfaces and obstacles where the last solution is.
+
+    Of an increment that failed no numbers are shown: they solve nothing.
+    """
     last = increments[-1]
     head = f"  step {last.step} ({printable(last.name)})" + (f", cycle {last.cycle}" if last.cycle else "")
     way = "reached" if last.status == "converged" else "failed at"
@@ -28,8 +31,14 @@ def step_lines(increments: list[StepResult]) -> list[str]:
     iterations, count = sum(step.iterations for step in increments), len(increments)
     counts = (f"{n} {name}{'s' if n > 1 else ''}" for n, name in ((count, "increment"), (iterations, "iteration")))
     lines = [f"{head}{reached}: {', '.join(counts)}"]
+    solved = [step for step in increments if step.status == "converged"]
+    if not solved:
+        return lines
+    last = solved[-1]
+    if len(solved) < len(increments):
+        lines.append(f"    at {last.load_factor:.4g}, the last solution:")
     for name, pair in last.pairs.items():
-        every = [step.pairs[name] for step in increments]
+        every = [step.pairs[name] for step in solved]
         lines += _pair(name, pair, sum(one.dissipated for one in every), sum(one.dissipated_error for one in every))
     reach = max(map(_reach, last.pairs.values()), default=0.0)
     for name, obstacle in last.obstacles.items():

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -21,12 +23,12 @@ def verdict(solution: SolutionData) -> str:
     """How a solve ended: status, sizes, what the contact does, error, time by stage.
 
     Of the paper's problem, one body in bilateral contact, the contact is described by its zones; else by resultants, closed
-    part, slip and energy of each interface at the end of each step.
+    part, slip and energy of each interface at the end of each step. Without contact: reactions and the largest displacement.
     """
     title = printable(solution.problem.title)
     lines = [title] if title else []
     lines += _zones_and_forces(solution) if solution.bilateral else _steps(solution)
-    lines += peak_lines(solution)
+    lines += peak_lines(solution) if solution.steps or solution.bilateral else []
     lines += wrapped("  time [s]: ", [f"{name} {seconds:.3f}" for name, seconds in solution.timings.items()])
     if "peak_memory" in solution.info:
         lines.append(f"  peak memory: {solution.info['peak_memory'] / 1e9:.2f} GB")
@@ -62,6 +64,8 @@ def _steps(solution: SolutionData) -> list[str]:
             lines.append(f"  ... {len(ends) - SHOWN} more steps ...")
     if solution.wear is not None:
         lines += wear_lines(solution.wear, solution.pairs)
+    if not solution.nodes:
+        lines += _displaced(solution)
     lines += _warnings(solution)
     return [*lines, *_accuracy(solution)]
 
@@ -97,6 +101,23 @@ def _forces(solution: SolutionData) -> list[str]:
     return lines
 
 
+def _displaced(solution: SolutionData) -> list[str]:
+    """Of each body its largest displacement, and the resultants on the parts that hold it, after the last increment."""
+    units, lines = solution.problem.units, list[str]()
+    length, unit = (f" {printable(text)}" if text else "" for text in (units.length, units.force))
+    for body in solution.problem.body:
+        mesh, u = solution.meshes[body.name], solution.bodies[body.name].u
+        size, traction = np.linalg.norm(u, axis=1), solution.bodies[body.name].traction
+        name, most = f"  {printable(body.name)}: ", int(np.argmax(size))
+        items = [f"max |u| {size[most]:.6g}{length} at {vector(mesh.x[most], 4)}"]
+        for part in (c.part for c in body.boundary if c.condition != "traction"):
+            nodes = mesh.nodes_of(part)
+            force = vector(mesh.weight[nodes] @ traction[nodes], 5)
+            items.append(f"{printable(part)} held by {force}{unit}")
+        lines += wrapped(name, items)
+    return lines
+
+
 def _slip_areas(solution: SolutionData) -> list[str]:
     """How much of contact parts without zones slips."""
     contact, zoned = solution.contact, {zone.part for zone in solution.zones}
@@ -111,7 +132,7 @@ def _slip_areas(solution: SolutionData) -> list[str]:
 
 def _accuracy(solution: SolutionData) -> list[str]:
     """The relative error, L2 on the contact parts, and what was wanted; or why it is not known."""
-    info, what = solution.info, "u_t" if solution.bilateral else "p and q"
+    info, what = solution.info, "u_t" if solution.bilateral else "p and q" if solution.nodes else "u"
     if "error_unknown" in info:
         return wrapped(f"  error of {what} not known: ", [info["error_unknown"]], separator=" ")
     if "estimated_error" not in info:
@@ -124,9 +145,18 @@ def _accuracy(solution: SolutionData) -> list[str]:
         elements = wrapped("  elements: ", [str(count) for count in info["levels"]])
         return [f"{error}, {info['accuracy']:.1e} wanted", *elements]
     if "accuracy" not in info:
-        return [f"{error}, against half as many elements"]
+        return [f"{error}, against half as many elements", *_ends(info)]
     meshes = ", ".join(str(count) for count in info["levels"])
-    return wrapped(f"{error}, {info['accuracy']:.1e} wanted; elements ", [meshes], separator=" ")
+    return [*wrapped(f"{error}, {info['accuracy']:.1e} wanted; elements ", [meshes], separator=" "), *_ends(info)]
+
+
+def _ends(info: dict[str, Any]) -> list[str]:
+    """What the error is with the ends of parts, of which that above is without, and where tractions are singular."""
+    if "error_with_ends" not in info:
+        return []
+    line = f"  with the ends of parts {info['error_with_ends']:.1e}"
+    places = [f"{printable(name)} at s = {', '.join(f'{s:.5g}' for s in at)}" for name, at in info["singular"].items()]
+    return wrapped(f"{line}; tractions are singular: ", places) if places else [line]
 
 
 def _method(solution: SolutionData) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,16 +11,19 @@ import meshio
 import numpy as np
 
 from ...arrays import Array, Index
-from ...mesh.basis import lagrange
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
-from ...mesh.surface_mesh import SurfaceMesh, corner_values
+from ...mesh.surface_mesh import SurfaceMesh
 from ...refinement.panels.tail import tail
 from ...runtime.figure_style import STATES
 from ..body_fields import BodyFields, StressState
 from ..data import SolutionData
-from ..records import StepResult
+from ..records import BodyResult, StepResult
+from .places import vtk_cells
 from .writing import in_space, unit_notes, write_mesh
+
+TURN = 0.1
+"""Largest angle of the lines that arcs are cut into."""
 
 
 @dataclass(frozen=True)
@@ -43,12 +45,13 @@ def write_boundary_vtu(
     """Write the boundary values of a body after an increment, the last one by default, as a .vtu file of lines or panels.
 
     Points belong to one element each, since tractions jump from element to element; in the plane elements of higher order
-    and arcs are cut into short lines. Point data: displacement, traction, stress, von_mises; in the plane also normal,
-    sigma_n, sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and arc_length. Cell
-    data: the number of the part, traction_error, estimated (`panels.tail`), and contact (-1 elsewhere, 0 stick, 1 slip,
-    2 open; of a panel the largest of its nodes). Shear between the nodes of a contact element is cut at the bound, which a
-    polynomial may pass there. Names of parts, states and units are those of the arrays of the field data (ParaView's
-    "Information").
+    and arcs are cut into short lines, in space panels that are curved or of order 2 or more are cells of the second order
+    (6-node triangles, 9-node quadrilaterals). Point data: displacement, traction, stress, von_mises; in the plane also
+    normal, sigma_n, sigma_t (along the tangent, the normal turned by +90°), friction_bound (0 off the contact) and
+    arc_length. Cell data: the number of the part, traction_error, estimated (`panels.tail`), and contact (-1 elsewhere, 0
+    stick, 1 slip, 2 open; of a panel the largest of its nodes). Shear between the nodes of a contact element is cut at the
+    bound, which a polynomial may pass there. Names of parts, states and units are those of the arrays of the field data
+    (ParaView's "Information").
 
     Parameters
     ----------
@@ -74,15 +77,19 @@ def write_boundary_vtu(
 def boundary_cells(solution: SolutionData, name: str, step: StepResult) -> meshio.Mesh:
     """Lines or panels of a body with the point and cell data of `write_boundary_vtu` after an increment."""
     mesh, found = solution.meshes[name], step.bodies[name]
-    error = tail(mesh, np.arange(mesh.n_nodes), found.traction)[mesh.first_node[:-1]]
     values = _Values(found.u, found.traction, np.full(mesh.n_nodes, -1), np.zeros(mesh.n_nodes),
-                     solution.body_fields(name, step), error)  # fmt: skip
+                     solution.body_fields(name, step), traction_error(mesh, found))  # fmt: skip
     for pair, (owner, _) in solution.sides.items():
         if owner == name and pair in step.pairs:
             nodes, bound = solution.nodes[pair], step.pairs[pair].bound
             values.state[nodes] = step.pairs[pair].state
             values.bound[nodes] = np.where(np.isfinite(bound), bound, np.finfo(np.float64).max)
     return _cells(mesh, values)
+
+
+def traction_error(mesh: BoundaryMesh, found: BodyResult) -> Array:
+    """Estimated error of the traction on each element, (n_elements,), see `panels.tail` [stress]."""
+    return np.asarray(tail(mesh, np.arange(mesh.n_nodes), found.traction)[mesh.first_node[:-1]])
 
 
 @functools.singledispatch
@@ -93,55 +100,46 @@ def _cells(mesh: BoundaryMesh, values: _Values) -> Any:
 
 @_cells.register
 def _(mesh: SurfaceMesh, values: _Values) -> Any:
-    corners, u = corner_values(mesh, values.u)
-    traction = corner_values(mesh, values.traction)[1]
-    triangle = np.isnan(mesh.corners[:, 3, 0])
-    numbers = np.arange(4 * mesh.n_elements).reshape(-1, 4)
+    places, cells = vtk_cells(mesh)
+    at = mesh.basis_at(places.element, places.place)
     state = np.full(mesh.n_elements, -1)
     np.maximum.at(state, mesh.element, values.state)
-    kinds = [(name, mine) for name, mine in (("quad", ~triangle), ("triangle", triangle)) if mine.any()]
-    places = np.empty((mesh.n_elements, 4, 2))
-    for batch in mesh.batches():
-        polygon = batch.elements.polygon
-        places[batch.elements.index] = polygon[:, np.minimum(np.arange(4), polygon.shape[1] - 1)]
-    stress = values.fields.on_boundary(np.repeat(np.arange(mesh.n_elements), 4), places.reshape(-1, 2))
-    cells = [(name, numbers[mine, : 3 if name == "triangle" else 4]) for name, mine in kinds]
+    stress = values.fields.on_boundary(places.element, places.place)
     return meshio.Mesh(
-        corners.reshape(-1, 3), cells,
-        point_data={"displacement": u.reshape(-1, 3), "traction": traction.reshape(-1, 3), **_stress_data(stress)},
-        cell_data={name: [field[mine] for _, mine in kinds]
+        stress.x, [(kind, numbers) for kind, numbers, _ in cells],
+        point_data={"displacement": at @ values.u, "traction": at @ values.traction, **_stress_data(stress)},
+        cell_data={name: [field[panels] for _, _, panels in cells]
                    for name, field in (("part", mesh.part), ("contact", state), ("traction_error", values.error))},
     )  # fmt: skip
 
 
 @_cells.register
 def _(mesh: CurveMesh, values: _Values) -> Any:
-    state, nodal = values.state, np.column_stack([values.u, values.traction, values.bound])
-    pieces = [_element(mesh, k, nodal, state) for k in range(mesh.n_elements)]
-    counts = np.array([len(piece["x"]) for piece in pieces])
-    first = np.concatenate([[0], np.cumsum(counts)])
-    stress = values.fields.on_boundary(np.repeat(np.arange(mesh.n_elements), counts),
-                                       np.concatenate([piece["place"] for piece in pieces]))  # fmt: skip
-    lines = np.concatenate(
-        [np.column_stack([np.arange(a, b - 1), np.arange(a + 1, b)]) for a, b in itertools.pairwise(first)]
-    )
-    x, normal, along, s = (np.concatenate([p[name] for p in pieces]) for name in ("x", "normal", "values", "s"))
-    cell_state = np.concatenate([p["state"] for p in pieces]).astype(np.int64)
+    turn = np.abs(mesh.curvature * mesh.length)
+    counts = np.maximum(np.maximum(2 * mesh.order, 1), np.ceil(turn / TURN).astype(np.int64))
+    lines, element = np.repeat(np.arange(mesh.n_elements), counts), np.repeat(np.arange(mesh.n_elements), counts + 1)
+    place = (np.arange(len(element)) - np.searchsorted(element, element)) / counts[element]
+    middle = (np.arange(len(lines)) - np.searchsorted(lines, lines) + 0.5) / counts[lines]
+    at, stress = mesh.variables_at(element, place), values.fields.on_boundary(element, place)
+    x, normal = np.column_stack([at["x"], at["y"]]), np.column_stack([at["nx"], at["ny"]])
+    along = mesh.basis_at(element, place) @ np.column_stack([values.u, values.traction, values.bound])
+    cell_state = values.state[_nearest(mesh, lines, middle)]
+    touches = np.ones(mesh.n_elements, dtype=bool)
+    touches[lines[cell_state < 0]] = False
+    touching = touches[element]
     u, traction, bound = along[:, :2], along[:, 2:4], np.maximum(along[:, 4], 0.0)
     tangent = np.column_stack([-normal[:, 1], normal[:, 0]])
     sigma_n, sigma_t = np.sum(traction * normal, axis=1), np.sum(traction * tangent, axis=1)
-    touching = np.repeat([(p["state"] >= 0).all() for p in pieces], counts)
     sigma_t = np.where(touching, np.clip(sigma_t, -bound, bound), sigma_t)
     traction = sigma_n[:, None] * normal + sigma_t[:, None] * tangent
     return meshio.Mesh(
-        in_space(x), [("line", lines)],
+        in_space(x), [("line", np.stack([np.arange(len(lines)) + lines, np.arange(len(lines)) + lines + 1], axis=1))],
         point_data={
             "displacement": in_space(u), "traction": in_space(traction), "normal": in_space(normal),
-            "sigma_n": sigma_n, "sigma_t": sigma_t, "friction_bound": np.where(touching, bound, 0.0), "arc_length": s,
+            "sigma_n": sigma_n, "sigma_t": sigma_t, "friction_bound": np.where(touching, bound, 0.0), "arc_length": at["s"],
             **_stress_data(stress),
         },
-        cell_data={"part": [np.repeat(mesh.part, counts - 1)], "contact": [cell_state],
-                   "traction_error": [np.repeat(values.error, counts - 1)]},
+        cell_data={"part": [mesh.part[lines]], "contact": [cell_state], "traction_error": [values.error[lines]]},
     )  # fmt: skip
 
 
@@ -151,17 +149,9 @@ def _stress_data(stress: StressState) -> dict[str, Array]:
     return {"stress": stress.tensor[:, i, j], "von_mises": stress.von_mises}
 
 
-def _element(mesh: CurveMesh, k: int, nodal: Array, state: Index) -> dict[str, Array]:
-    """Points along an element and the boundary data there."""
-    order, nodes = int(mesh.order[k]), slice(int(mesh.first_node[k]), int(mesh.first_node[k + 1]))
-    turn = abs(float(mesh.curvature[k] * mesh.length[k]))
-    count = max(1, 2 * order, int(np.ceil(turn / 0.1)))
-    xi = np.linspace(-1.0, 1.0, count + 1)
-    place, normal = mesh.on_element(k, xi)
-    basis = lagrange(order, xi)
-    nearest = np.abs(0.5 * (xi[1:] + xi[:-1])[:, None] - mesh.xi[nodes]).argmin(axis=1)
-    return {
-        "x": place, "normal": normal, "values": basis.T @ nodal[nodes],
-        "s": mesh.side_start[k] + 0.5 * (1.0 + xi) * mesh.length[k], "state": state[nodes][nearest].astype(float),
-        "place": 0.5 * (1.0 + xi),
-    }  # fmt: skip
+def _nearest(mesh: CurveMesh, element: Index, place: Array) -> Index:
+    """The node of each element (q,) that is nearest to a place on it, the first of two."""
+    # ξ is within [-1, 1]: nodes of other elements are further away
+    nodes, wanted = 4.0 * mesh.element + mesh.xi, 4.0 * element + 2.0 * place - 1.0
+    after = np.clip(np.searchsorted(nodes, wanted), 1, mesh.n_nodes - 1)
+    return np.asarray(np.where(wanted - nodes[after - 1] <= nodes[after] - wanted, after - 1, after))

@@ -9,7 +9,7 @@ from xml.sax.saxutils import quoteattr
 from ...runtime.atomic_write import temporary_name
 from ..data import SolutionData
 from .boundary import write_boundary_vtu
-from .inside import Window, field_inside, filled_bodies, grid_inside, write_vtu
+from .inside import Window, fields_of_bodies, filled_bodies, grid_inside, write_vtu
 
 
 def write_collection(
@@ -25,7 +25,7 @@ def write_collection(
     solution : Solution
     resolution : numbers of grid cells along the axes, optional
     progress : callable, optional
-        Called with the share of the increments that is written.
+        Called with the share of the fields that is there.
     bodies : names, optional
         Only these.
     window : two (d,) arrays, optional
@@ -49,18 +49,17 @@ def write_collection(
     grids = {name: grid_inside(solution.meshes[name], resolution, window) for name in filled}
     written, rows = list[Path](), list[str]()
     steps = solution.steps or solution.tried
+    inside = fields_of_bodies(solution, grids, steps, progress)
     for k, step in enumerate(steps, 1):
         for part, name in enumerate(chosen):
             files = [path.with_name(f"{path.stem}-{k:03d}-{file_word(name)}-boundary.vtu")]
             write_boundary_vtu(files[0], solution, name, step)
-            if name in grids:
+            if name in inside:
                 files.append(path.with_name(f"{path.stem}-{k:03d}-{file_word(name)}.vtu"))
-                write_vtu(files[1], field_inside(solution, grids[name], name, step), solution.problem.units)
+                write_vtu(files[1], next(inside[name]), solution.problem.units)
             written += files
             rows += [f'    <DataSet timestep="{solution.time(step):.12g}" part="{2 * part + i}" '
                      f"file={quoteattr(file.name)}/>" for i, file in enumerate(files)]  # fmt: skip
-        if progress is not None:
-            progress(k / len(steps))
     text = "\n".join(['<VTKFile type="Collection" version="0.1">', "  <Collection>", *rows, "  </Collection>", "</VTKFile>"])
     with temporary_name(path) as temporary:
         temporary.write_text(text + "\n", encoding="utf-8")

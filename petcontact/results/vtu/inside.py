@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +24,8 @@ from ..data import SolutionData
 from ..records import StepResult
 from .writing import in_space, unit_notes, write_mesh
 
+AT_ONCE = 400_000
+"""Points times increments whose fields are computed together."""
 INSET = 1e-3
 """Distance of the outermost grid points from the bounding box, as a fraction of its size."""
 
@@ -94,8 +97,37 @@ def field_inside(
     solution: SolutionData, grid: Grid, body: str, step: StepResult | None = None, progress: Progress | None = None
 ) -> Field:
     """Displacement and stress of a body after an increment, the last one by default, on a grid."""
-    state = solution.state_at(grid[0], body, step, progress=progress)
-    return Field(*grid, state.u, state.stress, state.sigma_zz)
+    return next(fields_inside(solution, grid, body, [step], progress))
+
+
+def fields_inside(
+    solution: SolutionData, grid: Grid, body: str, steps: Sequence[StepResult | None], progress: Progress | None = None
+) -> Iterator[Field]:
+    """The same after each of some increments, as many at once as fit into `AT_ONCE`; progress is that of all."""
+    count = max(1, AT_ONCE // max(len(grid[0]), 1))
+    for first in range(0, len(steps), count):
+        some = steps[first : first + count]
+
+        def told(share: float, first: int = first, size: int = len(some)) -> None:
+            if progress is not None:
+                progress((first + share * size) / len(steps))
+
+        for state in solution.states_at(grid[0], some, body, progress=told):
+            yield Field(*grid, state.u, state.stress, state.sigma_zz)
+
+
+def fields_of_bodies(
+    solution: SolutionData, grids: Mapping[str, Grid], steps: Sequence[StepResult], progress: Progress | None = None
+) -> dict[str, Iterator[Field]]:
+    """Of some bodies the fields after increment upon increment; progress is that of all."""
+    shares = dict.fromkeys(grids, 0.0)
+
+    def told(name: str, share: float) -> None:
+        shares[name] = share
+        if progress is not None:
+            progress(sum(shares.values()) / len(shares))
+
+    return {name: fields_inside(solution, grid, name, steps, functools.partial(told, name)) for name, grid in grids.items()}
 
 
 @functools.singledispatch
@@ -118,8 +150,7 @@ def _(mesh: SurfaceMesh, resolution: tuple[int, ...], window: Window | None) -> 
     lines = [np.linspace(a, b, n + 1) for a, b, n in zip(low + inset, high - inset, resolution, strict=True)]
     grid = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1)
     flat = grid.reshape(-1, 3)
-    triangles = mesh.triangles()
-    inside = np.array([winding(triangles - x) for x in flat]) > 0.5
+    inside = winding(mesh.triangles(), flat) > 0.5
     number = np.arange(len(flat)).reshape(grid.shape[:3])
     i, j, k = (slice(None, -1),) * 3
     up = slice(1, None)

@@ -6,7 +6,7 @@ by increment. Values that a place does not have, tractions inside and stress of 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +14,15 @@ import h5py
 import numpy as np
 
 from ...arrays import Array
+from ...fields.interior import Field
 from ...runtime.atomic_write import temporary_name
 from ..data import SolutionData
 from ..records import StepResult
 from .boundary import boundary_cells
-from .inside import Grid, field_inside, filled_bodies, grid_inside, inside_cells
+from .inside import fields_of_bodies, filled_bodies, grid_inside, inside_cells
 
 VERSION = (2, 2)
-CELL_TYPES = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12}
+CELL_TYPES = {"line": 3, "triangle": 5, "quad": 9, "hexahedron": 12, "triangle6": 22, "quad9": 28}
 """VTK's numbers."""
 ELSEWHERE = -1
 """Of cells inside, as part and state of contact."""
@@ -34,7 +35,8 @@ def write_vtkhdf(
     """Write the boundary and the inside of every body after every increment as one .vtkhdf file (ParaView 5.12 on).
 
     Point data: displacement, stress (xx, yy, zz, xy, yz, xz), von_mises, and traction, which is NaN inside.
-    Cell data: `body` and `part` by number, `contact` (0 stick, 1 slip, 2 open; -1 elsewhere). The time of an increment is
+    Cell data: `body` and `part` by number, `contact` (0 stick, 1 slip, 2 open; -1 elsewhere), `traction_error`, the
+    estimated error of the traction, NaN inside. Panels are cells as of `write_boundary_vtu`. The time of an increment is
     the number of its step less 1 plus its load factor.
 
     Parameters
@@ -43,7 +45,7 @@ def write_vtkhdf(
     solution : Solution
     resolution : numbers of grid cells along the axes, optional
     progress : callable, optional
-        Called with the share of the increments that is written.
+        Called with the share of the fields that is there.
 
     Raises
     ------
@@ -54,34 +56,36 @@ def write_vtkhdf(
     """
     grids = {name: grid_inside(solution.meshes[name], resolution) for name in filled_bodies(solution)}
     steps = solution.steps or solution.tried
+    inside = fields_of_bodies(solution, grids, steps, progress)
     with temporary_name(path) as temporary, h5py.File(temporary, "w") as file:
         root = file.create_group("VTKHDF")
         root.attrs["Version"] = VERSION
         root.attrs.create("Type", b"UnstructuredGrid", dtype=h5py.string_dtype("ascii", len("UnstructuredGrid")))
         for k, step in enumerate(steps):
-            geometry, points, cells = _increment(solution, step, grids)
+            geometry, points, cells = _increment(solution, step, inside)
             if k == 0:
                 _write_geometry(root, geometry)
                 _write_steps(root, [solution.time(step) for step in steps], points, cells)
             _append(root["PointData"], points)
             _append(root["CellData"], cells)
-            if progress is not None:
-                progress((k + 1) / len(steps))
 
 
 Fields = dict[str, Array]
 
 
-def _increment(solution: SolutionData, step: StepResult, grids: Mapping[str, Grid]) -> tuple[Any, Fields, Fields]:
+def _increment(
+    solution: SolutionData, step: StepResult, inside: Mapping[str, Iterator[Field]]
+) -> tuple[Any, Fields, Fields]:
     """Points with cells by kind, point data and cell data of all pieces after an increment."""
     meshes = []
     for number, name in enumerate(solution.meshes):
         pieces = [boundary_cells(solution, name, step)]
-        if name in grids:
-            pieces.append(inside_cells(field_inside(solution, grids[name], name, step)))
+        if name in inside:
+            pieces.append(inside_cells(next(inside[name])))
         for mesh in pieces:
             for key in ("part", "contact"):
                 mesh.cell_data.setdefault(key, [np.full(len(block), ELSEWHERE) for block in mesh.cells])
+            mesh.cell_data.setdefault("traction_error", [np.full(len(block), np.nan) for block in mesh.cells])
             mesh.cell_data["body"] = [np.full(len(block), number) for block in mesh.cells]
         meshes += pieces
     kinds = {"displacement": 3, "traction": 3, "stress": 6, "von_mises": 1}
@@ -94,6 +98,7 @@ def _increment(solution: SolutionData, step: StepResult, grids: Mapping[str, Gri
     }  # fmt: skip
     cells = {key: np.concatenate([np.concatenate(mesh.cell_data[key]) for mesh in meshes]).astype(np.int64)
              for key in ("body", "part", "contact")}  # fmt: skip
+    cells["traction_error"] = np.concatenate([np.concatenate(mesh.cell_data["traction_error"]) for mesh in meshes])
     return meshes, points, cells
 
 

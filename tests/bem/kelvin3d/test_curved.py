@@ -108,11 +108,11 @@ def test_compiled_code_agrees_with_numpy(monkeypatch: pytest.MonkeyPatch, corner
     points = np.vstack([beside(panel, (0.001, 0.1, 0.5, 2.0, 30.0), rng), nodes])
     inside, (u, t) = points[:5], rng.normal(size=(2, panel.n_nodes, 3))
     kernel = Kelvin3D(Material(young_modulus=2.0, poisson_ratio=NU), 1.7)
-    ours = integrals(points, panel, NU), field_of(kernel, inside, panel, u, t)
+    ours = integrals(points, panel, NU), field_of(kernel, inside, panel, u[..., None], t[..., None])
     assert all(np.array_equal(integrals(points[3:7], panel, NU)[k], ours[0][k][..., 3:7]) for k in range(2))
     monkeypatch.setattr(module, "available", lambda: False)
     monkeypatch.setattr(kernels_module, "FIELDS", {})
-    theirs = integrals(points, panel, NU), field_of(kernel, inside, panel, u, t)
+    theirs = integrals(points, panel, NU), field_of(kernel, inside, panel, u[..., None], t[..., None])
     for one, other in zip(ours[0], theirs[0], strict=True):
         assert np.all(np.abs(one - other).max(axis=(0, 1, 2)) <= 1e-9 * np.abs(other).max(axis=(0, 1, 2)))
     for one, other in zip(ours[1], theirs[1], strict=True):

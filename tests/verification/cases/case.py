@@ -24,7 +24,7 @@ KINDS = ("closed form", "external source", "another code")
 class Value:
     """A reference value: its name, unit, number, tolerance (relative; of a reference 0 absolute), and the measure.
 
-    `set` changes keys of the problem file for this value.
+    `set` changes keys of the problem file, or keywords of the function, for this value.
     """
 
     name: str
@@ -75,7 +75,7 @@ class Case:
         if self.config:
             return petcontact.load(self.config, changes)
         module, name = self.problem.split(":")
-        return getattr(importlib.import_module(f"{__package__}.{module}"), name)()
+        return getattr(importlib.import_module(f"{__package__}.{module}"), name)(**(changes or {}))
 
     def computed(self) -> tuple[list[float], petcontact.Solution]:
         """The values, and the solution of the problem as it stands; one that did not converge is an error."""

@@ -154,6 +154,16 @@ def force(solution, *, pair, component, step=None):
     return float(_increment(solution, step).pairs[pair].force[component])
 
 
+def reaction(solution, *, part, component, step=None):
+    """Of the tractions on a part of the only body [force/length, in space force]."""
+    return float(solution.reactions(_increment(solution, step))[part][component])
+
+
+def moment(solution, *, pair, component=0, step=None):
+    """Of the contact on the secondary, about the origin, in the plane or about an axis [force, in space force · length]."""
+    return float(np.atleast_1d(_increment(solution, step).pairs[pair].moment)[component])
+
+
 def motion(solution, *, obstacle, component, step=None):
     """Displacement of an obstacle [length]."""
     return float(_increment(solution, step).obstacles[obstacle].displacement[component])

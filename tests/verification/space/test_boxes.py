@@ -19,7 +19,7 @@ from petcontact.pipeline.steps.increment import PreparedProblem
 from petcontact.pipeline.steps.load_steps import first_increment
 from petcontact.results.solution import Solution
 
-CONFIGS = Path(__file__).parents[2] / "configs"
+CONFIGS = Path(__file__).parents[3] / "configs"
 # three finest meshes of a prototype (N = 3240 to 98 010 nodes); this mesh of 360 nodes is 0.3 to 2 % off
 REFERENCE = {
     "a": {"force": (-2920.40, 0.0), "normal": 1236.0, "size": 0.13409, "work": -60.250},

@@ -20,7 +20,7 @@ from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.model.case import load
 from petcontact.reference.lame import Sphere
 
-CONFIGS = Path(__file__).parents[2] / "configs"
+CONFIGS = Path(__file__).parents[3] / "configs"
 NU = 0.3
 Field = Callable[[np.ndarray], np.ndarray]
 

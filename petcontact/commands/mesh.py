@@ -1,0 +1,77 @@
+"""Surfaces of a CAD file, to be named in a config, and its mesh: petcontact mesh part.step --size 2 -o part.msh
+
+STEP, IGES and BREP files are read by Gmsh's Python package: pip install 'petcontact[cad]'. Without -o the surfaces are
+listed: number, part (the name in the STEP file, else the number), kind, area and centre. `--part foot=3,4` names some, as
+`parts = { foot = [3, 4] }` does in [geometry]. A config may name the CAD file itself: shape = "gmsh", file = "part.step".
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..errors import InputError
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The options of `petcontact mesh`."""
+    parser.add_argument("file", metavar="PART.step", help="a CAD file: .step, .stp, .iges, .igs or .brep")
+    parser.add_argument("--size", metavar="S", help="of the cells [length] (default: a twelfth of the body's diagonal)")
+    parser.add_argument("--order", type=int, choices=(1, 2), default=2, help="of the cells: flat (1) or curved (2, default)")
+    parser.add_argument("--part", metavar="NAME=N,N", action="append", default=[],
+                        help="name surfaces by their numbers; may be repeated")  # fmt: skip
+    parser.add_argument("--solid", metavar="NAME", help="name or number of the solid, where there are several")
+    parser.add_argument("-o", "--output", metavar="PART.msh", help="write the mesh there")
+
+
+def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
+    """List the surfaces, or write the mesh; needs no PETSc."""
+    from ..geometry.cad.part import CadSurface, is_cad
+    from ..model.shapes.files import Gmsh
+    from ..runtime.atomic_write import check_target, temporary_name
+    from ..runtime.text_table import aligned
+
+    if not is_cad(arguments.file):
+        raise InputError(f"{arguments.file}: must end in .step, .stp, .iges, .igs or .brep")
+    size, target = _size(arguments.size), arguments.output and Path(arguments.output)
+    if target and target.suffix.lower() != ".msh":
+        raise InputError(f"{target}: a mesh is written as .msh")
+    if target:
+        check_target(target, replace=True, inputs=[arguments.file])
+    solid = int(arguments.solid) if arguments.solid and arguments.solid.isdecimal() else arguments.solid
+    surface = Gmsh(arguments.file, parts=_parts(arguments.part) or None, solid=solid).outline()
+    assert isinstance(surface, CadSurface)
+    print("\n".join(aligned(surface.table())))
+    if target:
+        with temporary_name(target) as temporary:
+            made = temporary.with_suffix(".msh")  # by which Gmsh knows the format
+            try:
+                surface.write_msh(made, size, arguments.order)
+                made.replace(temporary)
+            finally:
+                made.unlink(missing_ok=True)
+        print(target)
+    return 0
+
+
+def _size(word: str | None) -> float | None:
+    if word is None:
+        return None
+    try:
+        size = float(word)
+    except ValueError:
+        size = 0.0
+    if not 0.0 < size < float("inf"):
+        raise InputError(f"--size {word}: must be a positive number")
+    return size
+
+
+def _parts(words: list[str]) -> dict[str, tuple[int, ...]]:
+    """Names and numbers of surfaces."""
+    result: dict[str, tuple[int, ...]] = {}
+    for word in words:
+        name, _, numbers = word.partition("=")
+        if not name or not all(number.isdecimal() for number in numbers.split(",")):
+            raise InputError(f"--part {word}: expected NAME=N,N with the numbers of surfaces")
+        result[name] = (*result.get(name, ()), *map(int, numbers.split(",")))
+    return result

@@ -1,0 +1,38 @@
+"""A body without strain: what equilibrium asks for before any matrix is built."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...arrays import Array
+from ...bem.operators import BoundaryOperators
+from .base import ElasticBody
+
+
+class RigidBody(ElasticBody):
+    """Rigid motions, resultants and contact nodes of a body whose u_0 and S are left out.
+
+    Parameters
+    ----------
+    operators : BoundaryOperators
+    modes : (n, d, r) array
+        Rigid motions that no known displacement holds [-].
+    """
+
+    compliance = None
+
+    def __init__(self, operators: BoundaryOperators, modes: Array) -> None:
+        super().__init__(operators, modes)
+        self.u_0 = np.zeros((self.data.states, *self.data.contact_shape))
+
+    def apply(self, traction: Array) -> Array:
+        """S = 0."""
+        return np.zeros_like(traction)
+
+    def unknowns(self, shares: Array, traction: Array) -> Array:
+        """None but zero."""
+        return np.zeros(self.operators.n_unknowns + self.modes.shape[2])
+
+    def describe(self) -> str:
+        """A word."""
+        return "rigid"

@@ -1,0 +1,1 @@
+"""Bodies from CAD files, by Gmsh's Python package, which is an optional extra."""

@@ -1,0 +1,227 @@
+"""Solids of CAD files (STEP, IGES, BREP): their surfaces by number and name, and the curved facets that mesh them."""
+
+from __future__ import annotations
+
+import functools
+import importlib.util
+import json
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...errors import InputError
+from ..gmsh import read_msh
+from ..gmsh_surface import gmsh_surface
+from ..surface import FacetSurface, SolidSurface
+from . import worker
+from .step_names import face_names
+
+LARGEST = 500_000_000
+"""Bytes of a CAD file."""
+PANELS = 12
+"""Cells along the diagonal of the box around a solid, where no size is given."""
+HOW = "pip install 'petcontact[cad]'"
+LIBRARIES = "apt install libglu1-mesa libxft2 libxcursor1 libxinerama1"
+"""What Gmsh's wheel needs and Debian's minimal systems lack."""
+FACTS = ("number", "kind", "area", "centre", "vertices")
+"""Of a face, as the worker has them."""
+
+
+def is_cad(file: str) -> bool:
+    """Whether the name of a file is that of a CAD file."""
+    return Path(file).suffix.lower() in worker.FORMATS
+
+
+@dataclass(frozen=True)
+class CadFace:
+    """A surface of a CAD file: its number in the file, its name there or "", kind, area [length²] and centre [length]."""
+
+    number: int
+    name: str
+    kind: str
+    area: float
+    centre: tuple[float, float, float]
+
+    @property
+    def part(self) -> str:
+        """The part that it belongs to, where the user says nothing."""
+        return self.name or str(self.number)
+
+
+@dataclass(frozen=True)
+class CadSurface(SolidSurface):
+    """The surface of one solid of a CAD file, which is meshed where a size is known.
+
+    Attributes
+    ----------
+    file : str
+        As it was given, for messages.
+    stamp : int
+        When the file was changed last.
+    faces : tuple of CadFace
+    part_of : tuple of str
+        The part of each face.
+    low, high : tuples
+        Corners of the box around it [length].
+    """
+
+    file: str
+    stamp: int
+    faces: tuple[CadFace, ...]
+    part_of: tuple[str, ...]
+    low: tuple[float, float, float]
+    high: tuple[float, float, float]
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Names of the parts, in the order of their first faces."""
+        return tuple(dict.fromkeys(self.part_of))
+
+    @property
+    def diameter(self) -> float:
+        """Length of the diagonal of the box around it [length]."""
+        return float(np.linalg.norm(np.subtract(self.high, self.low)))
+
+    @property
+    def area(self) -> float:
+        """[length²]."""
+        return float(sum(face.area for face in self.faces))
+
+    @property
+    def usual_size(self) -> float:
+        """Of cells, where none is given [length]."""
+        return self.diameter / PANELS
+
+    def facets(self, size: float | None = None) -> FacetSurface:
+        """Curved triangles of about a size, of the second order.
+
+        Raises
+        ------
+        InputError
+            If Gmsh cannot mesh it, or the mesh is none of a body (see `checked_surface`).
+        """
+        return _facets(self, size or self.usual_size)
+
+    def write_msh(self, target: str | Path, size: float | None = None, order: int = 2) -> None:
+        """Write the mesh as a Gmsh file, format 4.1, with a physical surface for each part.
+
+        Raises
+        ------
+        InputError
+            If Gmsh cannot mesh it.
+        """
+        parts = {part: [face.number for face, own in zip(self.faces, self.part_of, strict=True) if own == part]
+                 for part in self.parts}  # fmt: skip
+        ask(self.file, target=str(target), parts=parts, size=size or self.usual_size, order=order)
+
+    def table(self) -> list[list[str]]:
+        """Number, part, kind, area and centre of each face, after a head."""
+        small = 1e-9 * self.diameter
+        centres = [" ".join(f"{0.0 if abs(value) < small else value:.4g}" for value in face.centre) for face in self.faces]
+        rows = [[str(face.number), part, face.kind, f"{face.area:.6g}", centre]
+                for face, part, centre in zip(self.faces, self.part_of, centres, strict=True)]  # fmt: skip
+        return [["surface", "part", "kind", "area", "centre"], *rows]
+
+
+@functools.lru_cache(maxsize=8)
+def _facets(surface: CadSurface, size: float) -> FacetSurface:
+    with tempfile.TemporaryDirectory(prefix="petcontact-") as folder:
+        target = Path(folder) / "part.msh"
+        surface.write_msh(target, size)
+        return gmsh_surface(read_msh(str(target)), surface.file)
+
+
+def cad_surface(file: str, parts: Mapping[str, Sequence[int]] | None = None, solid: str | int | None = None) -> CadSurface:
+    """The surface of a solid of a CAD file.
+
+    Parameters
+    ----------
+    file : str
+    parts : mapping of names to numbers of surfaces, optional
+        The others keep their names in the file, or are called by their numbers.
+    solid : str or int, optional
+        Name or number of the solid, where the file has several.
+
+    Raises
+    ------
+    InputError
+        If Gmsh's package is missing, the file cannot be read, it has no solid or several, or there is no such surface.
+    """
+    path = Path(file)
+    stamp = path.stat().st_mtime_ns
+    found = _solid(_listed(file, stamp), file, solid)
+    faces = tuple(CadFace(*face) for face in found["faces"])
+    own = {number: name for name, numbers in (parts or {}).items() for number in numbers}
+    known = {face.number for face in faces}
+    for number in own:
+        if number not in known:
+            raise InputError(f"{file}: geometry.parts: no surface {number}; there are {_numbers(known)} (petcontact mesh "
+                             f"{path.name} lists them)")  # fmt: skip
+    part_of = tuple(own.get(face.number, face.part) for face in faces)
+    return CadSurface(file, stamp, faces, part_of, tuple(found["low"]), tuple(found["high"]))
+
+
+def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[str, Any]:
+    """The solid that is meant."""
+    solids: list[dict[str, Any]] = found["solids"]
+    if not solids:
+        what = f"{found['loose']} surface{'s' * (found['loose'] != 1)} but no solid" if found["loose"] else "no solid"
+        raise InputError(f"{file}: holds {what}; a body is one solid with a closed surface: sew it in the CAD program")
+    names = ", ".join(f"{solid['number']} {solid['name']!r}" for solid in solids)
+    chosen = [solid for solid in solids if wanted in (None, solid["number"], solid["name"])]
+    if not chosen:
+        raise InputError(f"{file}: geometry.solid: no solid {wanted!r}; there are {names}")
+    if len(chosen) > 1:
+        raise InputError(f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid names or numbers "
+                         "it, a [[body]] each")  # fmt: skip
+    return chosen[0]
+
+
+@functools.lru_cache(maxsize=16)
+def _listed(file: str, stamp: int) -> dict[str, Any]:
+    """What the worker lists, faces as tuples with the names of the file; `stamp` is part of the key."""
+    found = ask(file)
+    solids = found["solids"]
+    vertices: list[Any] = [[face["vertices"] for face in solid["faces"]] for solid in solids]
+    named = face_names(Path(file), vertices)
+    for solid, names in zip(solids, named, strict=True):
+        solid["faces"] = [(face["number"], name, face["kind"], face["area"], tuple(face["centre"]))
+                          for face, name in zip(solid["faces"], names, strict=True)]  # fmt: skip
+    return found
+
+
+def ask(file: str, **request: Any) -> dict[str, Any]:
+    """The worker's answer.
+
+    Raises
+    ------
+    InputError
+        If Gmsh's package is missing or does not load, or what it says of the file.
+    """
+    if importlib.util.find_spec("gmsh") is None:
+        raise InputError(f"{file}: CAD files are read by Gmsh's Python package, which is not installed: {HOW}; or mesh it "
+                         "elsewhere and give the .msh file")  # fmt: skip
+    words = [sys.executable, worker.__file__]
+    done = subprocess.run(words, input=json.dumps({"file": file, **request}), capture_output=True, text=True, check=False)
+    try:
+        answer: dict[str, Any] = json.loads(done.stdout)
+    except ValueError:
+        raise InputError(f"{file}: Gmsh ended while it read or meshed it (status {done.returncode}); mend the geometry in "
+                         "the CAD program") from None  # fmt: skip
+    if "missing" in answer:
+        raise InputError(f"{file}: Gmsh's Python package does not load ({answer['missing']}); {LIBRARIES}")
+    if "error" in answer:
+        doing = "meshed" if "target" in request else "read"
+        raise InputError(f"{file}: cannot be {doing} ({answer['error'].splitlines()[0]})")
+    return answer
+
+
+def _numbers(numbers: set[int]) -> str:
+    low, high = min(numbers), max(numbers)
+    return f"{low} to {high}" if len(numbers) == high - low + 1 else ", ".join(map(str, sorted(numbers)))

@@ -1,0 +1,96 @@
+"""The program that reads and meshes a CAD file with Gmsh: a request in JSON on standard input, the answer on standard out.
+
+It runs as a process of its own: OpenCASCADE writes to standard output, ends on signals where a file is damaged, and has one
+state for all. It imports nothing of petcontact.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from pathlib import Path
+from typing import Any
+
+FORMATS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges", ".brep": "brep"}
+"""Of OpenCASCADE's reader, by the suffix of a file."""
+TURN = 8
+"""Cells that go round a full circle at least: curved panels keep a good shape."""
+
+
+def listed(gmsh: Any) -> dict[str, Any]:
+    """Solids with their surfaces: number, kind, area, centre and vertices of each; and the surfaces of no solid."""
+    model, solids = gmsh.model, []
+    faces = {number: _face(model, number) for _, number in model.getEntities(2)}
+    loose = set(faces)
+    for _, number in model.getEntities(3):
+        mine = [abs(face) for face in model.getAdjacencies(3, number)[1].tolist()]
+        loose -= set(mine)
+        low, high = [model.getBoundingBox(3, number)[k : k + 3] for k in (0, 3)]
+        name = model.getEntityName(3, number).rpartition("/")[2]
+        solids.append({"number": number, "name": name, "low": low, "high": high, "faces": [faces[face] for face in mine]})
+    return {"solids": solids, "loose": len(loose)}
+
+
+def _face(model: Any, number: int) -> dict[str, Any]:
+    corners = model.getBoundary([(2, number)], combined=False, oriented=False, recursive=True)
+    return {
+        "number": number, "kind": model.getType(2, number), "area": model.occ.getMass(2, number),
+        "centre": model.occ.getCenterOfMass(2, number),
+        "vertices": [model.getValue(0, tag, []).tolist() for _, tag in sorted(set(corners))],
+    }  # fmt: skip
+
+
+def meshed(gmsh: Any, request: dict[str, Any]) -> dict[str, Any]:
+    """Write a .msh file of the surface of a solid: cells of about a size, a physical surface for each part."""
+    model, option = gmsh.model, gmsh.option.setNumber
+    for number, (name, faces) in enumerate(request["parts"].items(), 1):
+        model.addPhysicalGroup(2, faces, number, name)
+    wanted = {face for faces in request["parts"].values() for face in faces}
+    unwanted = [(2, tag) for _, tag in model.getEntities(2) if tag not in wanted]
+    model.removeEntities(model.getEntities(3) + unwanted, recursive=False)
+    option("Mesh.MeshSizeMax", request["size"])
+    option("Mesh.MeshSizeFromPoints", 0)  # OpenCASCADE's points have sizes of their own
+    option("Mesh.MeshSizeFromCurvature", TURN)
+    option("Mesh.ElementOrder", request["order"])
+    option("Mesh.Algorithm", 6)  # of the same points the same triangles, whatever the number of threads
+    model.mesh.generate(2)
+    gmsh.write(request["target"])
+    return {}
+
+
+def answer(request: dict[str, Any]) -> dict[str, Any]:
+    """What was asked for, or what Gmsh says against it."""
+    try:
+        import gmsh
+    except (ImportError, OSError) as error:
+        return {"missing": str(error)}
+    # a user's .gmshrc would change the mesh; signals stay Python's
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        for key in ("General.Terminal", "General.NumThreads"):
+            gmsh.option.setNumber(key, int(key.endswith("Threads")))
+        gmsh.model.add("part")
+        # never gmsh.open: what it takes for a script it runs
+        form = FORMATS[Path(request["file"]).suffix.lower()]
+        gmsh.model.occ.importShapes(request["file"], highestDimOnly=False, format=form)
+        gmsh.model.occ.synchronize()
+        return meshed(gmsh, request) if "target" in request else listed(gmsh)
+    except Exception as error:  # Gmsh's are of no class of their own
+        return {"error": str(error).strip() or type(error).__name__}
+    finally:
+        gmsh.finalize()
+
+
+def main() -> None:
+    """Answer on what was standard output; everything else that is printed goes nowhere."""
+    out = os.dup(1)
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    for number in (1, 2):
+        os.dup2(nowhere, number)
+    with os.fdopen(out, "w") as stream:
+        json.dump(answer(json.load(sys.stdin)), stream)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,1 @@
+"""Bodies of revolution: an outline turned about an axis."""

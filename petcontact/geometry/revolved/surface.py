@@ -1,0 +1,165 @@
+"""The surface of a section that is turned about an axis, as curved panels: quadrilaterals, triangles where more go round."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...arrays import Array
+from ...errors import InputError
+from ..outline import Outline
+from ..surface import SolidSurface
+from .section import section_triangles
+from .stations import Stations, checked_section, parts_of, stations
+
+FACES = ("start", "end")
+"""Parts of the plane faces of a body that is turned by less than a full circle."""
+ATTEMPTS, FINER = 8, 0.75
+"""Sizes that are tried for the plane faces, each finer than the one before."""
+PER_DIAMETER = 8
+"""Panels along the diagonal of the section, where no size is given."""
+
+
+def _triangle(*corners: tuple[float, float]) -> Array:
+    """Corners and middles of the sides."""
+    x = np.array(corners, dtype=float)
+    return np.concatenate([x, 0.5 * (x + np.roll(x, -1, axis=0))])
+
+
+def _mirrored(cells: Array) -> Array:
+    """Triangles with start and end of the piece changed over, still counter-clockwise."""
+    return (cells * [1.0, -1.0] + [0.0, 1.0])[:, [0, 2, 1, 5, 4, 3]]
+
+
+EQUAL = np.array([[(0, 0), (1, 0), (1, 1), (0, 1), (0.5, 0), (1, 0.5), (0.5, 1), (0, 0.5), (0.5, 0.5)]])
+MORE = np.stack(
+    [_triangle((0, 0), (0.5, 1), (0, 1)), _triangle((0, 0), (1, 0), (0.5, 1)), _triangle((1, 0), (1, 1), (0.5, 1))]
+)
+TIP = np.array([[(0.5, 0), (1, 1), (0, 1), (1, 0.5), (0.5, 1), (0, 0.5)]])
+"""Panels of a sector between the start (0) and the end (1) of a piece, the angle first: as many sectors at the end, twice as
+many, or the start on the axis."""
+
+
+@dataclass(frozen=True)
+class RevolvedSurface(SolidSurface):
+    """A section in (r, z), the body on the left of its sides, turned about an axis [length].
+
+    Attributes
+    ----------
+    section : Outline
+        Sides on the axis make no surface.
+    centre : (3,) array
+        Where r = z = 0 [length].
+    frame : (3, 3) array
+        Unit vectors: of r where it starts, across it, and along the axis, right-handed.
+    angle : float
+        Up to 2π [rad].
+
+    Raises
+    ------
+    InputError
+        If the section passes the axis or touches it in a point, or has a part of the name of a plane face.
+    """
+
+    section: Outline
+    centre: Array
+    frame: Array
+    angle: float
+
+    def __post_init__(self) -> None:
+        checked_section(self.section)
+        for name in set(FACES) & {*self._round_parts} if not self._is_whole else ():
+            raise InputError(
+                f"geometry: the part {name!r} is a plane face where the section begins or ends; choose another name"
+            )
+
+    @property
+    def _is_whole(self) -> bool:
+        return self.angle >= 2.0 * math.pi
+
+    @property
+    def _round_parts(self) -> tuple[str, ...]:
+        return parts_of(self.section.sides, self.section)
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """Those of the section, and the plane faces where the angle is less than a full circle."""
+        return self._round_parts + (() if self._is_whole else FACES)
+
+    @property
+    def diameter(self) -> float:
+        """Length of the diagonal of the box around the body that is turned all round [length]."""
+        r, z = np.vstack([side.point(np.linspace(0.0, 1.0, 9)) for side in self.section.sides]).T
+        return float(np.hypot(np.sqrt(8.0) * r.max(), np.ptp(z)))
+
+    @property
+    def usual_size(self) -> float:
+        """Of panels, where none is given [length]."""
+        return self.section.diameter / PER_DIAMETER
+
+    @property
+    def area(self) -> float:
+        """By Pappus' rule [length²]."""
+        round_ = sum(side.length * side.point(np.linspace(0.05, 0.95, 10))[:, 0].mean() for side in self.section.sides)
+        return float(self.angle * round_ + 2.0 * (not self._is_whole) * self.section.polygon().area)
+
+    def cells(self, size: float) -> Iterator[tuple[int, Array]]:
+        """Part and points (n, 9, 3) of panels: corners, middles of the sides, middle; NaN where triangles have none.
+
+        Raises
+        ------
+        InputError
+            If no triangles of less than a tenth of the size fill the section.
+        """
+        filling, found = None, stations(self.section, self.angle, size)
+        for attempt in range(0 if self._is_whole else ATTEMPTS):
+            finer = size * FINER**attempt
+            found = stations(self.section, self.angle, finer)
+            filling = section_triangles(found, finer)
+            if filling is not None:
+                break
+        if filling is None and not self._is_whole:
+            raise InputError(f"mesh.element_size: {size:g} is too coarse for the section's plane faces")
+        yield from self._round(found)
+        if filling is not None:
+            for face, (six, steps) in enumerate(((filling, 0), (filling[:, [0, 2, 1, 5, 4, 3]], 1))):
+                yield len(self._round_parts) + face, self._padded(self._placed(six[..., 0], six[..., 1], steps, 1))
+
+    def _round(self, found: Stations) -> Iterator[tuple[int, Array]]:
+        """Panels of each piece off the axis."""
+        finest = 4 * int(found.sectors.max())
+        for k, part in enumerate(found.part):
+            if not part:
+                continue
+            before, after = int(found.sectors[k]), int(found.sectors[found.following[k]])
+            if before == after:
+                cells, count = EQUAL, before
+            else:
+                cells, count = (TIP if 0 in (before, after) else MORE), min(before, after) or max(before, after)
+                cells = cells if before < after else _mirrored(cells)
+            place = np.rint(2.0 * cells[..., 1]).astype(int)
+            r, z = found.at[k, place].transpose(2, 0, 1)
+            steps = np.rint((np.arange(count)[:, None, None] + cells[..., 0]) * (finest // count)).astype(int)
+            x = self._placed(np.broadcast_to(r, steps.shape), np.broadcast_to(z, steps.shape), steps, finest)
+            yield self._round_parts.index(part), self._padded(x.reshape(-1, *x.shape[2:]))
+
+    def _placed(self, r: Array, z: Array, step: Array | int, steps: int) -> Array:
+        """Points at whole steps of the angle, so that those of neighbours are the same to the last digit."""
+        angle = self.angle * (np.arange(steps + 1) / steps)
+        if self._is_whole:
+            angle[-1] = 0.0
+        first, second, along = self.frame
+        cos, sin = (np.broadcast_to(values[step], r.shape)[..., None] for values in (np.cos(angle), np.sin(angle)))
+        return np.asarray(self.centre + r[..., None] * (cos * first + sin * second) + z[..., None] * along)
+
+    @staticmethod
+    def _padded(x: Array) -> Array:
+        """Triangles (n, 6, 3) as nine points: no fourth corner, two middles fewer."""
+        if x.shape[1] == 9:
+            return x
+        result = np.full((len(x), 9, 3), np.nan)
+        result[:, :3], result[:, 4:7] = x[:, :3], x[:, 3:]
+        return result

@@ -1,0 +1,143 @@
+"""How far the tractions of two solutions of a plane problem are apart, with and without the ends of parts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...geometry.outline import Outline, as_outline
+from ...mesh.basis import lagrange
+from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...model.problem import Problem
+from ...results.records import PairResult, step_ends
+from ...results.solution import Solution
+from ..discrete.interfaces import interfaces_of
+from .part_ends import pressed_sides, singular_places
+
+FADE = 0.02
+"""Share of a part beside places where tractions may be infinite over which the norm of differences fades out."""
+GROWS = 1.1
+"""Ratio of the largest tractions beside such a place on two meshes from which on they count as infinite there."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """Between tractions, relative to p in L2, the largest over interfaces and step ends.
+
+    Attributes
+    ----------
+    inside : float
+        Of p and of q, faded out towards the ends of parts and the corners that press on them [-].
+    whole : float
+        The same with the ends [-].
+    singular : dict of lists of float
+        By interface, arc lengths of the ends and corners where tractions grow from mesh to mesh and that leave more than
+        what is left inside [length].
+    """
+
+    inside: float = 0.0
+    whole: float = 0.0
+    singular: dict[str, list[float]] = field(default_factory=dict)
+
+    def info(self) -> dict[str, Any]:
+        """What a solution reports of its ends."""
+        return {"error_with_ends": self.whole, "singular": self.singular}
+
+
+def difference(coarse: Solution, fine: Solution, places: dict[str, Array] | None = None) -> Difference:
+    """Of two solutions at the nodes of the finer one; `places` as `fading_places` finds them."""
+    places = fading_places(fine.problem) if places is None else places
+    inside = whole = 0.0
+    growing: dict[str, dict[float, float]] = {}
+    for one, other in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
+        for name, pair in other.pairs.items():
+            mesh = as_curve(coarse.meshes[coarse.sides[name][0]])
+            to_fine = _interpolation(mesh, coarse.sides[name][1], coarse.nodes[name], pair.arc_length)
+            old = one.pairs[name]
+            now, before = _tractions(pair), _tractions(old)
+            change = to_fine @ before - now
+            near, fade = _fading(pair, places[name])
+            weight = pair.weight * fade**2
+            size, size_whole = (float(np.sqrt(w @ pair.pressure**2)) for w in (weight, pair.weight))
+            if size == 0.0:
+                continue
+            square = pair.weight[:, None] * change**2
+            inside = max(inside, float(np.sqrt((fade**2 @ square).max())) / size)
+            whole = max(whole, float(np.sqrt(square.sum(axis=0).max())) / size_whole)
+            at_old = _fading(old, places[name])
+            for k, s in enumerate(places[name].tolist()):
+                here, there = (near == k) & (fade < 1.0), (at_old[0] == k) & (at_old[1] < 1.0)
+                peaks = [float(np.abs(values).max(initial=0.0)) for values in (before[there], now[here])]
+                if peaks[1] > GROWS * peaks[0]:
+                    share = float(np.sqrt(square[here].sum(axis=0).max())) / size_whole
+                    growing.setdefault(name, {})[s] = max(share, growing.get(name, {}).get(s, 0.0))
+    singular = {name: sorted(s for s, share in found.items() if share > inside) for name, found in growing.items()}
+    return Difference(inside, whole, {name: found for name, found in singular.items() if found})
+
+
+def relative_difference(coarse: Solution, fine: Solution) -> float:
+    """That of p and q in L2 without the ends of parts, relative to p."""
+    return difference(coarse, fine).inside
+
+
+def displacement_difference(coarse: Solution, fine: Solution) -> float:
+    """The largest ‖u_coarse - u_fine‖/‖u_fine‖ in L2 over bodies and step ends, at the fine nodes."""
+    worst = 0.0
+    for one, other in zip(step_ends(coarse.steps), step_ends(fine.steps), strict=True):
+        for name, mesh in fine.meshes.items():
+            old, new, s = as_curve(coarse.meshes[name]), other.bodies[name].u, as_curve(mesh).arc_length
+            change = np.zeros_like(new)
+            for part in mesh.part_names:
+                there, here = old.nodes_of(part), mesh.nodes_of(part)
+                change[here] = _interpolation(old, part, there, s[here]) @ one.bodies[name].u[there] - new[here]
+            size, error = (float(np.sqrt(mesh.weight @ (values**2).sum(axis=1))) for values in (new, change))
+            worst = max(worst, error / size if size > 0.0 else 0.0)
+    return worst
+
+
+def fading_places(problem: Problem) -> dict[str, Array]:
+    """By interface of a plane problem, arc lengths along the secondary at which tractions may be infinite [length]."""
+    outlines: list[Outline] = [as_outline(body.geometry.outline(), "the error").joined for body in problem.body]
+    sides = interfaces_of(problem)
+    pressed = pressed_sides(outlines, sides)
+    return {side.name: singular_places(outlines[side.body], side.part, pressed[side.body]) for side in sides}
+
+
+def fading(pair: PairResult, places: Array) -> Array:
+    """Factors (m,) at the nodes that fall from 1 to 0 towards the nearest of the places, over FADE of the part."""
+    return _fading(pair, places)[1]
+
+
+def _fading(pair: PairResult, places: Array) -> tuple[Index, Array]:
+    """The nearest place of each node, and its factor."""
+    if len(places) == 0:
+        return np.zeros(len(pair.weight), dtype=np.int64), np.ones(len(pair.weight))
+    apart = np.abs(pair.arc_length[:, None] - places[None])
+    near = apart.argmin(axis=1)
+    return near, np.minimum(1.0, apart.min(axis=1) / (FADE * float(pair.weight.sum())))
+
+
+def _tractions(pair: PairResult) -> Array:
+    """p and q, (m, 2)."""
+    return np.column_stack([pair.pressure, pair.sigma_t[:, 0]])
+
+
+def _interpolation(mesh: CurveMesh, part: str, nodes: Index, s: Array) -> Array:
+    """Values at the nodes of a part to values at arc lengths along it, (len(s), len(nodes)), element by element."""
+    numbers = np.flatnonzero(mesh.part == mesh.part_names.index(part))
+    starts = mesh.side_start[numbers]
+    order = np.argsort(starts)
+    numbers, starts = numbers[order], starts[order]
+    element = numbers[np.clip(np.searchsorted(starts, s, side="right") - 1, 0, len(numbers) - 1)]
+    xi = np.clip(2.0 * (s - mesh.side_start[element]) / mesh.length[element] - 1.0, -1.0, 1.0)
+    slot = np.full(mesh.n_nodes, -1)
+    slot[nodes] = np.arange(len(nodes))
+    result = np.zeros((len(s), len(nodes)))
+    for p in np.unique(mesh.order[element]):
+        rows = np.flatnonzero(mesh.order[element] == p)
+        columns = slot[mesh.first_node[element[rows]][:, None] + np.arange(p + 1)]
+        result[rows[:, None], columns] = lagrange(int(p), xi[rows]).T
+    return result

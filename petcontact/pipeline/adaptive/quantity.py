@@ -1,0 +1,74 @@
+"""What an adaptive solve asks of the quantity that it refines for, and what it reports of each mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from ...contact.state import Start
+from ...geometry.surface import Boundary
+from ...model.problem import Problem
+from ...refinement.marks import LevelMesh
+from ...results.solution import Solution
+from ..steps.increment import PreparedProblem
+
+
+@dataclass(frozen=True)
+class Reached:
+    """A mesh of an adaptive solve that has been solved on.
+
+    Attributes
+    ----------
+    number : int
+        From 1 on.
+    nodes : int
+        Of all bodies.
+    estimate : float
+        Of the relative error, infinite while it is not known.
+    seconds : float
+        Since the solve began, by the clock.
+    """
+
+    number: int
+    nodes: int
+    estimate: float
+    seconds: float
+
+
+class Quantity(Protocol):
+    """What an adaptive solve refines for: `Slip` or `Tractions` in the plane, `PanelTails` in space.
+
+    Attributes
+    ----------
+    differences : list of float
+        Between neighbouring meshes, where they are compared [-].
+    dense_nodes : int
+        Of a body, up to which `mat_type = "auto"` stays dense.
+    wanted, asked : float, bool
+        The accuracy, and whether somebody named it.
+    exhausted : str
+        Why there is no mesh after the last, or nothing.
+    """
+
+    differences: list[float]
+    dense_nodes: int
+    wanted: float
+    asked: bool
+    exhausted: str
+
+    @property
+    def accuracy(self) -> float: ...
+    @property
+    def levels(self) -> Sequence[Any]: ...
+    @property
+    def attempts(self) -> int: ...
+    @property
+    def estimate(self) -> float: ...
+    def mesh(self, number: int, one: Problem, boundary: Boundary, level: Any) -> LevelMesh: ...
+    def start(self, problem: PreparedProblem) -> Start | None: ...
+    def goes_on(self, solution: Solution) -> bool: ...
+    def observe(self, solution: Solution, level: Any) -> None: ...
+    def apart(self, solution: Solution) -> float: ...
+    def is_vague(self) -> bool: ...
+    def info(self) -> dict[str, Any]: ...

@@ -1,0 +1,194 @@
+"""One HTML page that turns the deformed bodies: all that it needs is in it, no network and no other program."""
+
+from __future__ import annotations
+
+import base64
+import functools
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...mesh.curve_mesh import CurveMesh
+from ...mesh.surface_mesh import SurfaceMesh
+from ...runtime.atomic_write import write_text
+from ...runtime.figure_style import label
+from ...runtime.terminal import printable
+from ..body_fields import StressState
+from ..data import SolutionData
+from ..records import StepResult, step_ends
+from ..vtu.boundary import traction_error
+from ..vtu.inside import field_inside, filled_bodies, grid_inside
+from ..vtu.places import small_triangles
+from .bands import SIGNED, UNIFORM
+from .surface import best_view
+from .view import view_of
+
+TRIANGLES, CELLS, ALONG = 16_000, 60, 12
+"""About: of all surfaces together, along the longer side of a plane body, and on an element of its rim."""
+INCREMENTS = 12
+"""At most: ends of steps, and others spread evenly."""
+UNKNOWN = 65535
+"""What stands for a value that a place does not have."""
+FROM_ABOVE = (90.0, -90.0)
+"""Elevation and azimuth, x to the right and y up [degrees]."""
+COLOURS = 64
+"""Of a colour map."""
+Fields = dict[str, Array]
+
+
+def write_page(path: str | Path, solution: SolutionData) -> Path:
+    """Write the page of a solution: bodies to turn, deformed as much as wanted, shaded by a field of an increment.
+
+    Parameters
+    ----------
+    path : str or Path
+        Of the .html file; WebGL, which every browser of today has, draws it.
+    solution : Solution
+        In space its surfaces are shown, in the plane the inside of its bodies.
+
+    Raises
+    ------
+    OutputError
+        If the file cannot be written.
+    """
+    import jinja2
+
+    environment = jinja2.Environment(loader=jinja2.PackageLoader(__package__, ""), autoescape=True,
+                                     undefined=jinja2.StrictUndefined)  # fmt: skip
+    title = printable(solution.problem.title) or "petcontact"
+    # in a script an escaped < ends no element
+    data = json.dumps(scene(solution), separators=(",", ":")).replace("<", "\\u003c")
+    write_text(path, environment.get_template("turning.html").render(title=title, data=data))
+    return Path(path)
+
+
+def scene(solution: SolutionData) -> dict[str, Any]:
+    """What the page shows, as JSON has it; arrays are base64, little-endian."""
+    from matplotlib import colormaps
+
+    units, steps = solution.problem.units, _shown(solution.steps or solution.tried)
+    names = {
+        "u": label("|u|", units.length), "von_mises": label("von Mises stress", units.stress),
+        "pressure": label("pressure", units.stress), "shear": label("shear traction", units.stress),
+        "slip": label("slip", units.length), "error": label("estimated error of the traction", units.stress),
+    }  # fmt: skip
+    plane = next(iter(solution.meshes.values())).dim == 2
+    drawn = {name: _piece(mesh, solution, name, steps) for name, mesh in solution.meshes.items()}
+    found = [key for key in names if any(key in fields[0] for _, fields in drawn.values())]
+    ranges = {key: _range([each[key] for _, fields in drawn.values() for each in fields if key in each]) for key in found}
+    for name, (body, each) in drawn.items():
+        body["name"] = printable(name)
+        body["steps"] = [{key: _quantised(values, *ranges[key]) if key in ranges else _packed(values, "<f4")
+                          for key, values in fields_.items()} for fields_ in each]  # fmt: skip
+    return {
+        "bodies": [body for body, _ in drawn.values()],
+        "fields": [{"key": key, "name": names[key], "low": low, "high": high} for key, (low, high) in ranges.items()],
+        "steps": [printable(f"{step.title}, load factor {step.load_factor:.4g}") for step in steps],
+        "factor": view_of(solution, steps).factor, "plane": plane,
+        "view": list(FROM_ABOVE if plane else best_view(solution)),
+        "maps": {name: _packed(255.0 * colormaps[word](np.linspace(0.0, 1.0, COLOURS)), "u1")
+                 for name, word in (("uniform", UNIFORM), ("signed", SIGNED))},
+    }  # fmt: skip
+
+
+def _range(values: Sequence[Array]) -> tuple[float, float]:
+    """From 0, or the least value below, to the largest; of nothing but zeros to 1."""
+    known = np.concatenate([each[np.isfinite(each)] for each in values])
+    low, high = float(known.min(initial=0.0)), float(known.max(initial=0.0))
+    return low, high if high > low else 1.0
+
+
+def _shown(steps: Sequence[StepResult]) -> list[StepResult]:
+    """The ends of steps, and others spread evenly."""
+    ends = [steps.index(step) for step in step_ends(list(steps))][-INCREMENTS:]
+    spread = np.linspace(0, len(steps) - 1, max(INCREMENTS - len(ends), 1)).round().astype(int).tolist()
+    return [steps[k] for k in sorted({*ends, *(spread if len(ends) < INCREMENTS else [])})]
+
+
+def _packed(values: Array | Index, kind: str) -> str:
+    return base64.b64encode(np.ascontiguousarray(values, dtype=kind).tobytes()).decode("ascii")
+
+
+def _quantised(values: Array, low: float, high: float) -> str:
+    """Values in 65534 steps between two bounds."""
+    known = np.isfinite(values)
+    share = np.divide(values - low, high - low, out=np.zeros(len(values)), where=known)
+    return _packed(np.where(known, np.rint(np.clip(share, 0.0, 1.0) * (UNKNOWN - 1)), UNKNOWN), "<u2")
+
+
+@functools.singledispatch
+def _piece(mesh: Any, solution: SolutionData, name: str, steps: Sequence[StepResult]) -> tuple[dict[str, Any], list[Fields]]:
+    """Points, normals, triangles and rims of a body, and its fields after each increment, displacements as `move`."""
+    raise TypeError(f"no page of {type(mesh).__name__}")
+
+
+@_piece.register
+def _(
+    mesh: SurfaceMesh, solution: SolutionData, name: str, steps: Sequence[StepResult]
+) -> tuple[dict[str, Any], list[Fields]]:
+    share = mesh.n_elements / sum(other.n_elements for other in solution.meshes.values())
+    places, triangles, rims = small_triangles(mesh, round(TRIANGLES * share))
+    at = mesh.variables_at(places.element, places.place)
+    x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"]) for n in ("", "n"))
+    basis, fields = mesh.basis_at(places.element, places.place), []
+    contact = {pair: np.isin(places.element, mesh.element[nodes]) for pair, nodes in solution.nodes.items()
+               if solution.sides[pair][0] == name}  # fmt: skip
+    for step in steps:
+        traction = basis @ step.bodies[name].traction
+        error = traction_error(mesh, step.bodies[name])[places.element]
+        across = np.sum(traction * normal, axis=1)
+        slip = np.full(len(x), np.nan)
+        for pair, mine in contact.items():
+            nodal = np.zeros((mesh.n_nodes, mesh.dim - 1))
+            nodal[solution.nodes[pair]] = np.where(step.pairs[pair].state[:, None] < 2, step.pairs[pair].slip, 0.0)
+            slip[mine] = np.linalg.norm(basis @ nodal, axis=1)[mine]
+        state = solution.body_fields(name, step).on_boundary(places.element, places.place)
+        shear = np.linalg.norm(traction - across[:, None] * normal, axis=1)
+        fields.append(_of_state(state) | {"pressure": -across, "shear": shear, "slip": slip, "error": error})
+    return _geometry(x, normal, triangles, rims), fields
+
+
+@_piece.register
+def _(
+    mesh: CurveMesh, solution: SolutionData, name: str, steps: Sequence[StepResult]
+) -> tuple[dict[str, Any], list[Fields]]:
+    element = np.repeat(np.arange(mesh.n_elements), ALONG + 1)
+    place = np.tile(np.linspace(0.0, 1.0, ALONG + 1), mesh.n_elements)
+    number = np.arange(len(element)).reshape(-1, ALONG + 1)
+    rims = np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2)
+    at, basis = mesh.variables_at(element, place), mesh.basis_at(element, place)
+    x, cells = np.column_stack([at["x"], at["y"]]), np.empty((0, 3), dtype=np.int64)
+    inside: Callable[[StepResult], StressState | None] = lambda step: None  # noqa: E731
+    if name in filled_bodies(solution):
+        size = np.ptp(x, axis=0)
+        along = np.maximum(2, np.rint(CELLS * size / size.max()).astype(int))
+        grid = grid_inside(mesh, (int(along[0]), int(along[1])))
+        cells, x = np.asarray(grid[1]) + len(x), np.concatenate([x, grid[0]])
+        inside = lambda step: _state_of(field_inside(solution, grid, name, step))  # noqa: E731
+    fields = []
+    for step in steps:
+        u, state = basis @ step.bodies[name].u, inside(step)
+        both = {"move": u, "u": np.linalg.norm(u, axis=1), "von_mises": np.full(len(u), np.nan)}
+        if state is not None:
+            both = {key: np.concatenate([both[key], values]) for key, values in _of_state(state).items()}
+        both["move"] = np.pad(both["move"], ((0, 0), (0, 1)))
+        fields.append(both)
+    flat = np.pad(x, ((0, 0), (0, 1)))
+    return _geometry(flat, np.tile([0.0, 0.0, 1.0], (len(flat), 1)), cells, rims), fields
+
+
+def _state_of(field: Any) -> StressState:
+    return StressState(field.points, field.u, field.stress, field.sigma_zz)
+
+
+def _of_state(state: StressState) -> Fields:
+    return {"move": state.u, "u": np.linalg.norm(state.u, axis=1), "von_mises": state.von_mises}
+
+
+def _geometry(x: Array, normal: Array, triangles: Index, rims: Index) -> dict[str, Any]:
+    return {"x": _packed(x, "<f4"), "normal": _packed(normal, "<f4"), "triangles": _packed(triangles, "<u4"),
+            "rims": _packed(rims, "<u4")}  # fmt: skip

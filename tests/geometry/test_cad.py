@@ -1,0 +1,216 @@
+"""CAD files: what Gmsh makes of real ones, where its package is installed, and what is said where it is not."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from petcontact import Gmsh, InputError, load
+from petcontact.commands.main import main
+from petcontact.geometry.cad import part as cad_part
+from petcontact.geometry.cad.step_names import face_names
+from petcontact.mesh.panelling import facet_mesh
+
+FOOT = Path(__file__).parents[2] / "configs" / "cad" / "foot.step"
+needs_gmsh = pytest.mark.skipif(
+    importlib.util.find_spec("gmsh") is None, reason="the extra petcontact[cad] is not installed"
+)
+
+
+def written(path, build):
+    """A CAD file of what `build` makes with Gmsh's OpenCASCADE."""
+    gmsh = pytest.importorskip("gmsh")
+    gmsh.initialize(readConfigFiles=False, interruptible=False)
+    try:
+        gmsh.option.setNumber("General.Terminal", 0)
+        build(gmsh.model.occ)
+        gmsh.model.occ.synchronize()
+        gmsh.write(str(path))
+    finally:
+        gmsh.finalize()
+    return str(path)
+
+
+def bored_block(occ):
+    occ.cut([(3, occ.addBox(0, 0, 0, 4, 3, 2))], [(3, occ.addCylinder(2, 1.5, -1, 0, 0, 4, 0.5))])
+
+
+def measures(surface, size):
+    """Area and volume of the mesh, and the integral of its normals."""
+    mesh = facet_mesh(surface.facets(size), 2)
+    volume = float(np.sum(mesh.x * mesh.normal * mesh.weight[:, None]) / 3.0)
+    return float(mesh.weight.sum()), volume, mesh.weight @ mesh.normal
+
+
+@needs_gmsh
+@pytest.mark.parametrize("suffix", ["step", "brep"])
+def test_surfaces_are_listed_and_meshed_by_curved_cells(tmp_path, suffix):
+    file = written(tmp_path / f"block.{suffix}", bored_block)
+    surface = Gmsh(file, parts={"bore": [7]}).outline()
+    assert surface.parts == ("1", "2", "3", "4", "5", "6", "bore")
+    assert [face.kind for face in surface.faces] == ["Plane"] * 6 + ["Cylinder"]
+    exact = 2 * (12 + 8 + 6) - 2 * np.pi / 4 + 2 * np.pi, 24 - np.pi / 2
+    assert surface.area == pytest.approx(exact[0], rel=1e-9)
+    coarse, fine = measures(surface, 2.0), measures(surface, 0.25)
+    assert 0.7 < surface.area / (0.25**2 * np.sqrt(3) / 4) / len(surface.facets(0.25).facets) < 1.5
+    assert fine[:2] == pytest.approx(exact, rel=1e-5) and np.abs(fine[2]).max() < 1e-6
+    assert abs(fine[1] - exact[1]) < 0.25 * abs(coarse[1] - exact[1]) < 1e-2
+    facets = surface.facets(0.25)
+    bore = facets.points[facets.middles[facets.part == facets.parts.index("bore"), :3]]
+    assert np.hypot(bore[..., 0] - 2.0, bore[..., 1] - 1.5) == pytest.approx(0.5, rel=1e-4)
+
+
+@needs_gmsh
+def test_names_of_the_file_are_parts_and_the_mesh_is_the_same_each_time(tmp_path):
+    surface = Gmsh(str(FOOT), parts={"flange": [3]}).outline()
+    assert surface.parts == ("1", "2", "flange", "4", "5", "6", "7", "sole")
+    files = [tmp_path / "one.msh", tmp_path / "two.msh"]
+    for file in files:
+        surface.write_msh(file, 3.0)
+    assert files[0].read_bytes() == files[1].read_bytes()
+    mesh = Gmsh(str(files[0])).outline()
+    assert set(mesh.parts) == set(surface.parts) and np.any(mesh.middles >= 0)
+    sole = mesh.points[mesh.facets[mesh.part == mesh.parts.index("sole"), :3]]
+    assert np.linalg.norm(sole - [0, 0, 60], axis=2) == pytest.approx(60.0)
+
+
+@needs_gmsh
+def test_the_command_lists_surfaces_and_writes_a_mesh(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert main(["mesh", str(FOOT), "--size", "4", "--part", "flange=3", "-o", "foot.msh"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[4].split("|")[1:6] == ["       3 ", " flange ", "    Plane ", "     144 ", "      0 0 6 "]
+    assert lines[-1] == "foot.msh" and [path.name for path in tmp_path.iterdir()] == ["foot.msh"]
+
+
+@needs_gmsh
+def test_a_body_of_a_cad_file_is_solved_and_its_result_read_without_gmsh(tmp_path, monkeypatch):
+    """A bar pulled along x: uniform stress, exact on every mesh."""
+    written(tmp_path / "bar.step", lambda occ: occ.addBox(0, 0, 0, 2, 1, 1))
+    (tmp_path / "bar.toml").write_text("""
+        material = { young_modulus = 100.0, poisson_ratio = 0.3 }
+        geometry = { shape = "gmsh", file = "bar.step", parts = { left = [1], right = [2], bottom = [5], rest = [3, 4, 6] } }
+        mesh = { element_size = 1.0, order = 1 }
+        boundary = [
+            { part = "left", condition = "symmetry" }, { part = "right", condition = "traction", value = [1.0, 0.0, 0.0] },
+            { part = "bottom", condition = "contact", friction_bound = 0.0 },
+            { part = "rest", condition = "displacement", value = ["free", "-0.003*y", "free"] },
+        ]
+    """)
+    monkeypatch.chdir(tmp_path)
+    assert main(["solve", "bar.toml", "-o", "bar.h5", "--no-figures"]) == 0
+    from petcontact import read_result
+
+    monkeypatch.setattr(cad_part, "ask", lambda *_, **__: pytest.fail("reads the CAD file"))
+    solution = read_result("bar.h5")
+    at = solution.mesh.x
+    assert solution.u == pytest.approx(np.column_stack([0.01 * at[:, 0], -0.003 * at[:, 1], -0.003 * at[:, 2]]), abs=1e-9)
+
+
+@needs_gmsh
+@pytest.mark.parametrize(
+    ("build", "given", "line"),
+    [
+        (lambda occ: [occ.addBox(0, 0, 0, 1, 1, 1), occ.addBox(3, 0, 0, 1, 1, 1)], {}, "holds 2 solids"),
+        (lambda occ: [occ.addBox(0, 0, 0, 1, 1, 1), occ.addBox(3, 0, 0, 1, 1, 1)], {"solid": 3}, "no solid 3; there are 1 "),
+        (lambda occ: occ.addRectangle(0, 0, 0, 1, 1), {}, "holds 1 surface but no solid"),
+        (lambda occ: occ.addBox(0, 0, 0, 1, 1, 1), {"parts": {"top": [9]}}, "no surface 9; there are 1 to 6"),
+    ],
+)
+def test_what_is_no_body_is_refused(tmp_path, build, given, line):
+    file = written(tmp_path / "part.step", build)
+    with pytest.raises(InputError, match=line):
+        Gmsh(file, **given).outline()
+
+
+@needs_gmsh
+def test_one_solid_of_an_assembly(tmp_path):
+    file = written(tmp_path / "two.step", lambda occ: [occ.addBox(0, 0, 0, 1, 1, 1), occ.addSphere(5, 0, 0, 1)])
+    ball = Gmsh(file, solid=2).outline()
+    area, volume, _ = measures(ball, 0.3)
+    assert (area, volume) == pytest.approx((4 * np.pi, 4 * np.pi / 3), rel=2e-4) and len(ball.faces) == 1
+
+
+@needs_gmsh
+@pytest.mark.parametrize("damage", [lambda text: text[:6000], lambda text: "no STEP at all",
+                                    lambda text: text.replace("CARTESIAN_POINT", "CARTESIAN_PINT"),
+                                    lambda text: text.replace("PLANE(", "PLAIN(")])  # fmt: skip
+def test_damaged_files_are_refused_in_one_line(tmp_path, damage, capsys):
+    (tmp_path / "part.step").write_text(damage(FOOT.read_text()))
+    config = tmp_path / "part.toml"
+    config.write_text((FOOT.parent / "foot.toml").read_text().replace("foot.step", "part.step"))
+    assert main(["solve", str(config), "-o", str(tmp_path / "part.h5")]) == 2
+    assert capsys.readouterr().err.count("\n") == 1
+
+
+def test_without_the_extra_one_line_says_how_to_get_it(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    assert main(["solve", str(FOOT.parent / "foot.toml"), "-o", str(tmp_path / "foot.h5")]) == 2
+    line = capsys.readouterr().err
+    assert line.count("\n") == 1 and "pip install 'petcontact[cad]'" in line
+
+
+@pytest.mark.parametrize(
+    ("program", "line"),
+    [
+        ("import os; os.abort()", "Gmsh ended while it read or meshed it"),
+        ("""print('{"missing": "libGLU.so.1: cannot open shared object file"}')""", "apt install libglu1-mesa"),
+        ("""print('{"error": "Unknown surface"}')""", r"cannot be read \(Unknown surface\)"),
+    ],
+)
+def test_a_worker_that_fails_is_one_line(tmp_path, monkeypatch, program, line):
+    (tmp_path / "worker.py").write_text(program)
+    monkeypatch.setattr(cad_part.worker, "__file__", str(tmp_path / "worker.py"))
+    monkeypatch.setitem(sys.modules, "gmsh", sys)  # there, and never imported
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: sys)
+    with pytest.raises(InputError, match=line):
+        cad_part.ask("part.step")
+
+
+@pytest.mark.parametrize(
+    ("geometry", "line"),
+    [
+        ('file = "part.msh", parts = { a = [1] }', "geometry: parts: is for CAD files"),
+        ('file = "part.step", parts = { a = [1, 2], b = [2] }', "geometry: parts: surface 2 is named twice"),
+        ('file = "part.step", parts = { a = ["x"] }', "geometry.parts.a"),
+        ('file = "none.step"', "none.step: cannot be read"),
+    ],
+)
+def test_keys_of_cad_files_are_checked(tmp_path, geometry, line):
+    text = (FOOT.parent / "foot.toml").read_text()
+    start, end = text.index("[geometry]"), text.index("[mesh]")
+    config = tmp_path / "part.toml"
+    config.write_text(f'geometry = {{ shape = "gmsh", {geometry} }}\n' + text[:start] + text[end:])
+    with pytest.raises(InputError, match=line):
+        load(config).geometry.outline()
+
+
+TETRAHEDRON = """DATA;
+#1=CARTESIAN_POINT('',(0.,0.,0.)); #2=CARTESIAN_POINT('',(1.E1,0.,0.)); #3=CARTESIAN_POINT('',(0.,20.,0.));
+#4=CARTESIAN_POINT('',(0.,0.,30.));
+#11=VERTEX_POINT('',#1); #12=VERTEX_POINT('',#2); #13=VERTEX_POINT('',#3); #14=VERTEX_POINT('a; b',#4);
+#21=EDGE_CURVE('',#11,#12,#99,.T.); #22=EDGE_CURVE('',#12,#13,#99,.T.); #23=EDGE_CURVE('',#13,#11,#99,.T.);
+#24=EDGE_CURVE('',#11,#14,#99,.T.); #25=EDGE_CURVE('',#12,#14,#99,.T.); #26=EDGE_CURVE('',#13,#14,#99,.T.);
+#31=EDGE_LOOP('',(#21,#22,#23)); #32=EDGE_LOOP('',(#21,#25,#24)); #33=EDGE_LOOP('',(#22,#26,#25));
+#34=EDGE_LOOP('',(#23,#24,#26));
+#41=FACE_BOUND('',#31,.T.); #42=FACE_BOUND('',#32,.T.); #43=FACE_BOUND('',#33,.T.); #44=FACE_BOUND('',#34,.T.);
+#51=ADVANCED_FACE('foot; ''left''',(#41),#98,.T.); #52=ADVANCED_FACE('NONE',(#42),#98,.T.);
+#53=ADVANCED_FACE('R\\X2\\00FC\\X0\\cken',(#43),#98,.T.); #54=ADVANCED_FACE('',(#44),#98,.T.);
+#60=CLOSED_SHELL('',(#51,#52,
+  #53,#54)); ENDSEC;"""
+
+
+def test_names_of_faces_in_a_step_file(tmp_path):
+    """In another unit, moved and turned; not for a solid of another shape, nor in another order."""
+    path = tmp_path / "part.step"
+    path.write_text(TETRAHEDRON)
+    corners = np.array([[0, 0, 0], [10, 0, 0], [0, 20, 0], [0, 0, 30]]) / 25.4
+    moved = np.array([3.0, 1.0, 2.0]) + corners @ np.linalg.qr(np.array([[1.0, 2, 3], [0, 1, 4], [5, 6, 0]]))[0]
+    faces = [[moved[k].tolist() for k in face] for face in ((0, 1, 2), (0, 1, 3), (1, 2, 3), (0, 2, 3))]
+    names = ["foot; 'left'", "", "Rücken", ""]
+    assert face_names(path, [faces, faces[::-1]]) == [names, [""] * 4]
+    assert face_names(path, [faces[:3]]) == [[""] * 3]

@@ -1,0 +1,91 @@
+"""Elastostatics without contact goes the same way as everything else: bars whose fields are known, on every storage."""
+
+from __future__ import annotations
+
+import csv
+
+import numpy as np
+import pytest
+
+import petcontact
+from petcontact import Body, Box, Displacement, Material, MeshOptions, Obstacle, Problem, Rectangle, Step, Traction, solve
+from petcontact.commands.main import main
+from petcontact.errors import InputError
+from petcontact.model.load_steps import BoundaryChange
+
+YOUNG, POISSON, PULL = 1000.0, 0.3, 2.0
+
+
+def bar(d, name="bar", pull=PULL, **mesh):
+    """A bar from the origin to (4, 1) or (4, 1, 1), on rollers at the planes of the axes, pulled along x."""
+    material = Material(YOUNG, POISSON, **({"plane": "stress"} if d == 2 else {}))
+    shape = Rectangle((0.0, 0.0), (4.0, 1.0)) if d == 2 else Box((0.0, 0.0, 0.0), (4.0, 1.0, 1.0))
+    walls = ["left", "bottom"] if d == 2 else ["left", "front", "bottom"]
+    held = [Displacement(part, tuple(0.0 if k == c else "free" for k in range(d))) for c, part in enumerate(walls)]
+    pulled = Traction("right", (pull, *[0.0] * (d - 1)))
+    return Body(name=name, material=material, geometry=shape, mesh=MeshOptions(**{"element_size": 0.5, "order": 1, **mesh}),
+                boundary=[*held, pulled])  # fmt: skip
+
+
+def stretched(x, pull=PULL):
+    return pull / YOUNG * x * np.array([1.0, *[-POISSON] * (x.shape[1] - 1)])
+
+
+@pytest.mark.parametrize(
+    ("d", "petsc"), [(2, {}), (2, {"bem_mat_type": "hodlr"}), (3, {}), (3, {"bem_mat_type": "hmatrix"})]
+)
+def test_a_bar_is_stretched_as_it_should(d, petsc):
+    solution = solve(Problem(body=[bar(d)]), petsc_options=petsc)
+    assert solution.converged and "nothing is in contact" in solution.reason and not solution.pairs and not solution.zones
+    exact = stretched(solution.mesh.x)
+    assert np.abs(solution.u - exact).max() < 1e-4 * np.abs(exact).max()
+    inside = solution.stress_at([[2.0, 0.4, 0.6][:d]])
+    assert np.allclose(inside, [[PULL, *[0.0] * (2 if d == 2 else 5)]], atol=1e-3 * PULL)
+    assert np.allclose(solution.reactions()["left"], [-PULL, *[0.0] * (d - 1)], atol=1e-3 * PULL)
+    assert "bar: max |u|" in solution.verdict() and "left held by" in solution.verdict()
+    assert len(solution.to_dataframe()) == 0 and len(solution.contact.x) == 0
+
+
+def test_bodies_steps_and_the_error_of_u():
+    """Two bodies, one pulled more in a second step; what coarse elements of order 0 miss is estimated."""
+    more = BoundaryChange(body="other", part="right", value=(3.0 * PULL, 0.0))
+    steps = [Step(name="both"), Step(name="more", increments=2, boundary=[more])]
+    solution = solve(Problem(body=[bar(2), bar(2, "other", 2.0 * PULL)], step=steps))
+    ends = [step.bodies["other"].u for step in solution.steps]
+    x = solution.meshes["other"].x
+    assert len(ends) == 3
+    for u, pull in zip(ends, (2.0, 2.5, 3.0), strict=True):
+        assert np.allclose(u, stretched(x, pull * PULL), atol=1e-9)
+    rough = solve(Problem(body=[bar(2, order=0, element_size=0.1)]))
+    missed = np.linalg.norm(rough.u - stretched(rough.mesh.x)) / np.linalg.norm(rough.u)
+    assert 0.3 * missed < rough.info["estimated_error"] < 10.0 * missed
+    assert "error of u:" in rough.verdict()
+
+
+def test_what_needs_contact_is_refused():
+    with pytest.raises(InputError, match=r"obstacle 'punch': no part is in contact"):
+        solve(Problem(body=[bar(2)], obstacle=[Obstacle(name="punch", displacement=(0.0, 0.0))]))
+    with pytest.raises(InputError, match="no part is in contact, which adaptive meshes follow"):
+        petcontact.adapt(Problem(body=[bar(2)]))
+    problem = Problem(body=[bar(2)], method={"formulation": "full"})
+    with pytest.raises(InputError, match=r"method\.formulation"):
+        solve(problem)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_files_figures_and_tables_of_bodies_alone(d, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "bar.toml").write_text(Problem(body=[bar(d)]).toml())
+    assert main(["solve", "bar.toml"]) == 0
+    figures = {"bar-deformed.png", "bar-hoop.png"} if d == 2 else {"bar-surface.png"}
+    assert {path.name for path in tmp_path.glob("*.png")} == figures | {"bar-stress.png"}
+    kept = petcontact.read_solution("bar.h5")
+    assert np.allclose(kept.u, stretched(kept.mesh.x), atol=1e-9)
+    assert main(["export", "bar.h5", "--csv", "tables"]) == 0
+    with open("tables/boundary.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert all(abs(float(row["sigma_xx"]) - PULL) < 1e-6 for row in rows)
+    assert main(["export", "bar.h5", "--csv", "pairs.csv", "--table", "pairs"]) == 2
+    assert "which has no pairs" in capsys.readouterr().err
+    (tmp_path / "sweep.toml").write_text('problems = ["bar.toml"]\n[cross]\n"body.0.mesh.element_size" = [0.5, 1.0]\n')
+    assert main(["sweep", "sweep.toml", "-o", "out"]) == 0

@@ -1,0 +1,49 @@
+"""Where gaps are least: to round-off of the gap, in few evaluations, the lowest ones first."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from petcontact.refinement.gap_minima import MOST, ROUNDS, gap_minima
+
+GAPS = {
+    "parabola": (lambda x: (x - 0.3141) ** 2, [0.3141], 1e-7),
+    "kink": (lambda x: np.abs(x - 0.3141), [0.3141], 1e-9),
+    "two": (lambda x: np.minimum((x - 0.21) ** 2, np.abs(x - 0.83) + 1e-3), [0.21, 0.83], 1e-7),
+    "quartic": (lambda x: (x - 0.7) ** 4, [0.7], 1e-3),
+    "none inside": (lambda x: x, [], 0.0),
+}
+
+
+def looked_at(gap, samples=201):
+    calls = []
+
+    def values(at):
+        calls.append(len(at))
+        return np.asarray(gap(at), dtype=float)[:, None]
+
+    at = np.linspace(0.0, 1.0, samples)
+    return SimpleNamespace(samples=at, sampled=values(at), values=values), calls
+
+
+@pytest.mark.parametrize("name", GAPS)
+def test_minima_are_found_to_the_round_off_of_the_gap(name):
+    gap, places, digits = GAPS[name]
+    field, calls = looked_at(gap)
+    found = gap_minima(field)
+    assert len(found) == len(places) and np.allclose(found, places, rtol=0.0, atol=digits)
+    assert len(calls) <= 1 + ROUNDS
+
+
+def test_only_the_lowest_ones_are_kept():
+    field, _ = looked_at(lambda x: np.cos(40.0 * x) + x)
+    assert len(gap_minima(field)) == MOST
+
+
+def test_both_ends_of_a_flat_stretch_are_minima():
+    field, _ = looked_at(lambda x: np.maximum(np.abs(x - 0.5) - 0.2, 0.0))
+    found = gap_minima(field)
+    assert len(found) == 2 and np.allclose(found, [0.3, 0.7], atol=0.011)  # two samples

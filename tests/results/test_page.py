@@ -1,0 +1,100 @@
+"""The page that turns the bodies: what it holds, that it needs nothing else, and what a real browser makes of it."""
+
+from __future__ import annotations
+
+import base64
+import json
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+from petcontact import Box, Contact, Displacement, Material, MeshOptions, Problem, Rectangle, Step, Traction, solve
+from petcontact.commands.main import main
+from petcontact.results.figures.turning import UNKNOWN, scene, write_page
+from petcontact.results.hdf5 import write_solution
+
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+TITLE = "</script><b>A & B"
+
+
+def problem(dim):
+    shape = Rectangle((0, 0), (2, 1)) if dim == 2 else Box((0, 0, 0), (2, 1, 1))
+    free = [Traction(part, (0,) * dim) for part in shape.outline().parts if part not in ("bottom", "top")]
+    return Problem(
+        TITLE, material=Material(100.0, 0.3), geometry=shape, mesh=MeshOptions(0.5, order=1),
+        boundary=[Contact("bottom", normal="unilateral", friction_coefficient=0.3),
+                  Displacement("top", (0.01, *(0.0,) * (dim - 2), -0.02)), *free],
+        step=[Step(name="one", increments=2)],
+    )  # fmt: skip
+
+
+@pytest.fixture(scope="module", params=[2, 3], ids=["plane", "space"])
+def solution(request):
+    return solve(problem(request.param))
+
+
+def unpacked(text, kind, *shape):
+    return np.frombuffer(base64.b64decode(text), kind).reshape(-1, *shape)
+
+
+def test_the_page_holds_the_fields_of_the_solution(solution):
+    found = scene(solution)
+    body, dim = found["bodies"][0], solution.mesh.dim
+    x, triangles = unpacked(body["x"], "<f4", 3), unpacked(body["triangles"], "<u4", 3)
+    assert triangles.max() < len(x) and unpacked(body["rims"], "<u4", 2).max() < len(x)
+    assert len(found["steps"]) == len(body["steps"]) == 2 and found["steps"][-1] == "one, load factor 1"
+    last, top = body["steps"][-1], np.abs(x[:, dim - 1] - 1.0) < 1e-6
+    move = unpacked(last["move"], "<f4", 3)
+    # elements of the sides have values of their own at the edge
+    assert np.median(move[top], axis=0)[[0, dim - 1]] == pytest.approx([0.01, -0.02], rel=0.02)
+    fields = {field["key"]: field for field in found["fields"]}
+    assert set(fields) == {"u", "von_mises"} | ({"pressure", "shear", "slip", "error"} if dim == 3 else set())
+    for key, field in fields.items():
+        given = unpacked(last[key], "<u2")
+        assert len(given) == len(x) and field["low"] <= 0.0 <= field["high"]
+    known = unpacked(last["von_mises"], "<u2")
+    state = solution.state_at([[1.0] + [0.5] * (dim - 1)])
+    assert 0.3 < np.median(known[known < UNKNOWN]) / (UNKNOWN - 1) * fields["von_mises"]["high"] / state.von_mises[0] < 3.0
+    if dim == 3:
+        slip = unpacked(last["slip"], "<u2")
+        assert np.array_equal(slip < UNKNOWN, np.abs(x[:, 2]) < 1e-6)  # known on the contact only
+
+
+def test_the_page_needs_nothing_else(solution, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    write_solution("r.h5", solution)
+    assert main(["plot", "r.h5", "--html", "-o", "pages"]) == 0
+    assert capsys.readouterr().out == "pages/r.html\n"
+    text = (tmp_path / "pages" / "r.html").read_text()
+    assert not re.search(r"https?:|//\w+\.|src=|@import|<link", text)
+    assert "default-src 'none'" in text and text.count("</script>") == 2 and TITLE not in text
+    inside = re.search(r'<script id="data" type="application/json">(.*?)</script>', text, re.DOTALL)
+    assert json.loads(inside[1]) == scene(solution)
+
+
+TRIED = """<script>
+  const before = canvas.toDataURL(), pixel = new Uint8Array(4);
+  gl.readPixels(canvas.width / 2, canvas.height / 2, 1, 1, gl.RGBA, gl.UNSIGNED_BYTE, pixel);
+  for (const [kind, at] of [["down", 300], ["move", 380], ["up", 380]])
+    canvas.dispatchEvent(new PointerEvent("pointer" + kind, {pointerId: 1, clientX: at, clientY: 300, buttons: 1}));
+  const turned = canvas.toDataURL();
+  get("field").value = "u"; get("field").oninput();
+  document.body.dataset.found = [gl.getError(), pixel[0] < 255, before !== turned, turned !== canvas.toDataURL()].join(" ");
+</script></body>"""
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(CHROMIUM is None, reason="there is no Chromium")
+def test_a_browser_draws_the_bodies_and_turns_them(solution, tmp_path):
+    page = write_page(tmp_path / "page.html", solution)
+    # capturing a pointer that no hand holds is an error of its own
+    text = page.read_text().replace("canvas.setPointerCapture(event.pointerId);", "").replace("</body>", TRIED)
+    page.write_text(text)
+    flags = ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
+             "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
+             "--enable-unsafe-swiftshader", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]  # fmt: skip
+    done = subprocess.run([CHROMIUM, *flags, page.as_uri()], capture_output=True, text=True, timeout=120, check=False)
+    assert 'data-found="0 true true true"' in done.stdout, done.stderr[-2000:]

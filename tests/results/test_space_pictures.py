@@ -1,0 +1,117 @@
+"""Values spread over the panels of surfaces: cells of the second order for ParaView, small triangles, bands of colour."""
+
+from __future__ import annotations
+
+import h5py
+import meshio
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Revolved, Traction, solve
+from petcontact import OutlineSide as Side
+from petcontact.mesh.surface_mesh import SurfaceMesh
+from petcontact.results.figures.bands import band_colours, cut
+from petcontact.results.figures.plots import drawings, plot_on
+from petcontact.results.vtu.boundary import write_boundary_vtu
+from petcontact.results.vtu.places import small_triangles, vtk_cells
+from petcontact.results.vtu.vtkhdf import write_vtkhdf
+from petcontact.runtime.figure_style import save
+
+LOOP = [Side("foot", (1, 0)), Side("side", (1, 1)), Side("top", (0, 1)), Side("axis", (0, 0))]
+
+
+@pytest.fixture(scope="module")
+def solution():
+    """A cylinder that a rough floor stops, of curved quadrilaterals and triangles."""
+    conditions = [Contact("foot", normal="unilateral", friction_coefficient=0.2), Traction("side", (0, 0, 0)),
+                  Displacement("top", (0.01, 0, -0.05))]  # fmt: skip
+    return solve(Problem(material=Material(1.0, 0.3), geometry=Revolved([LOOP]), mesh=MeshOptions(0.7, order=1),
+                         boundary=conditions))  # fmt: skip
+
+
+def quadratic(x):
+    return 1.0 + x[..., 0] - x[..., 1] * x[..., 2] + 0.5 * x[..., 2] ** 2
+
+
+def test_curved_panels_are_cells_of_the_second_order(solution, tmp_path):
+    write_boundary_vtu(tmp_path / "s.vtu", solution)
+    found, mesh = meshio.read(tmp_path / "s.vtu"), solution.mesh
+    kinds = {block.type: block.data for block in found.cells}
+    triangle = np.isnan(mesh.corners[:, 3, 0])
+    assert {kind: len(cells) for kind, cells in kinds.items()} == {"triangle6": triangle.sum(), "quad9": (~triangle).sum()}
+    for kind, mine, count in (("triangle6", triangle, 3), ("quad9", ~triangle, 4)):
+        geometry = np.concatenate([mesh.corners[mine, :count], mesh.middles[mine, : 2 * count - 3]], axis=1)
+        assert found.points[kinds[kind]] == pytest.approx(geometry, abs=1e-12)
+    errors = found.cell_data_dict["traction_error"].values()  # nothing acts on the side, of quadrilaterals
+    assert min(error.min() for error in errors) == 0.0 < max(error.max() for error in errors)
+    write_vtkhdf(tmp_path / "s.vtkhdf", solution, (5, 5, 3))
+    with h5py.File(tmp_path / "s.vtkhdf") as file:
+        types, error = file["VTKHDF/Types"][()], file["VTKHDF/CellData/traction_error"][()]
+    assert set(types) == {12, 22, 28} and np.array_equal(np.isnan(error), types == 12)
+
+
+@pytest.mark.parametrize(("order", "kinds"), [(1, {"triangle", "quad"}), (2, {"triangle6", "quad9"})])
+def test_flat_panels_are_cells_of_the_order_of_their_values(order, kinds):
+    """Nodes of order 2 hold a quadratic function, and the cells have it at their nodes."""
+    corners = np.array(
+        [[[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], [[0, 0, 0], [0, 1, 0], [0, 0, 1], [np.nan] * 3]], dtype=float
+    )
+    mesh = SurfaceMesh(corners, np.array([order, order]), np.zeros(2, dtype=int), ("all",))
+    places, cells = vtk_cells(mesh)
+    assert {kind for kind, _, _ in cells} == kinds
+    at = mesh.variables_at(places.element, places.place)
+    x = np.column_stack([at[axis] for axis in "xyz"])
+    values = mesh.basis_at(places.element, places.place) @ (quadratic(mesh.x) if order == 2 else mesh.x[:, 0])
+    assert values == pytest.approx(quadratic(x) if order == 2 else x[:, 0], abs=1e-12)
+
+
+@pytest.mark.parametrize("most", [10, 400, 10_000])
+def test_small_triangles_tile_the_panels(solution, most):
+    mesh = solution.mesh
+    places, triangles, rims = small_triangles(mesh, most)
+    at = mesh.variables_at(places.element, places.place)
+    x, normal = (np.column_stack([at[f"{n}{axis}"] for axis in "xyz"]) for n in ("", "n"))
+    area = 0.5 * np.cross(x[triangles[:, 1]] - x[triangles[:, 0]], x[triangles[:, 2]] - x[triangles[:, 0]])
+    assert np.linalg.norm(area, axis=1).sum() == pytest.approx(mesh.weight.sum(), rel=0.05 if most < 1000 else 0.01)
+    assert np.all(np.sum(area * normal[triangles[:, 0]], axis=1) > 0.0)  # outward, as the panels
+    assert np.all(places.element[triangles] == places.element[triangles[:, :1]])
+    assert np.all(places.element[rims[:, 0]] == places.element[rims[:, 1]])
+
+
+@given(st.lists(st.tuples(*[st.floats(-2.0, 2.0)] * 3), min_size=1, max_size=8), st.integers(1, 6))
+@settings(max_examples=40, deadline=None)
+def test_triangles_are_cut_along_levels(values, bands):
+    """Pieces fill each triangle, and lie within their bands."""
+    corners = np.broadcast_to(np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]]), (len(values), 3, 3))
+    given = np.array(values)
+    levels = np.linspace(-1.0, 1.0, bands + 1)
+    polygons, band, owner = cut(corners, given, levels)
+    for k, value in enumerate(np.clip(given, -1.0, 1.0)):
+        area = 0.0
+        for number in np.flatnonzero(owner == k):
+            x, y, _ = polygons[number].T
+            area += 0.5 * abs(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+            inside = value[0] + (value[1] - value[0]) * x + (value[2] - value[0]) * y
+            low, high = levels[band[number]], levels[band[number] + 1]
+            assert np.all((inside > low - 1e-9) & (inside < high + 1e-9))
+        assert area == pytest.approx(0.5, abs=1e-9)
+
+
+def test_colours_have_levels_that_are_read_easily():
+    assert band_colours(np.array([0.0, 7.3])).norm.boundaries.tolist() == [0, 1, 2, 3, 4, 5, 6, 7, 8]
+    signed = band_colours(np.array([-3.0, 1.0]))
+    assert (
+        signed.norm.boundaries[0] == -signed.norm.boundaries[-1] and signed.cmap.name != band_colours(np.ones(1)).cmap.name
+    )
+    assert band_colours(np.full(3, np.nan)).norm.boundaries[-1] == 1.0
+
+
+def test_figures_of_a_curved_body(solution, tmp_path):
+    """One an interface and quantity, the estimated error among them; a single body is seen from where its contact is."""
+    found = drawings(solution)
+    assert {"error", "stress", "surface", "normal"} <= set(found)
+    save(tmp_path / "error.png", found["error"], solution)
+    axes = plot_on(solution)
+    assert axes.elev < 0.0 and (tmp_path / "error.png").stat().st_size > 10_000
