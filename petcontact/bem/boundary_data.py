@@ -104,7 +104,7 @@ class BoundaryData:
         return np.asarray(np.einsum("icj,ijr->icr", self.frame, vectors))
 
     def reordered(self, nodes: Index) -> BoundaryData:
-        """The same with node nodes[i] as node i."""
+        """The data with node nodes[i] as node i."""
         place = np.argsort(nodes)[self.contact_nodes]
         order = np.argsort(place)
         return replace(

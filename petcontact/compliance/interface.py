@@ -184,5 +184,5 @@ def _blocks(frame: Array, place: Index, count: int) -> scipy.sparse.csr_array:
 
 
 def _each(values: scipy.sparse.csr_array, d: int) -> scipy.sparse.csr_array:
-    """The same for each of d components."""
+    """The matrix of values at nodes applied to each of d components."""
     return scipy.sparse.csr_array(scipy.sparse.kron(values, scipy.sparse.identity(d, format="csr")))

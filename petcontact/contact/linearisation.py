@@ -38,7 +38,7 @@ class Linearisation:
 
     @classmethod
     def at(cls, law: ContactLaw, tau: Array) -> Linearisation:
-        """That of a law at τ⁰."""
+        """The linearisation of a law at τ⁰."""
         derivative = law.linearise(tau)
         constant = np.einsum("iab,ib->ia", derivative, tau) - law.project(tau)
         stick = np.all(derivative == np.eye(law.k), axis=2)

@@ -32,7 +32,7 @@ class Fixed:
     """The rule that leaves ρ as it is: ρ_{k+1} = ρ_k."""
 
     def update(self, rho: float, balance: float) -> float:
-        """The same ρ_k."""
+        """ρ_k, unchanged."""
         return rho
 
 

@@ -208,7 +208,7 @@ def fields_at(
 def _add_next_to_joints(
     mesh: BoundaryMesh, kernel: Kernel, u: Array, traction: Array, points: Array, displacement: Array, stress: Array
 ) -> None:
-    """Nothing on surfaces."""
+    """Correct fields next to joints of curves; on surfaces nothing is added."""
 
 
 @_add_next_to_joints.register

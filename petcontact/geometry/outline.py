@@ -74,7 +74,7 @@ class Side:
         return np.column_stack([-ny, nx])
 
     def reversed(self) -> Side:
-        """The same side run through the other way."""
+        """The side from its end to its start."""
         return Side(self.end, self.start, self.part, -self.curvature)
 
 

@@ -65,8 +65,13 @@ class CondensedSurface:
         """Of each element; those of a finite-element mesh are linear."""
         return self.whole_numbers("order", np.ones(len(self.elements)))
 
+    @property
+    def middles(self) -> Index:
+        """Numbers of the points in the middles of the sides of curved faces and of quadrilaterals, (e, 5), else -1."""
+        return self.whole_numbers("middles", np.full((len(self.elements), 5), -1.0))
+
     def whole_numbers(self, name: str, default: Array) -> Index:
-        """An array (e,) of whole numbers that may be there."""
+        """An array of whole numbers that may be there."""
         return np.asarray(self.arrays.get(name, default)).astype(np.int64)
 
 
@@ -88,7 +93,8 @@ def read_superelement(path: str | Path) -> CondensedSurface:
     - `compliance` (d n, d n): displacement of the nodes for tractions there [length/stress];
     - `u_0` (n, d) or (K, n, d), `modes` (n, d, r), `resultant` (r,) or (K, r), optional: displacement without tractions, and
       rigid motions that nothing but contact holds with the loads along them; `curvature`, `line`, `side_start` (e,) and
-      `unit_length` of elements in the plane.
+      `unit_length` of elements in the plane; `middles` (e, 5) of curved faces in space: points in the middles of the sides,
+      and of quadrilaterals in the middle, -1 where there are none.
 
     Raises
     ------
@@ -122,7 +128,20 @@ def read_superelement(path: str | Path) -> CondensedSurface:
     surface = CondensedSurface(str(path), points.astype(float), *whole, names, arrays)
     if "stiffness" in arrays:
         _check_stiffness(surface)
+    if "middles" in arrays:
+        _check_middles(surface)
     return surface
+
+
+def _check_middles(surface: CondensedSurface) -> None:
+    middles = expect(surface, "middles", (len(surface.elements), 5))
+    sides = (
+        np.where(surface.elements[:, 3:] < 0, np.arange(5) < 3, True) if surface.dim == 3 else np.zeros((1, 1), dtype=bool)
+    )
+    whole = np.array_equal(middles >= 0, sides & (middles[:, :1] >= 0))
+    if "stiffness" in surface.arrays or not whole or middles.dtype.kind not in "iu" or middles.max() >= len(surface.points):
+        raise InputError(f"{surface.source}: middles: must be numbers of points, 3 of triangles and 5 of quadrilaterals, or "
+                         "all -1, beside a compliance in space")  # fmt: skip
 
 
 def _loaded(path: Path) -> dict[str, Array]:

@@ -90,7 +90,7 @@ class BoundaryMesh(Protocol):
         ...
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
-        """The same at places, as `Hits` has them, of elements (q,)."""
+        """What expressions may name at places, as `Hits` has them, of elements (q,)."""
         ...
 
     def faces(self, part: str) -> tuple[Index, Faces]:

@@ -126,7 +126,7 @@ class CurveMesh(Collocated):
         return {"x": x, "y": y, "nx": nx, "ny": ny, "s": self.arc_length[nodes]}
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
-        """The same at fractions (q,) of the arc lengths of elements (q,)."""
+        """What expressions may name at fractions (q,) of the arc lengths of elements (q,)."""
         x, normal = on_arcs(self.start[element], self.end[element], self.half_angle[element], 2.0 * place - 1.0,
                             self.direction[element])  # fmt: skip
         arc_length = self.side_start[element] + place * self.length[element]

@@ -88,7 +88,7 @@ class SurfaceMesh(Collocated):
         return 0.25 * float(np.sqrt(self.weight.sum() / 6.0))
 
     def reordered(self, elements: Index) -> SurfaceMesh:
-        """The same panels in another order."""
+        """The mesh of the panels `elements`, in their order."""
         corners, middles = self.corners[elements], self.middles[elements]
         return SurfaceMesh(corners, self.order[elements], self.part[elements], self.part_names, middles)
 
@@ -115,7 +115,7 @@ class SurfaceMesh(Collocated):
         return {"x": x, "y": y, "z": z, "nx": nx, "ny": ny, "nz": nz}
 
     def variables_at(self, element: Index, place: Array) -> dict[str, Array]:
-        """The same at local coordinates (q, 2) of panels (q,)."""
+        """What expressions may name at local coordinates (q, 2) of panels (q,)."""
         panels = PanelFaces.of(list(self._groups.values()), element)
         x, normal = panels.at(np.arange(len(element)), place)
         return {**dict(zip("xyz", x.T, strict=True)), **dict(zip(("nx", "ny", "nz"), normal.T, strict=True))}

@@ -290,7 +290,7 @@ class Problem(Setting):
     __str__ = __repr__
 
     def _repr_html_(self) -> str:
-        """The same as a table, for notebooks."""
+        """What the problem consists of as an HTML table, for notebooks."""
         return html_table(self.title or "Problem", summary(self))
 
 

@@ -55,7 +55,7 @@ def dense_seconds(n_nodes: int, dim: int = 2) -> float:
 
 
 def compressed_seconds(mesh: BoundaryMesh) -> float:
-    """The same for compressed operators."""
+    """Predicted time to build and factorise compressed operators."""
     steps = np.linalg.norm(np.diff(mesh.x, axis=0), axis=1)
     # from curve to curve nodes are further apart than before and after
     around = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))

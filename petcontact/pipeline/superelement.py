@@ -164,13 +164,13 @@ def _faces(mesh: BoundaryMesh, chosen: Index, parts: list[str]) -> dict[str, Any
         more["unit_length"] = np.array(mesh.unit_length)
     else:
         surface = as_surface(mesh)
-        if not np.isnan(surface.middles[chosen]).all():
-            raise InputError("superelement: parts with curved panels cannot be written; mesh them with cells of first order")
-        corners, more = surface.corners[chosen], {}
+        corners, more = np.concatenate([surface.corners[chosen], surface.middles[chosen]], axis=1), {}
     real = ~np.isnan(corners[..., 0])
     points, numbers = np.unique(corners[real], axis=0, return_inverse=True)
     elements = np.full(real.shape, -1)
     elements[real] = numbers.ravel()
+    if mesh.dim == 3:
+        elements, more["middles"] = np.split(elements, [4], axis=1)
     places = {mesh.part_names.index(part): k for k, part in enumerate(parts)}
     part = np.array([places[int(p)] for p in mesh.part[chosen]])
     return {"points": points, "elements": elements, "order": mesh.order[chosen], "part": part,

@@ -124,8 +124,9 @@ def _faces(surface: CondensedSurface) -> BoundaryMesh:
     """The mesh of the contact surface: its faces as elements, linear ones unless the file says another order."""
     at, arrays, count = surface.points[surface.elements], surface.arrays, len(surface.elements)
     if surface.dim == 3:
-        corners = np.where(surface.elements[..., None] >= 0, at, np.nan)
-        return SurfaceMesh(corners, surface.order, surface.part, surface.parts)
+        corners, middles = (np.where(numbers[..., None] >= 0, surface.points[numbers], np.nan)
+                            for numbers in (surface.elements, surface.middles))  # fmt: skip
+        return SurfaceMesh(corners, surface.order, surface.part, surface.parts, middles)
     start, end = at[:, 0], at[:, 1]
     length, along = np.linalg.norm(end - start, axis=1), np.zeros(count)
     for part in range(len(surface.parts)):

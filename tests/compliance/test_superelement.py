@@ -15,6 +15,7 @@ from petcontact import (
     Body,
     BoundaryChange,
     Contact,
+    Cylinder,
     Displacement,
     InputError,
     Material,
@@ -61,6 +62,11 @@ PROBLEMS = {
     "plane, primary": (lambda: bodies(Displacement("top", (0.0, -0.02)), Step("press"), PUSHED), "lower"),
     "plane, floating, weight": (lambda: bodies(Traction("top", (0.0, -0.01)), Step("press"), SHEARED,
                                                loads=VolumeLoads(acceleration=(0.0, -0.005))), "upper"),
+    "space, curved": (lambda: Problem(
+        material=STEEL, geometry=Cylinder((0, 0, 0), (0, 0, 1), 1.0), mesh=MeshOptions(element_size=1.0, order=1),
+        boundary=[Contact("bottom", normal="unilateral", friction_coefficient=0.3), Displacement("top", (0.02, 0, -0.02)),
+                  Traction("side", (0, 0, 0))],
+    ), "body"),
     "space, Tresca": (lambda: load(CONFIGS / "space_b.toml", {"mesh.element_size": 2.0, "mesh.order": 0}), "body"),
 }  # fmt: skip
 
@@ -197,6 +203,7 @@ def block_file(path, **changes):
     ({"elements": np.array([[0, 9]])}, "elements: must be numbers of points, 0 to 2"),
     ({"elements": np.array([[0, 1]])}, "point 2 belongs to no element"),
     ({"part": np.array([0, 1])}, "must be 2 numbers of the 1 names"),
+    ({"middles": np.zeros((2, 5), dtype=int)}, "middles: must be numbers of points"),
     ({"force": np.ones(4)}, "force: must have shape \\(6,\\) or \\(2, 6\\)"),
 ])  # fmt: skip
 def test_a_file_that_says_something_else_is_refused_in_one_line(changes, told, tmp_path):

@@ -14,7 +14,12 @@ CONFIGS = sorted((Path(__file__).parents[2] / "configs").glob("*.toml"))
 SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_text())]
 
 
-@pytest.mark.parametrize("path", SINGLE, ids=lambda path: path.stem)
+SLOW = ("space_bearing",)
+
+
+@pytest.mark.parametrize(
+    "path", [pytest.param(path, marks=[pytest.mark.slow] * (path.stem in SLOW), id=path.stem) for path in SINGLE]
+)
 def test_config_runs(path, tmp_path, capfd, monkeypatch):
     monkeypatch.chdir(tmp_path)
     status, printed = main(["solve", str(path), "-o", str(tmp_path / "result.h5")]), capfd.readouterr()

@@ -137,7 +137,7 @@ def compiled_integrals(
 
 
 def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> CompiledFiller | None:
-    """None where nothing was compiled; the kernel is a `Kelvin2D`."""
+    """The compiled filler of columns for a `Kelvin2D`; None where nothing was compiled."""
     if _columns is None:
         return None
     ratio, length = kernel.material.plane_strain_ratio, kernel.unit_length

@@ -154,7 +154,7 @@ def compiled_field(
 
 
 def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> CompiledFiller | None:
-    """None where nothing was compiled; the kernel is a `Kelvin3D`."""
+    """The compiled filler of columns for a `Kelvin3D`; None where nothing was compiled."""
     if _columns is None:
         return None
     kind, first = np.zeros(mesh.n_elements, dtype=np.int64), np.zeros(mesh.n_elements, dtype=np.int64)

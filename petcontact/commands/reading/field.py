@@ -71,17 +71,18 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if shown not in (known := quantities(next(iter(solution.meshes.values())).dim)):
         others = nearest(shown, known) or "; there are " + ", ".join(known)
         raise InputError(f"--quantity: no {shown!r}{others}")
-    fields = {}
-    if arguments.points:
-        print(points_table(arguments.points, output, solution, arguments.body))
-    else:
-        fields = _write_fields(output, solution, arguments, resolution, box)
     bodies = [name for name in solution.meshes if not arguments.body or name in arguments.body]
+    # before the inside, of which a coarse grid may have nothing
     for name in bodies if arguments.boundary else ():
         path = Path(arguments.boundary)
         path = path if len(bodies) == 1 else path.with_stem(f"{path.stem}-{file_word(name)}")
         write_boundary_vtu(path, solution, name)
         print(path)
+    fields = {}
+    if arguments.points:
+        print(points_table(arguments.points, output, solution, arguments.body))
+    else:
+        fields = _write_fields(output, solution, arguments, resolution, box)
     if arguments.figure:
         cells = (resolution[0], resolution[1]) if resolution else None
         print(deformed_figure(solution, arguments.figure, resolution=cells, field=fields, quantity=shown,

@@ -30,7 +30,7 @@ class RigidBody(ElasticBody):
         return np.zeros_like(traction)
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """None but zero."""
+        """Zeros: a rigid body has no unknown displacement or traction."""
         return np.zeros(self.operators.n_unknowns + self.modes.shape[2])
 
     def describe(self) -> str:

@@ -102,7 +102,7 @@ class Nodes:
         return Patch(nodes, np.concatenate(unknowns), np.flatnonzero(np.concatenate(kept)), bool(len(met)))
 
     def _around(self, b: int, own: Index) -> Index:
-        """Those of a body among some nodes, with its nearest around them."""
+        """Nodes of body b among `own`, with the nodes of that body nearest to them."""
         keep: Index = own[(own >= self.first[b]) & (own < self.first[b + 1])]
         if not len(keep):
             return keep

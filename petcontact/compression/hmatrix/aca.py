@@ -26,7 +26,7 @@ def low_rank(entries: Entries, rows: Index, columns: Index, tolerance: float, mo
 
 
 def crosses(entries: Entries, rows: Index, columns: Index, tolerance: float, most: int) -> tuple[Array, Array] | None:
-    """The same by crosses, not recompressed."""
+    """Factors of a block by adaptive cross approximation, not recompressed."""
     d, numbers, counts = entries.components, np.arange(len(columns)), np.diff(entries.beside)[columns]
     owner = np.concatenate([np.repeat(numbers, d), np.repeat(numbers, counts)])
     among = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)

@@ -156,7 +156,7 @@ class _Compiled:
 
 
 class _Plain:
-    """The same in numpy."""
+    """Low-rank blocks by numpy, where nothing is compiled."""
 
     def __init__(self, entries: Entries, tolerance: float, dtype: type) -> None:
         self.entries, self.tolerance, self.dtype = entries, tolerance, dtype

@@ -123,7 +123,7 @@ class _Foresight:
         return self.through(self.surrogate, step.sigma, step.v, step.tau)
 
     def through(self, surrogate: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
-        """The same from any σ, v and τ."""
+        """τ and σ predicted by a surrogate from any σ, v and τ."""
         modes, base = self._system.modes, v - surrogate.apply(sigma)
         last = box_problem(SurrogateActiveSetSolver(surrogate), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
         if last.wrong == 0 and not last.push.any():

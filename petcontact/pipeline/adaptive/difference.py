@@ -79,7 +79,7 @@ def difference(coarse: Solution, fine: Solution, places: dict[str, Array] | None
 
 
 def relative_difference(coarse: Solution, fine: Solution) -> float:
-    """That of p and q in L2 without the ends of parts, relative to p."""
+    """Difference of p and q in L2 without the ends of parts, relative to p."""
     return difference(coarse, fine).inside
 
 

@@ -110,7 +110,7 @@ class Picture:
 
 
 def draw_von_mises(figure: Any, solution: SolutionData) -> None:
-    """The same on a coarse grid: a first look."""
+    """Von Mises stress in the deformed bodies on a coarse grid."""
     mesh = next(iter(solution.meshes.values()))
     picture = Picture(view_of(solution, share=MAGNIFIED), "von_mises", filled_bodies(solution), None)
     _drawing(mesh)(figure, solution, picture, {}, COARSE)
