@@ -42,7 +42,8 @@ class Edge:
 
 
 def edges(
-    s: Array, pressure: Array, shear: Array, bound: Array, gap: Array, moved: Array, state: Index, smallest: float = SPECK
+    s: Array, pressure: Array, shear: Array, bound: Array, gap: Array, moved: Array, state: Index, smallest: float = SPECK,
+    finest: float = 0.0,
 ) -> list[Edge]:  # fmt: skip
     """Edges between nodes of different states, or that slip different ways.
 
@@ -58,9 +59,11 @@ def edges(
         0 stick, 1 slip, 2 open.
     smallest : float
         Elements at edges, over half the width of their contact: zones of a few of them have edges, but none below SPECK.
+    finest : float
+        What no element there is smaller than [length].
     """
     state = np.where((state == 1) & (shear > 0.0), BACK, state)
-    state = _without_specks(s, state, min(SPECK, SEEN * smallest))
+    state = _without_specks(s, state, min(SPECK, SEEN * smallest), SEEN * finest)
     closed = state != 2
     found = []
     for k in np.flatnonzero(np.diff(state)):
@@ -85,7 +88,7 @@ def _share(first: float, last: float) -> float:
     return abs(first) / (abs(first) + abs(last)) if first * last < 0.0 else 0.5
 
 
-def _without_specks(s: Array, state: Index, narrowest: float) -> Index:
+def _without_specks(s: Array, state: Index, narrowest: float, least: float) -> Index:
     """States in which zones much narrower than the contact have the state before them: next to a singular corner single
     nodes may have any, and corners are graded anyway. A zone that sticks between two that slip opposite ways is kept."""
     state = state.copy()
@@ -94,7 +97,7 @@ def _without_specks(s: Array, state: Index, narrowest: float) -> Index:
     for first, last in itertools.pairwise(ends):
         low, high = s[max(first - 1, 0)], s[min(last, len(s) - 1)]
         turns = first > 0 and last < len(s) and {state[first - 1], state[last]} == {1, BACK}
-        if high - low < narrowest * total and not turns:
+        if high - low < max(narrowest * total, least) and not turns:
             state[first:last] = state[first - 1] if first > 0 else state[min(last, len(s) - 1)]
     return state
 
@@ -130,12 +133,12 @@ def _half_width(s: Array, closed: Array, k: int) -> float:
     return max(0.5 * float(s[last] - s[first]), float(np.diff(s).min()))
 
 
-def merged(found: list[Edge], smallest: float, kept: Sequence[Edge] = ()) -> list[Edge]:
+def merged(found: list[Edge], smallest: float, kept: Sequence[Edge] = (), finest: float = 0.0) -> list[Edge]:
     """Edges by arc length, those that are kept and of the others all that are not closer to one before them than three of
     their smallest elements."""
     result = list(kept)
     for edge in sorted(found, key=lambda e: e.s):
-        if all(abs(edge.s - other.s) > 3.0 * smallest * min(edge.width, other.width) for other in result):
+        if all(abs(edge.s - other.s) > 3.0 * max(smallest * min(edge.width, other.width), finest) for other in result):
             result.append(edge)
     return sorted(result, key=lambda e: e.s)
 

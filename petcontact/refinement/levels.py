@@ -51,8 +51,8 @@ CONTACT_REFINEMENT_LEVELS = (
     Level(Grading(4, 0.28), 5e-5, 1e-4, 1e-3),
     Level(Grading(5, 0.30), 3e-6, 2e-5, 1e-4),
     Level(Grading(5, 0.45), 2e-7, 5e-6, 1e-5),
-    Level(Grading(5, 0.52, 0.7), 2e-8, 1e-6, 2e-6),
-    Level(Grading(5, 0.58, 0.5), 2e-9, 2e-7, 4e-7),
+    Level(Grading(5, 0.52, 0.7), 2e-8, 1e-6, 5e-6),
+    Level(Grading(5, 0.58, 0.5), 2e-9, 2e-7, 2e-6),
 )
 """For pressure and shear, errors measured on Cattaneo's and Mindlin's blocks: a level finds edges to a tenth of its elements
 or better, and those of the next one are ten times smaller."""

@@ -88,8 +88,10 @@ def test_edges_of_earlier_increments_count(comm):
     problem = blocks(-0.5, 0.5, step=[{"boundary": [{"body": "upper", "part": "top", "value": [0.0, -0.02]}]},
                                       {"increments": 4, **loads}])  # fmt: skip
     solution = solve(problem, comm=comm)
-    every = found_edges(solution, 1e-3)["pair"]
-    alone = found_edges(dataclasses.replace(solution, steps=[solution.steps[0], solution.steps[-1]]), 1e-3)["pair"]
+    every = found_edges(solution, 1e-3, {"pair": 0.0})["pair"]
+    alone = found_edges(dataclasses.replace(solution, steps=[solution.steps[0], solution.steps[-1]]), 1e-3, {"pair": 0.0})[
+        "pair"
+    ]
     assert len(every) > len(alone)
     assert {edge.s for edge in alone} <= {edge.s for edge in every}
 
@@ -98,6 +100,7 @@ def test_close_edges_are_one_and_the_kept_ones_stay():
     kept = [Edge(0.5, 1.0)]
     found = merged([Edge(0.501, 1.0), Edge(0.7, 1.0), Edge(0.702, 1.0)], 1e-3, kept)
     assert [edge.s for edge in found] == [0.5, 0.7]
+    assert [edge.s for edge in merged(found, 1e-3, (), 0.1)] == [0.5]
 
 
 def test_differences_that_grow_are_not_believed_to_fall():

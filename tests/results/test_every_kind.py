@@ -8,6 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from problems import block, contact_pair
 
 from petcontact import InputError, read_result, solve
 from petcontact.commands.main import main
@@ -16,31 +17,11 @@ from petcontact.results.tables import boundary_table
 from petcontact.results.verdict.peaks import stress_peaks
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-LARGER = """
-[[body]]
-name = "upper"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [-3.0, 0.0], upper_right = [3.0, 2.0] }
-mesh = { element_size = 0.5 }
-[[body.boundary]]
-part = "top"
-condition = "displacement"
-value = [0.0, -0.01]
-[[body]]
-name = "lower"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [-1.0, -1.0], upper_right = [1.0, 0.0] }
-mesh = { element_size = 0.25 }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0]
-[[contact]]
-name = "gap"
-secondary = "upper.bottom"
-primary = "lower.top"
-friction_coefficient = 0.3
-"""
+LARGER = (
+    block("upper", [-3.0, 0.0], [3.0, 2.0], mesh="element_size = 0.5", top=[0.0, -0.01])
+    + block("lower", [-1.0, -1.0], [1.0, 0.0], mesh="element_size = 0.25", bottom=[0.0, 0.0])
+    + contact_pair("gap", "upper.bottom", "lower.top", 0.3)
+)
 """The secondary face is larger than the primary: nodes face nothing. The name of the pair is that of a dataset."""
 
 

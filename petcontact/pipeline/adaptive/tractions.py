@@ -34,6 +34,8 @@ PUNCH = 0.5
 """Exponent of displacements where a corner presses on a side: of a rigid, frictionless one on a half-plane."""
 APART = 3.0
 """Distance of an edge from such a corner, in its smallest elements, below which it is that corner."""
+FINEST = 1e-6
+"""Smallest elements at edges, of the thickness of the body: the round-off of displacements over their size is one of p."""
 OUTSIDE = 1e6
 """Shear, in units of the pressure, that no coefficient of friction holds."""
 
@@ -79,7 +81,7 @@ class Tractions:
             unseen = side.part in found and not self._last
             largest.append(side.length / UNSEEN if unseen else np.inf)
             corners = [(s, body.corner_size(PUNCH, level.resolved)) for s in pressed.get(k, [])]
-            inside = [(e.s - start, level.edge * e.width) for e in found.get(side.part, [])]
+            inside = [(e.s - start, max(level.edge * e.width, FINEST * body.scale)) for e in found.get(side.part, [])]
             inside = [(s, size) for s, size in inside if 1e-6 * side.length < s < (1.0 - 1e-6) * side.length
                       and all(abs(s - corner) > APART * size for corner, _ in corners)]  # fmt: skip
             if corners or inside:
@@ -96,7 +98,8 @@ class Tractions:
             self._apart = difference(self._last[-1], solution, self._places)
             self.differences.append(self._apart.inside)
         self._last = [solution]
-        self._edges = found_edges(solution, level.edge)
+        finest = {name: FINEST * self._bodies[body].scale for (body, _), name in self._names.items()}
+        self._edges = found_edges(solution, level.edge, finest)
 
     def apart(self, solution: Solution) -> float:
         """Relative difference of p and q between the last solution that was kept and another one."""
@@ -152,7 +155,7 @@ def _with_data(body: Body, data: list[list[Field]]) -> Body:
     return replace(body, data=[[*row, *more] for row, more in zip(body.data, data, strict=True)])
 
 
-def found_edges(solution: Solution, smallest: float) -> dict[str, list[Edge]]:
+def found_edges(solution: Solution, smallest: float, finest: dict[str, float]) -> dict[str, list[Edge]]:
     """Edges on every interface at the ends of all steps, those that are one merged, and those of the increments before
     elsewhere: what they leave in q has a kink there."""
     last = {id(step) for step in step_ends(solution.steps)}
@@ -160,17 +163,18 @@ def found_edges(solution: Solution, smallest: float) -> dict[str, list[Edge]]:
     for name in solution.nodes:
         found = {True: list[Edge](), False: list[Edge]()}
         for step in solution.steps:
-            found[id(step) in last] += _edges(step.pairs[name], smallest)
-        result[name] = merged(found[False], smallest, merged(found[True], smallest))
+            found[id(step) in last] += _edges(step.pairs[name], smallest, finest[name])
+        ends = merged(found[True], smallest, (), finest[name])
+        result[name] = merged(found[False], smallest, ends, finest[name])
     return result
 
 
-def _edges(pair: PairResult, smallest: float = SPECK) -> list[Edge]:
+def _edges(pair: PairResult, smallest: float = SPECK, finest: float = 0.0) -> list[Edge]:
     """Of what faces something: where the other part ends is known."""
     order = np.argsort(pair.arc_length)
     order = order[np.isfinite(pair.gap[order])]
     return edges(pair.arc_length[order], pair.pressure[order], pair.sigma_t[order, 0], pair.bound[order], pair.gap[order],
-                 pair.slip_increment[order, 0], pair.state[order].astype(np.int64), smallest)  # fmt: skip
+                 pair.slip_increment[order, 0], pair.state[order].astype(np.int64), smallest, finest)  # fmt: skip
 
 
 def _few(solution: Solution) -> bool:

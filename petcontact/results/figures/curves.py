@@ -14,6 +14,8 @@ from ..records import PairResult
 
 SMALLEST = 1e-17
 """Where a residual of zero is drawn, relative to the largest."""
+NOISE = 1e-12
+"""Slip over displacements, and energy over what pressure carries times displacements, that is round-off."""
 CURVES = 5
 """Step ends drawn into one panel at most."""
 
@@ -80,7 +82,8 @@ def draw_wear(figure: Any, solution: SolutionData) -> None:
         pressed.append(pressure.max(initial=0.0))
     what = "increment" if table is None or len(table.cycle) < 2 else "cycle"
     unit = units.length and f"{units.length}{'²' if solution.last.pairs[name].x.shape[1] == 2 else '³'}"
-    left.set(xlabel=what, ylabel=label("worn volume", unit), title=headed(solution, "wear"))
+    left.set(xlabel=what, ylabel=label("worn volume", unit), title="volume")
+    figure.suptitle(headed(solution, "wear"), fontsize="large")
     deep.set_ylabel(label("largest depth (dashed)", units.length))
     right.set(xlabel=what, title=label("largest pressure", units.stress), ylim=(0.0, 1.05 * max(pressed) or None))
     legend_below(left, 2)
@@ -97,17 +100,26 @@ def draw_hysteresis(figure: Any, solution: SolutionData) -> None:
     for number, name in enumerate(solution.nodes):
         pairs = [step.pairs[name] for step in solution.steps]
         slip, force = mean_motion(pairs)
+        moved = max((float(np.abs(body.u).max()) for step in solution.steps for body in step.bodies.values()), default=0.0)
+        slip = _without_noise(slip, moved)
         left.plot([0.0, *slip], [0.0, *force], ".-", color=f"C{number}", lw=1.2, ms=4, label=name)
-        energy = np.cumsum([pair.dissipated for pair in pairs])
+        carried = max(float(pair.weight @ np.abs(pair.pressure)) for pair in pairs)
+        energy = _without_noise(np.cumsum([pair.dissipated for pair in pairs]), carried * moved)
         right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
     units = solution.problem.units
     way = "" if all(pair.slip.shape[1] == 1 for pair in solution.last.pairs.values()) else " along the largest slip"
     left.set(xlabel=label(f"mean slip w{way}", units.length), ylabel=label("tangential force on the primary", units.force),
-             title=headed(solution, "hysteresis"))  # fmt: skip
+             title="force over slip")  # fmt: skip
+    figure.suptitle(headed(solution, "hysteresis"), fontsize="large")
     right.set(xlabel="increment", title="energy dissipated")
     right.xaxis.get_major_locator().set_params(integer=True)
     left.locator_params(axis="x", nbins=5)
     legend_below(left, 2)
+
+
+def _without_noise(values: Array, size: float) -> Array:
+    """Zeros where values are round-off of what they are differences of."""
+    return np.where(np.abs(values) <= NOISE * size, 0.0, values)
 
 
 def mean_motion(pairs: list[PairResult]) -> tuple[Array, Array]:
