@@ -17,8 +17,11 @@ from ..runtime.petsc import petsc
 
 SMALLEST = 1200
 """Nodes up to which operators are dense: nothing is to be gained."""
-SMALLEST_SURFACE = 1500
-"""The same in space: two bodies of 1485 nodes, 900 in contact, pressed and pushed, take 8.5 s dense and 7.4 s compressed."""
+SMALLEST_SURFACE = 700
+"""The same in space."""
+WORTH = 2.0
+"""Dense surfaces, which hold more digits, may cost so much more. Two bodies of 738 nodes each, 441 in contact, pressed and
+pushed, took 1.4 s dense and 2.4 s compressed (1e-4), of 1008 nodes 3.4 and 3.4 s, of 1485 nodes 8.3 and 6.1 s."""
 LARGEST = 12_000
 """Nodes up to which a compression that went wrong is replaced by dense operators (4.6 GB)."""
 # Seconds of processor time on one core, measured with boxes, graded boxes and plates with ten holes of 1000 to 3600 nodes.
@@ -30,8 +33,9 @@ SURFACE = 1.2e-3
 """The same for surfaces in space, with the preconditioner: two boxes of 3568 to 14 368 nodes took 1e-3 to 1.6e-3."""
 IN_SPACE = 2.0
 """Dense systems in space take so much longer than plane ones as large: their kernels cost more."""
-INCREMENT = (0.2, 1.0)
-"""Time of an increment over that of the elimination, dense and compressed, in space."""
+INCREMENT = (0.2, 0.4)
+"""Time of an increment over that of the elimination, dense and compressed, in space: 0.35 to 0.6 of pairs of 1485 to 8253
+nodes each."""
 CURVE_NODE, SURFACE_NODE, SURFACE_CONTACT = 2.5e4, 6e4, 7e4
 """Memory of compressed operators of curves, and of surfaces with their preconditioner, a node, and more a node in contact
 [bytes]; measured ones of 2970 to 29 160 nodes, of tolerance 1e-3 and 1e-4, were within a fifth."""
@@ -56,6 +60,8 @@ def dense_seconds(n_nodes: int, dim: int = 2) -> float:
 
 def compressed_seconds(mesh: BoundaryMesh) -> float:
     """Predicted time to build and factorise compressed operators."""
+    if not isinstance(mesh, CurveMesh):
+        return SURFACE * mesh.n_nodes
     steps = np.linalg.norm(np.diff(mesh.x, axis=0), axis=1)
     # from curve to curve nodes are further apart than before and after
     around = np.maximum(np.append(steps[1:], 0.0), np.append(0.0, steps[:-1]))
@@ -66,9 +72,7 @@ def compressed_seconds(mesh: BoundaryMesh) -> float:
 
 def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
     """Processor time of assembly and factorisation, announced before it is spent."""
-    if not is_compressed(bem, mesh):
-        return dense_seconds(mesh.n_nodes, mesh.dim)
-    return compressed_seconds(mesh) if isinstance(mesh, CurveMesh) else SURFACE * mesh.n_nodes
+    return compressed_seconds(mesh) if is_compressed(bem, mesh) else dense_seconds(mesh.n_nodes, mesh.dim)
 
 
 def surface_seconds(bem: Bem, mesh: BoundaryMesh, increments: int) -> float:
@@ -130,9 +134,11 @@ def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
         raise InputError('bem.mat_type: "hmatrix" compresses surfaces in space; choose "auto", "hodlr" or "dense"')
     if bem.mat_type != "auto":
         return bem.mat_type != "dense"
+    dense, compressed = dense_seconds(mesh.n_nodes, mesh.dim), compressed_seconds(mesh)
     if not curve:
-        return mesh.n_nodes > SMALLEST_SURFACE
-    return mesh.n_nodes > SMALLEST and compressed_seconds(mesh) < dense_seconds(mesh.n_nodes)
+        whole, parts = (seconds * (1.0 + more) for seconds, more in zip((dense, compressed), INCREMENT, strict=True))
+        return mesh.n_nodes > SMALLEST_SURFACE and WORTH * parts < whole
+    return mesh.n_nodes > SMALLEST and compressed < dense
 
 
 def chosen_tolerance(bem: Bem, accuracy: float) -> float:

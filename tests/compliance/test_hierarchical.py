@@ -100,7 +100,7 @@ def test_too_little_memory_is_told_before_the_build(comm, monkeypatch):
         Posed(problem(**TIGHT), comm)
 
 
-def test_auto_compresses_above_1500_nodes(comm):
+def test_auto_compresses_what_is_cheaper_compressed(comm):
     small, large = (Posed(load(CONFIGS / "space_a.toml", {"mesh.element_size": h}), comm) for h in (1.4, 0.9))
     assert isinstance(small.body, DenseBody) and isinstance(large.body, HierarchicalBody)
     for made in (small, large):

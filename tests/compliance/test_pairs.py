@@ -122,6 +122,7 @@ def test_bodies_are_solved_as_on_dense_operators(name):
 
 def test_one_body_is_dense_and_the_other_compressed(monkeypatch):
     monkeypatch.setattr(choice, "SMALLEST_SURFACE", 230)
+    monkeypatch.setattr(choice, "SURFACE", 0.0)
     data = blocks(friction_coefficient=0.3)
     data["body"][1]["mesh"]["element_size"] = 1.0
     prepared = prepare(parse_problem(data, "test", {}, Path()))
@@ -164,3 +165,13 @@ def test_later_loads_that_nothing_holds_are_named_after_the_steps_before():
     found = solved(data, bem__mat_type="hmatrix")
     assert not found.converged and len(found.steps) >= 1
     assert "body 'free' cannot be held: the load pushes it along +x" in found.reason
+
+
+@pytest.mark.parametrize(("times", "status"), [(4.0, "converged"), (6.0, "failed")])
+def test_an_elastic_residual_of_some_times_the_tolerance_is_accepted(times, status, monkeypatch):
+    """Blocks hold it each by itself; five times it is reported as the failure that it may be."""
+    monkeypatch.setattr(HierarchicalBody, "residual", lambda *arguments: times * 1e-4)
+    data = on_ground()
+    found = solved({**data, "body": data["body"][1:]}, bem__mat_type="hmatrix", bem__hmatrix_tol=1e-4)
+    assert found.status == status
+    assert ("elastic residual 6.0e-04 > 0.0005" in found.reason) == (status == "failed")

@@ -8,6 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from problems import block, contact_pair
 
 sys.path.insert(0, str(Path(__file__).parent))
 import launch
@@ -16,34 +17,19 @@ pytestmark = pytest.mark.mpi
 CONFIG = Path(__file__).parents[2] / "configs" / "space_b.toml"
 
 
-BLOCKS = """
-[bem]
-mat_type = "hmatrix"
-hmatrix_tol = 1e-5
-[[body]]
-name = "lower"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-geometry = { shape = "box", lower = [-1, -1, -1], upper = [1, 1, 0] }
-mesh = { element_size = 0.5, order = 1 }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0, 0.0]
-[[body]]
-name = "upper"
-material = { young_modulus = 3.0, poisson_ratio = 0.3 }
-geometry = { shape = "box", lower = [-1, -1, 0], upper = [0.8, 0.9, 1] }
-mesh = { element_size = 0.41, order = 1 }
-[[body.boundary]]
-part = "top"
-condition = "traction"
-value = [0.002, 0.0, -0.01]
-[[contact]]
-name = "pair"
-secondary = "upper.bottom"
-primary = "lower.top"
-friction_coefficient = 0.4
-"""
+BLOCKS = (
+    '[bem]\nmat_type = "hmatrix"\nhmatrix_tol = 1e-5\n'
+    + block("lower", [-1, -1, -1], [1, 1, 0], mesh="element_size = 0.5, order = 1", bottom=[0.0, 0.0, 0.0])
+    + block(
+        "upper",
+        [-1, -1, 0],
+        [0.8, 0.9, 1],
+        3.0,
+        mesh="element_size = 0.41, order = 1",
+        top=("traction", [0.002, 0.0, -0.01]),
+    )
+    + contact_pair("pair", "upper.bottom", "lower.top", 0.4)
+)
 
 
 KEYS = ("mesh.element_size=2.0", "mesh.order=1", "method.rule=modified", "method.rho=1000.0")

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
-from petcontact import Bem, Circle, MeshOptions, Problem, Rectangle, SideBySide, solve
+from petcontact import Bem, Circle, MeshOptions, Problem, Rectangle, SideBySide, load, solve
 from petcontact.compliance.body.hodlr import HodlrBody
 from petcontact.errors import SolverError
 from petcontact.mesh.grading import mesh_outline
 from petcontact.pipeline import choice
+from petcontact.refinement.meshes import mesh_of
 
+BLOCK = Path(__file__).parents[2] / "configs" / "space_a.toml"
 BOX = Rectangle(lower_left=(0, 0), upper_right=(8, 4))
 SIDES = [{"part": name, "to": to} for name, to in (("b", (8, 0)), ("r", (8, 4)), ("t", (0, 4)), ("l", (0, 0)))]
 HOLES = [Circle(part="h", center=(0.8 * k + 0.4, 2.0), radius=0.3) for k in range(10)]
@@ -66,3 +70,14 @@ def test_a_compression_that_raises_is_replaced_too(case, monkeypatch, comm):
     assert "dense" in solve(small, comm=comm).info["solver"]
     with pytest.raises(SolverError):
         solve(small.model_copy(update={"bem": Bem(mat_type="hodlr")}), comm=comm)
+
+
+def test_surfaces_are_compressed_by_predicted_cost():
+    """A break-even, below which all are dense and above which none is, where both cost about the same."""
+    sizes = (1.8, 1.4, 1.2, 1.0, 0.9, 0.8)
+    meshes = [mesh_of(load(BLOCK, {"mesh.element_size": size})) for size in sizes]
+    taken = [choice.is_compressed(Bem(), mesh) for mesh in meshes]
+    assert taken == sorted(taken) and not taken[0] and taken[-1]
+    first = meshes[taken.index(True)]
+    dense, compressed = choice.dense_seconds(first.n_nodes, 3), choice.compressed_seconds(first)
+    assert 1.0 < dense / compressed < 3.0 and 900 < first.n_nodes < 1700

@@ -16,6 +16,7 @@ import forked
 import numpy as np
 import pytest
 from conftest import example
+from problems import block, contact_pair, load_step
 
 from petcontact import MeshOptions, SolverError, read_result, read_solution, solve, write_solution
 from petcontact.commands.main import main
@@ -120,31 +121,12 @@ def with_rho(solution, rho):
     return dataclasses.replace(solution, steps=[dataclasses.replace(solution.last, rho=rho)])
 
 
-BLOCKS = """
-[[body]]
-name = "upper"
-material = { young_modulus = 100.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [0.5, 1], upper_right = [1.5, 2] }
-[[body.boundary]]
-part = "top"
-condition = "displacement"
-value = [0.0, -0.01]
-[[body]]
-name = "lower"
-material = { young_modulus = 100.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [0, 0], upper_right = [2, 1] }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0]
-[[contact]]
-name = "pair"
-secondary = "upper.bottom"
-primary = "lower.top"
-friction_coefficient = 0.3
-[[step]]
-increments = 2
-"""
+BLOCKS = (
+    block("upper", [0.5, 1], [1.5, 2], 100.0, top=[0.0, -0.01])
+    + block("lower", [0, 0], [2, 1], 100.0, bottom=[0.0, 0.0])
+    + contact_pair("pair", "upper.bottom", "lower.top", 0.3)
+    + load_step(increments=2)
+)
 
 
 @pytest.mark.parametrize(("module", "where"), [(load_steps, "step_result"), (pipeline, "warnings_of")])

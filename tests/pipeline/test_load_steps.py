@@ -8,39 +8,28 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from problems import block, contact_pair, load_step, obstacle
 
 from petcontact import InputError, Problem, adapt, read_result, solve, write_solution
 from petcontact.commands.main import main
 from petcontact.model.base import parse
 
 ROOT = Path(__file__).resolve().parents[2]
-PUNCH = """
-[[body]]
-name = "block"
-material = { young_modulus = 1.0, poisson_ratio = 0.2 }
-geometry = { shape = "rectangle", lower_left = [-3, -3], upper_right = [3, 0] }
-mesh = { element_size = 0.1, order = 2, element_sizes = { top = 0.05 } }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0]
-[[obstacle]]
-name = "punch"
-displacement = [0.0, -0.15]
-[[contact]]
-name = "interface"
-secondary = "block.top"
-primary = "punch"
-gap = "x**2/4"
-friction_coefficient = 0.4
-[[step]]
-name = "press"
-[[step]]
-name = "push"
-[[step.obstacle]]
-name = "punch"
-displacement = [0.06, -0.15]
-"""
+FIXED = [0.0, 0.0]
+PUNCH = (
+    block(
+        "block",
+        [-3, -3],
+        [3, 0],
+        ratio=0.2,
+        mesh="element_size = 0.1, order = 2, element_sizes = { top = 0.05 }",
+        bottom=FIXED,
+    )
+    + obstacle("punch", [0.0, -0.15])
+    + contact_pair("interface", "block.top", "punch", 0.4, "x**2/4")
+    + load_step("press")
+    + load_step("push", punch={"displacement": [0.06, -0.15]})
+)
 BLOCK = """
 [[body]]
 name = "block"
@@ -69,55 +58,16 @@ name = "release"
 part = "top"
 pressure = 1.0
 """
-STACK = """
-[[body]]
-name = "base"
-material = { young_modulus = 200.0, poisson_ratio = 0.25 }
-geometry = { shape = "rectangle", lower_left = [-2, -3], upper_right = [4, 0] }
-mesh = { levels = 8 }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0]
-[[body]]
-name = "block"
-material = { young_modulus = 100.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [0, 0], upper_right = [2, 1] }
-mesh = { levels = 8 }
-[[body]]
-name = "upper"
-material = { young_modulus = 50.0, poisson_ratio = 0.2 }
-geometry = { shape = "rectangle", lower_left = [0, 1], upper_right = [2, 2] }
-mesh = { levels = 8 }
-[[body.boundary]]
-part = "top"
-condition = "traction"
-value = [0.0, -1.0]
-[[contact]]
-name = "lower"
-secondary = "block.bottom"
-primary = "base.top"
-friction_coefficient = 0.3
-[[contact]]
-name = "upper"
-secondary = "upper.bottom"
-primary = "block.top"
-friction_coefficient = 0.3
-[[step]]
-name = "press"
-[[step]]
-name = "push"
-[[step.boundary]]
-body = "upper"
-part = "top"
-value = [0.25, -1.0]
-[[step]]
-name = "release"
-[[step.boundary]]
-body = "upper"
-part = "top"
-value = [0.0, -1.0]
-"""
+STACK = (
+    block("base", [-2, -3], [4, 0], 200.0, 0.25, "levels = 8", bottom=FIXED)
+    + block("block", [0, 0], [2, 1], 100.0, 0.3, "levels = 8")
+    + block("upper", [0, 1], [2, 2], 50.0, 0.2, "levels = 8", top=("traction", [0.0, -1.0]))
+    + contact_pair("lower", "block.bottom", "base.top", 0.3)
+    + contact_pair("upper", "upper.bottom", "block.top", 0.3)
+    + load_step("press")
+    + load_step("push", upper={"top": [0.25, -1.0]})
+    + load_step("release", upper={"top": [0.0, -1.0]})
+)
 DISC = """
 [[body]]
 name = "disc"

@@ -10,6 +10,7 @@ import meshio
 import numpy as np
 import pytest
 import scipy
+from problems import block, contact_pair, load_step, obstacle
 
 from petcontact import solve
 from petcontact.contact.equilibrium import unbalanced_load
@@ -61,32 +62,13 @@ part = "top"
 value = [0.15, 0.1, -1.0]
 """
 )
-PUNCHED = """
-[[body]]
-name = "block"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-geometry = { shape = "box", lower = [-1.0, -1.0, -1.0], upper = [1.0, 1.0, 0.0] }
-mesh = { element_size = 0.5, order = 1 }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0, 0.0]
-[[obstacle]]
-name = "ball"
-displacement = [0.0, 0.0, -0.1]
-centre = [0.0, 0.0, 0.5]
-[[contact]]
-name = "top"
-secondary = "block.top"
-primary = "ball"
-gap = "(x**2 + y**2)/4"
-friction_coefficient = 0.3
-[[step]]
-[[step]]
-[[step.obstacle]]
-name = "ball"
-displacement = [0.03, 0.01, -0.1]
-"""
+PUNCHED = (
+    block("block", [-1.0, -1.0, -1.0], [1.0, 1.0, 0.0], mesh="element_size = 0.5, order = 1", bottom=[0.0, 0.0, 0.0])
+    + obstacle("ball", [0.0, 0.0, -0.1], "centre = [0.0, 0.0, 0.5]")
+    + contact_pair("top", "block.top", "ball", 0.3, "(x**2 + y**2)/4")
+    + load_step()
+    + load_step(ball={"displacement": [0.03, 0.01, -0.1]})
+)
 STACK = """
 [[body]]
 name = "base"

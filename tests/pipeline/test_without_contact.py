@@ -6,6 +6,7 @@ import csv
 
 import numpy as np
 import pytest
+from mpi.launch import run
 
 import petcontact
 from petcontact import Body, Box, Displacement, Material, MeshOptions, Obstacle, Problem, Rectangle, Step, Traction, solve
@@ -89,3 +90,17 @@ def test_files_figures_and_tables_of_bodies_alone(d, tmp_path, monkeypatch, caps
     assert "which has no pairs" in capsys.readouterr().err
     (tmp_path / "sweep.toml").write_text('problems = ["bar.toml"]\n[cross]\n"body.0.mesh.element_size" = [0.5, 1.0]\n')
     assert main(["sweep", "sweep.toml", "-o", "out"]) == 0
+
+
+@pytest.mark.mpi
+@pytest.mark.slow
+@pytest.mark.parametrize(("d", "storage"), [(2, "dense"), (2, "hodlr"), (3, "hmatrix")])
+def test_two_ranks_stretch_it_alike(d, storage, tmp_path):
+    (tmp_path / "bar.toml").write_text(Problem(body=[bar(d)]).toml())
+    done = run(
+        2, "-m", "petcontact", "solve", "bar.toml", "--no-figures", "-bem_mat_type", storage, cwd=tmp_path, timeout=300.0
+    )
+    assert done.returncode == 0, done.stderr
+    kept = petcontact.read_solution(tmp_path / "bar.h5")
+    exact = stretched(kept.mesh.x)
+    assert np.abs(kept.u - exact).max() < 1e-4 * np.abs(exact).max()

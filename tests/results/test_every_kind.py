@@ -8,39 +8,21 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
+from problems import block, contact_pair
 
 from petcontact import InputError, read_result, solve
 from petcontact.commands.main import main
 from petcontact.model.case import load, parse_problem
+from petcontact.results.figures.turning import scene
 from petcontact.results.tables import boundary_table
 from petcontact.results.verdict.peaks import stress_peaks
 
 CONFIGS = Path(__file__).parents[2] / "configs"
-LARGER = """
-[[body]]
-name = "upper"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [-3.0, 0.0], upper_right = [3.0, 2.0] }
-mesh = { element_size = 0.5 }
-[[body.boundary]]
-part = "top"
-condition = "displacement"
-value = [0.0, -0.01]
-[[body]]
-name = "lower"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [-1.0, -1.0], upper_right = [1.0, 0.0] }
-mesh = { element_size = 0.25 }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0]
-[[contact]]
-name = "gap"
-secondary = "upper.bottom"
-primary = "lower.top"
-friction_coefficient = 0.3
-"""
+LARGER = (
+    block("upper", [-3.0, 0.0], [3.0, 2.0], mesh="element_size = 0.5", top=[0.0, -0.01])
+    + block("lower", [-1.0, -1.0], [1.0, 0.0], mesh="element_size = 0.25", bottom=[0.0, 0.0])
+    + contact_pair("gap", "upper.bottom", "lower.top", 0.3)
+)
 """The secondary face is larger than the primary: nodes face nothing. The name of the pair is that of a dataset."""
 
 
@@ -141,6 +123,12 @@ def test_pictures_on_given_axes(solution):
     projection = "3d" if next(iter(solution.meshes.values())).dim == 3 else None
     axes = Figure().add_subplot(projection=projection)
     assert solution.plot(axes) is axes and axes.get_xlabel() == "x"
+
+
+def test_a_page_that_turns_the_bodies(solution, tmp_path):
+    bodies = scene(solution)["bodies"]
+    assert [body["name"] for body in bodies] == list(solution.meshes)
+    assert all(len(body["steps"]) == len(solution.steps) for body in bodies)
 
 
 def test_a_node_that_faces_nothing_is_read_back(solution):

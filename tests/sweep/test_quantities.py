@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import example
+from problems import block, contact_pair, load_step, obstacle
 from sweep_files import quietly, sweep_file
 
 from petcontact import load_case
@@ -60,33 +61,13 @@ def test_a_row_has_what_was_asked_for(solution):
     assert row["twice"] == 2 * row["iterations"] and row["von_mises_1"] > 0.0 and row["rho"] == 1.0
 
 
-PUNCH = """
-[[body]]
-name = "block"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [-2.0, -2.0], upper_right = [2.0, 0.0] }
-mesh = { element_size = 0.25 }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0]
-[[obstacle]]
-name = "punch"
-displacement = [0.0, -0.05]
-[[contact]]
-name = "top"
-secondary = "block.top"
-primary = "punch"
-gap = "x**2/8"
-friction_coefficient = 0.3
-[[step]]
-name = "press"
-[[step]]
-name = "shift"
-[[step.obstacle]]
-name = "punch"
-displacement = [0.03, -0.05]
-"""
+PUNCH = (
+    block("block", [-2.0, -2.0], [2.0, 0.0], mesh="element_size = 0.25", bottom=[0.0, 0.0])
+    + obstacle("punch", [0.0, -0.05])
+    + contact_pair("top", "block.top", "punch", 0.3, "x**2/8")
+    + load_step("press")
+    + load_step("shift", punch={"displacement": [0.03, -0.05]})
+)
 
 
 @pytest.mark.parametrize("keep", ["contact", "all"])

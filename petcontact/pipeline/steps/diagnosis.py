@@ -77,8 +77,10 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     of_step = f" of step {increment.step.name or increment.number!r}" if steps else ""
     where = f" at load factor {increment.target:.4g}{of_step}" if steps or increment.target < 1.0 else ""
     at_end = f" at the end{of_step}, of which {increment.target:.4g} was tried"
-    if text := unheld(increment, where) or unheld(increment.to(1.0), at_end):
+    if text := unheld(increment, where):
         return text
+    if text := unheld(increment.to(1.0), at_end):
+        return f"{text}{unsure}"
     push = None
     defect = equilibrium_defect(system, outcome.sigma)
     if system.modes is not None and defect > problem.discrete.problem.method.tolerance:

@@ -32,14 +32,15 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
     """
     problem = discrete.problem
     bem = resolved_bem(problem.bem)
-    if problem.method.start not in NAMES or not any(is_compressed(bem, mesh) for mesh in discrete.meshes):
+    compressed = any(is_compressed(bem, mesh) for mesh in discrete.meshes)
+    if problem.method.start not in NAMES or not discrete.interfaces or not compressed:
         return
     bodies = [RigidBody(*operators_of(discrete, b)) for b in range(len(discrete.meshes))]
     x = [discrete.meshes[face.body].x[face.nodes] for face in discrete.interfaces]
     centres = [np.array(o.centre_in(discrete.meshes[0].dim)) for o in problem.obstacle]
     system = BodiesSystem(bodies, discrete.interfaces, x, centres, comm)
     first = first_increment(PreparedProblem(discrete, system, method_of(problem.method, None, problem.method), comm))
-    divisible = bool(problem.step) or not discrete.interfaces[0].held
+    divisible = bool(problem.step) or not discrete.holds_normals
     least = first.target * 0.5**HALVINGS if divisible else first.target
     where = f" at any load of step {first.step.name or first.number!r}" if problem.step else ""
     found = unheld(dataclasses.replace(first, target=least), where)
