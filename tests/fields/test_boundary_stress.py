@@ -155,7 +155,7 @@ def test_linear_stress_is_exact_on_hanging_nodes(order):
     assert stress_error(mesh, bent, *everywhere(mesh, 3, np.random.default_rng(0)))[0] < 1e-12
 
 
-@pytest.mark.parametrize(("order", "bound"), [(1, 0.2), (2, 0.06)])
+@pytest.mark.parametrize(("order", "bound"), [(1, 0.2), (2, 0.09)])
 def test_large_panels_beside_crowds_of_small_ones_take_no_notice_of_them(order, bound):
     """The stress of a load on a spot, on panels 64 times smaller than those around them: 1.17 and .12 off at nodes of large
     panels when the samples nearest to these lie on small ones only."""
