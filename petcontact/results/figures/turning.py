@@ -83,8 +83,9 @@ def scene(solution: SolutionData) -> dict[str, Any]:
     ranges = {key: _range([each[key] for _, fields in drawn.values() for each in fields if key in each]) for key in found}
     for name, (body, each) in drawn.items():
         body["name"] = printable(name)
-        body["steps"] = [{key: _quantised(values, *ranges[key]) if key in ranges else _packed(values, "<f4")
-                          for key, values in fields_.items() if key == "move" or key in ranges} for fields_ in each]  # fmt: skip
+        body["steps"] = [{"move": _packed(fields["move"], "<f4")}
+                         | {key: _quantised(fields[key], *ranges[key]) for key in ranges if key in fields}
+                         for fields in each]  # fmt: skip
     return {
         "bodies": [body for body, _ in drawn.values()],
         "fields": [{"key": key, "name": names[key], "low": low, "high": high} for key, (low, high) in ranges.items()],
