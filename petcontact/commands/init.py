@@ -25,7 +25,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The options of `petcontact init`."""
     parser.add_argument("name", metavar="NAME", help="NAME.toml is written, and what goes with it")
     kinds = "; ".join(f"{kind}: {text}" for kind, text in KINDS.items())
-    parser.add_argument("--kind", choices=KINDS, default="block", metavar="KIND", help=f"{kinds} (default: block)")
+    parser.add_argument("--kind", choices=KINDS, metavar="KIND", help=f"{kinds} (default: block)")
     parser.add_argument("--from", metavar="FILE.inp", dest="source", help="the problem of a file of Abaqus or CalculiX")
     parser.add_argument("--force", action="store_true", help="replace files that exist")
 
@@ -34,8 +34,12 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Write the files; needs no PETSc."""
     from ..runtime.atomic_write import check_target, write_text
 
+    if arguments.source and arguments.kind:
+        raise InputError("init: --kind is a starter's, --from takes the problem from a file; give one of them")
     target = Path(arguments.name.removesuffix(".toml"))
-    contents = starter(arguments.kind, target.name) if arguments.source is None else _converted(arguments.source, target)
+    contents = (
+        starter(arguments.kind or "block", target.name) if arguments.source is None else _converted(arguments.source, target)
+    )
     paths = [target.parent / name for name in contents]
     for path in paths:
         if not path.name.endswith("schema.json"):

@@ -43,6 +43,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..runtime.petsc import initialise, petsc
     from ..runtime.terminal import StatusLine, say
 
+    if arguments.no_figures and arguments.figures:
+        raise InputError("--figures: --no-figures draws nothing; give one of them")
     initialise(petsc_words)
     comm = petsc().COMM_WORLD
     first = comm.getRank() == 0

@@ -81,16 +81,10 @@ def fatigue(
     Raises
     ------
     InputError
-        If there are no such steps, bodies or parts, a constant is missing, or nothing is left to look at.
+        If there are no such steps, bodies or parts, a constant is missing, the parameter has no depth, or nothing is left to
+        look at.
     """
-    if parameter not in NAMES:
-        known = nearest(parameter, list(NAMES)) or "; there are " + ", ".join(NAMES)
-        raise InputError(f"parameter: no {parameter!r}{known}")
-    if not (np.isfinite(depth) and depth >= 0.0):
-        raise InputError(f"depth: must be 0 or more, got {depth:g}")
-    needed = parameter in PARAMETERS and PARAMETERS[parameter][1]
-    if needed != (sensitivity is not None):
-        raise InputError(f"sensitivity: {parameter} {'needs it, such as 0.3' if needed else 'has none'}")
+    _check(parameter, depth, sensitivity)
     increments, names = cycle_of(solution, first, last), list(solution.meshes)
     for body in bodies or ():
         if body not in names:
@@ -115,11 +109,25 @@ def fatigue(
     return Fatigue(parameter, len(increments), tuple(found))
 
 
+def _check(parameter: str, depth: float, sensitivity: float | None) -> None:
+    """Whether there is such a parameter, and it has what is given."""
+    if parameter not in NAMES:
+        known = nearest(parameter, list(NAMES)) or "; there are " + ", ".join(NAMES)
+        raise InputError(f"parameter: no {parameter!r}{known}")
+    if not (np.isfinite(depth) and depth >= 0.0):
+        raise InputError(f"depth: must be 0 or more, got {depth:g}")
+    if depth and parameter in RUIZ:
+        raise InputError(f"depth: {parameter} is of slip and shear on the surface, below it there is none")
+    needed = parameter in PARAMETERS and PARAMETERS[parameter][1]
+    if needed != (sensitivity is not None):
+        raise InputError(f"sensitivity: {parameter} {'needs it, such as 0.3' if needed else 'has none'}")
+
+
 def _chosen_parts(solution: SolutionData, bodies: list[str], parts: list[str] | None) -> dict[str, list[str]]:
     if parts is None:
         return {body: own for body, own in parts_in_contact(solution).items() if body in bodies}
     known = {body: [name for name in parts if name in solution.meshes[body].part_names] for body in bodies}
-    every = [name for body in bodies for name in solution.meshes[body].part_names]
+    every = list(dict.fromkeys(name for body in bodies for name in solution.meshes[body].part_names))
     for name in parts:
         if name not in every:
             raise InputError(f"no part {name!r}{nearest(name, every) or '; parts are ' + ', '.join(every)}")

@@ -1,4 +1,4 @@
-"""Whether triangles of a surface cross one another."""
+"""Whether triangles of a surface cross one another, and what lies inside of closed ones."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from ..arrays import Array, Index
 
 MARGIN = 1e-9
 """Of an edge's parameter and of barycentric coordinates: an edge that only ends on a triangle does not cross it."""
+WINDINGS = 100_000
+"""Pairs of a point and a triangle that are seen at once."""
 
 
 def first_crossing(points: Array, triangles: Index) -> Array | None:
@@ -68,3 +70,29 @@ def _pierced(edges_of: Array, triangle: Array) -> Array | None:
             n = int(np.argmax(inside))
             return np.asarray(start[n] + t[n] * direction[n])
     return None
+
+
+def winding(corners: Array, points: Array) -> Array:
+    """|Solid angle| (n,) of closed triangles (t, 3, 3) from points (n, 3), over 4π: 1 inside, 0 outside.
+
+    By A. van Oosterom and J. Strackee, IEEE Trans. BME 30 (1983) 125-126.
+
+    >>> unit = np.vstack([np.zeros(3), np.eye(3)])
+    >>> faces = unit[np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])]
+    >>> winding(faces, np.array([[0.1, 0.2, 0.3], [1.0, 1.0, 1.0]])).round(12).tolist()
+    [1.0, 0.0]
+    """
+    result, step = np.empty(len(points)), max(1, WINDINGS // max(len(corners), 1))
+    for first in range(0, len(points), step):
+        x = points[first : first + step].T[:, :, None]
+        # components (n, t) of the ways from the points to the three corners
+        a, b, c = ([corners[:, k, i] - x[i] for i in range(3)] for k in range(3))
+        la, lb, lc = (np.sqrt(_dot(v, v)) for v in (a, b, c))
+        above = _dot(a, [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]])
+        below = la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb
+        result[first : first + step] = np.abs(np.sum(np.arctan2(above, below), axis=1)) / (2.0 * np.pi)
+    return result
+
+
+def _dot(a: list[Array], b: list[Array]) -> Array:
+    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -59,13 +60,21 @@ def read_msh(file: str) -> Any:
     try:
         mesh = meshio.gmsh.read(file)
     except Exception as error:  # meshio meets damaged files with whatever exception its parser runs into
-        reason = str(error).splitlines()[0] if str(error) else type(error).__name__
+        reason = str(error).splitlines()[0] if isinstance(error, meshio.ReadError) and str(error) else _damage(file)
         raise InputError(
             f"{file}: not a Gmsh mesh that can be read ({reason}); save it as format 2.2 or 4.1 without Mesh.SaveAll"
         ) from None
     if not np.all(np.abs(mesh.points) <= LARGEST_COORDINATE):
         raise InputError(f"{file}: coordinates that are not finite, or larger than {LARGEST_COORDINATE:g}")
     return mesh
+
+
+def _damage(file: str) -> str:
+    """What is wrong with a file whose numbers cannot be read."""
+    sections = re.findall(rb"^\$([A-Za-z]+)", Path(file).read_bytes(), re.MULTILINE)
+    if sections and not sections[-1].startswith(b"End"):
+        return f"it is cut off inside ${sections[-1].decode()}"
+    return "its sections do not hold what they announce" if sections else "it has no sections"
 
 
 def _plane(points: Array, file: str) -> Array:

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import ClassVar, Protocol
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from .surface import BOX_PARTS, SolidSurface, face_axes
 
 FEWEST = 2
 """Panels along a quarter of a circle: their area factor varies by less than 2."""
 CORE = 0.6
 """Half the width of the square in the middle of a disc over its radius."""
+RIM = 0.02
+"""Distance from the rim of a disc, over the size of a panel, within which its points belong on it."""
 ROUNDED = 0.15
 """By how much the corners of the square are drawn in: panels beside them are no wedges."""
 
@@ -50,6 +52,7 @@ class SphereSurface(SolidSurface):
     centre: Array
     radius: float
     parts: tuple[str, ...] = tuple(BOX_PARTS)
+    known: ClassVar[bool] = True
 
     @property
     def usual_size(self) -> float:
@@ -74,7 +77,12 @@ class SphereSurface(SolidSurface):
             x = np.empty((len(slope), len(slope), 3))
             x[..., u], x[..., v] = np.meshgrid(slope, slope, indexing="ij")
             x[..., axis] = 2 * side - 1
-            yield part, _quadrilaterals(self.centre + self.radius * x / np.linalg.norm(x, axis=2, keepdims=True))
+            yield part, _quadrilaterals(self.onto(np.array([part]), self.centre + x))
+
+    def onto(self, part: Index, points: Array) -> Array:
+        """Along the radius."""
+        away = points - self.centre
+        return np.asarray(self.centre + self.radius * away / np.linalg.norm(away, axis=-1, keepdims=True))
 
 
 @dataclass(frozen=True)
@@ -85,6 +93,7 @@ class CylinderSurface(SolidSurface):
     end: Array
     radius: float
     parts: tuple[str, ...] = ("bottom", "top", "side")
+    known: ClassVar[bool] = True
 
     @property
     def usual_size(self) -> float:
@@ -126,6 +135,17 @@ class CylinderSurface(SolidSurface):
             yield 0, _quadrilaterals(self.start + (disc @ across).transpose(1, 0, 2))
         for turn in turns:
             yield 2, _quadrilaterals(self.start + (outer @ turn @ across)[:, None] + up[:, None] * (self.end - self.start))
+
+    def onto(self, part: Index, points: Array) -> Array:
+        """Away from the axis, all points of the side and those on the rims of the discs."""
+        axis = (self.end - self.start) / self.height
+        along = (points - self.start) @ axis
+        away = points - self.start - along[..., None] * axis
+        distance = np.linalg.norm(away, axis=-1, keepdims=True)
+        panel = np.linalg.norm(np.nanmax(points, axis=-2) - np.nanmin(points, axis=-2), axis=-1)[..., None, None]
+        outside = (np.reshape(part, (-1, *[1] * (points.ndim - 1))) == 2) | (np.abs(distance - self.radius) < RIM * panel)
+        with np.errstate(invalid="ignore"):
+            return np.where(outside, points + (self.radius / distance - 1.0) * away, points)
 
     def _across(self) -> Array:
         """Two unit vectors (2, 3) across the axis, right-handed with it."""

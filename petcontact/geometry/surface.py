@@ -10,7 +10,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..errors import InputError
-from .crossings import first_crossing
+from .crossings import first_crossing, winding
 from .quadratic import QuadraticCells
 
 BOX_PARTS = {"left": (0, 0), "right": (0, 1), "front": (1, 0), "back": (1, 1), "bottom": (2, 0), "top": (2, 1)}
@@ -57,11 +57,22 @@ def face_axes(axis: int, side: int) -> tuple[int, int]:
 
 
 class SolidSurface:
-    """The whole surface of a finite body in space."""
+    """The whole surface of a finite body in space.
+
+    Attributes
+    ----------
+    known : bool
+        Whether it is a shape that panels of any size may be made of without a user's asking.
+    """
 
     dim: ClassVar[int] = 3
     exterior: ClassVar[bool] = False
     closed: ClassVar[bool] = True
+    known: ClassVar[bool] = False
+
+    def onto(self, part: Index, points: Array) -> Array:
+        """Points (n, k, 3) of panels of parts (n,), brought onto the exact surface; as they are where none is known."""
+        return points
 
 
 @dataclass(frozen=True)
@@ -71,6 +82,7 @@ class BoxSurface(SolidSurface):
     lower: Array
     upper: Array
     parts: tuple[str, ...] = tuple(BOX_PARTS)
+    known: ClassVar[bool] = True
 
     @property
     def diameter(self) -> float:
@@ -283,36 +295,6 @@ def _outward(points: Array, cells: Index, bodies: Index, source: str) -> Index:
         raise InputError(f"{source}: {len(outer)} separate pieces, at {_text(outer[0])} and {_text(outer[1])}; a body is "
                          "one piece: make a file and a [[body]] of each")  # fmt: skip
     return result
-
-
-WINDINGS = 100_000
-"""Pairs of a point and a triangle that are seen at once."""
-
-
-def winding(corners: Array, points: Array) -> Array:
-    """|Solid angle| (n,) of closed triangles (t, 3, 3) from points (n, 3), over 4π: 1 inside, 0 outside.
-
-    By A. van Oosterom and J. Strackee, IEEE Trans. BME 30 (1983) 125-126.
-
-    >>> unit = np.vstack([np.zeros(3), np.eye(3)])
-    >>> faces = unit[np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])]
-    >>> winding(faces, np.array([[0.1, 0.2, 0.3], [1.0, 1.0, 1.0]])).round(12).tolist()
-    [1.0, 0.0]
-    """
-    result, step = np.empty(len(points)), max(1, WINDINGS // max(len(corners), 1))
-    for first in range(0, len(points), step):
-        x = points[first : first + step].T[:, :, None]
-        # components (n, t) of the ways from the points to the three corners
-        a, b, c = ([corners[:, k, i] - x[i] for i in range(3)] for k in range(3))
-        la, lb, lc = (np.sqrt(_dot(v, v)) for v in (a, b, c))
-        above = _dot(a, [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]])
-        below = la * lb * lc + _dot(a, b) * lc + _dot(b, c) * la + _dot(c, a) * lb
-        result[first : first + step] = np.abs(np.sum(np.arctan2(above, below), axis=1)) / (2.0 * np.pi)
-    return result
-
-
-def _dot(a: list[Array], b: list[Array]) -> Array:
-    return np.asarray(a[0] * b[0] + a[1] * b[1] + a[2] * b[2])
 
 
 def _text(point: Array) -> str:

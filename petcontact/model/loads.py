@@ -99,7 +99,7 @@ class LoadsChange(VolumeLoads):
 
 
 def check_material(key: str, body: Any, loads: VolumeLoads) -> None:
-    """Whether the material has what loads need.
+    """Whether the material has what loads need, other than 0.
 
     Raises
     ------
@@ -108,6 +108,8 @@ def check_material(key: str, body: Any, loads: VolumeLoads) -> None:
     for load, needed in loads.needs:
         if getattr(body.material, needed) is None:
             raise ValueError(f"{key}.{load}: the material of body {body.name!r} has no {needed}")
+        if getattr(body.material, needed) == 0.0:
+            raise ValueError(f"{key}.{load}: does nothing, the {needed} of body {body.name!r} is 0")
 
 
 def loads_by_step(problem: Any, number: int) -> list[VolumeLoads]:

@@ -1,4 +1,5 @@
-"""What is known along the sides (g, displacements, tractions): where it is rough, and elements that resolve it."""
+"""What is known along the sides (g, displacements, tractions, loads of the volume): where it is rough, and elements that
+resolve it."""
 
 from __future__ import annotations
 
@@ -14,6 +15,7 @@ from ..geometry.arcs import on_arcs
 from ..geometry.outline import Outline, Side
 from ..mesh.basis import gauss, lagrange
 from ..model.expressions import Value, evaluate
+from ..model.loads import VolumeLoads
 from ..model.problem import Condition, Contact, Displacement, Problem, Traction
 from .expression_features import features, uniform
 
@@ -151,6 +153,20 @@ def _conditions(
         for kind, given, normal in _given(condition):
             if not any(isinstance(value, tuple) for value in given):
                 yield kind, given, functools.partial(_values, given, key, at, normal and side)
+    # the tractions of particular solutions are about as rough as what they are for
+    for key, given in _in_volume(problem.loads):
+        yield key, given, functools.partial(_values, given, key, lambda s: {name: at(s)[name] for name in "xy"}, False)
+
+
+def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Value]]]:
+    """Keys and components of loads that vary in the volume."""
+    if loads is not None:
+        every = [
+            ("temperature", (loads.temperature,)),
+            ("force", loads.force or ()),
+            ("acceleration", loads.acceleration or ()),
+        ]
+        yield from ((f"loads.{key}", list(given)) for key, given in every if any(isinstance(v, str) for v in given))
 
 
 def _given(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:

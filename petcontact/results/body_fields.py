@@ -167,14 +167,14 @@ class BodyFields:
     def at(
         self, points: Any, part: str | None = None, progress: Progress | None = None, outside: float | None = None
     ) -> StressState:
-        """At points (m, d) inside the body and on its boundary, of which `part` says the side of a corner.
+        """At points (m, d) inside the body and on its boundary; with `part` on that part of it alone.
 
         Points outside get a given value, or are refused.
 
         Raises
         ------
         InputError
-            If a point lies outside, there is no such part, or the body is a superelement.
+            If a point lies outside or not on the part, there is no such part, or the body is a superelement.
         """
         return states_at([self], points, part, progress, outside)[0]
 
@@ -199,6 +199,9 @@ def states_at(
         raise InputError(f"no part {part!r}{nearest(part, list(one.mesh.part_names))}")
     element, place = located(one.mesh, points, part)
     on, inside = np.flatnonzero(element >= 0), np.flatnonzero(element < 0)
+    if part is not None and len(inside):
+        at = ", ".join(f"{c:.6g}" for c in points[inside[0]])
+        raise InputError(f"part {part!r}: the point ({at}) does not lie on it")
     x, order = points[inside], np.argsort(np.concatenate([inside, on]), kind="stable")
     u, stress = _inside(increments, x, progress, outside)
     _next_to_boundary(increments, x, stress)

@@ -113,7 +113,7 @@ class Evaluated:
         step : StepResult or int, optional
             An increment, or its number from 1 on as in a result file; the last one by default.
         part : str, optional
-            Of the boundary, where a point at a corner lies on two parts.
+            Of the boundary, on which all points lie; it says which side of a corner is meant.
         progress : callable, optional
             Called with the share of the elements that is done.
 

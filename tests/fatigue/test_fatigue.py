@@ -140,6 +140,8 @@ def test_the_command(fretting, tmp_path, capsys, monkeypatch):
     (["--depth", "-1"], "--depth -1: must be a number, 0 or more"),
     (["--body", "uper"], "no body 'uper', did you mean 'upper'?"),
     (["--part", "tip"], "no part 'tip'"),
+    (["--part", "w"], "no part 'w'; parts are bottom, right, top, left\n"),
+    (["--parameter", "ruiz-1", "--depth", "0.5"], "depth: ruiz-1 is of slip and shear on the surface"),
     (["--life", "1,2"], "four numbers"),
     (["-o", "out.txt"], "written as .csv"),
 ])  # fmt: skip

@@ -42,6 +42,16 @@ def test_a_grid_that_is_none_is_refused(result, grid, capsys):
     assert "--grid" in capsys.readouterr().err
 
 
+@pytest.mark.parametrize(("words", "message"), [
+    (["--quantity", "sigma_xx"], "--quantity sigma_xx: is what a figure shows"),
+    (["--points", "p.csv", "--grid", "20x10"], "--grid: a table of --points is of these points alone"),
+    (["--points", "p.csv", "--window", "0", "0", "1", "1"], "--window: a table of --points is of these points alone"),
+])  # fmt: skip
+def test_options_that_would_do_nothing_are_refused(result, words, message, capsys):
+    assert main(["field", str(result), *words]) == 2
+    assert message in capsys.readouterr().err
+
+
 def test_progress_rises_from_nothing_and_changes_nothing():
     solution = solve(example(1, mesh=MeshOptions(element_size=0.02)))
     arguments = solution.mesh, solution.u, solution.traction, solution.problem.material, (20, 20)
@@ -123,7 +133,7 @@ def test_one_body_one_increment_one_window(steps, tmp_path, capsys):
     (["--window", "0", "0", "1"], "expected the lower and the upper corner"),
     (["--window", "8", "8", "9", "9", "--step", "1"], "--window: nothing of the body lies in it"),
     (["--window", "0", "0", "0", "1", "1", "1"], "--window: the body has 2 dimensions: 4 numbers are needed"),
-    (["--quantity", "von_mise"], "--quantity: no 'von_mise', did you mean 'von_mises'?"),
+    (["--quantity", "von_mise", "--figure", "f.png"], "--quantity: no 'von_mise', did you mean 'von_mises'?"),
     (["--points", "none.csv", "--body", "upper"], "none.csv: No such file"),
     (["--points", "points.csv"], "--body must name one body; there are lower, upper"),
     (["--points", "points.csv", "--body", "upper"], "points.csv, line 2: 2 coordinates are needed, got '1'"),

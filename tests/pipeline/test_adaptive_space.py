@@ -13,7 +13,10 @@ from petcontact.mesh.pairs.box_faces import grid_lines
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.base import parse
 from petcontact.pipeline.adaptive import climb, panel_tails
+from petcontact.pipeline.adaptive.climb import adapts_itself
 from petcontact.pipeline.adaptive.panel_tails import Budget, PanelTails
+from petcontact.pipeline.discrete.discretise import discretise
+from petcontact.pipeline.run import prepare, run
 from petcontact.reference.half_space import elliptic_load
 from petcontact.reference.hertz import elliptic
 from petcontact.refinement.panels.marks import largest, too_large
@@ -166,6 +169,81 @@ def test_each_mesh_is_reported():
     solution = adapt(parse(Problem, hertz(), "hertz"), 0.2, reached=shown.append)
     assert [each.number for each in shown] == [1, 2] and [each.estimate for each in shown] == solution.info["estimates"]
     assert shown[-1].nodes == solution.meshes["block"].n_nodes and shown[0].seconds < shown[1].seconds
+
+
+def ball_on_block(**ball):
+    """Without meshes: a sphere of radius 1 pressed on a block, the gap from the geometry."""
+    fixed = [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}]
+    down = [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.05]}]
+    return {
+        "body": [{"name": "block", "material": SOFT, "boundary": fixed,
+                  "geometry": {"shape": "box", "lower": [-1.0] * 3, "upper": [1.0, 1.0, 0.0]}},
+                 {"name": "ball", "material": SOFT, "boundary": down,
+                  "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0}, **ball}],
+        "contact": [{"name": "pair", "secondary": "ball.bottom", "primary": "block.top", "gap": "geometry"}],
+    }  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def ball():
+    """On three meshes, the first one of few panels."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(panel_tails, "FIRST", 16)
+        patch.setattr(panel_tails, "ROUND", 9)
+        return adapt(parse(Problem, ball_on_block(), "ball"), 0.3)
+
+
+def test_a_ball_adapts_itself_and_stays_a_ball(ball):
+    assert adapts_itself(parse(Problem, ball_on_block(), "ball")) and ball.converged
+    mesh = ball.meshes["ball"]
+    points = np.concatenate([mesh.corners, mesh.middles], axis=1)
+    assert mesh.n_elements > 54 and np.abs(np.linalg.norm(points - [0.0, 0.0, 1.0], axis=2) - 1.0).max() < 1e-14
+    # Hertz: a² = δ R, where the block and the rest of the ball take some of δ = .05; p_0 / mean p = 3/2
+    pair = ball.pairs["pair"]
+    area = pair.weight[pair.pressure > 0.0].sum()
+    assert 0.7 * np.pi * 0.05 < area < np.pi * 0.05
+    assert pair.pressure.max() * area / (pair.weight @ pair.pressure) == pytest.approx(1.5, abs=0.2)
+
+
+def test_cut_curved_panels_on_compressed_operators(ball):
+    """The same meshes by H-matrices: the same pressure."""
+    meshes = list(ball.meshes.values())
+    data = ball_on_block() | {"bem": {"mat_type": "hmatrix"}}
+    found = discretise(parse(Problem, data, "ball"), lambda number, one, boundary: meshes[number])
+    prepared = prepare(found.problem, None, found)
+    try:
+        solution = run(prepared)
+    finally:
+        prepared.close()
+    old, new = ball.pairs["pair"], solution.pairs["pair"]
+    assert solution.converged and "hmatrix" in solution.info["solver"]
+    assert np.abs(new.pressure - old.pressure).max() < 1e-3 * old.pressure.max()
+    assert new.force == pytest.approx(old.force, rel=1e-4, abs=1e-4 * np.abs(old.force).max())
+
+
+def test_a_post_on_cut_panels_stands_by_its_weight():
+    """A cylinder without any support but a block: contact carries its weight on each mesh, and rims stay circles."""
+    post = {"name": "post", "material": SOFT | {"density": 0.01}, "loads": {"acceleration": [0.0, 0.0, -1.0]},
+            "geometry": {"shape": "cylinder", "from": [0.0] * 3, "to": [0.0, 0.0, 1.0], "radius": 0.5}}  # fmt: skip
+    data = ball_on_block() | {"contact": [{"name": "pair", "secondary": "post.bottom", "primary": "block.top",
+                                           "friction_coefficient": 0.5}]}  # fmt: skip
+    data["body"][1] = post
+    solution = adapt(parse(Problem, data, "post"), 0.4)
+    mesh, force = solution.meshes["post"], solution.pairs["pair"].force
+    assert len(solution.info["levels"]) > 1 and force[2] == pytest.approx(0.01 * np.pi * 0.25, rel=1e-3)
+    assert np.abs(force[:2]).max() < 1e-5 * force[2]
+    points = np.concatenate([mesh.corners, mesh.middles], axis=1)[mesh.part == mesh.part_names.index("side")]
+    assert np.abs(np.hypot(points[..., 0], points[..., 1]) - 0.5).max() < 1e-15
+    disc = mesh.nodes_of("bottom")
+    assert mesh.weight[disc].sum() == pytest.approx(np.pi * 0.25, rel=1e-4)
+
+
+def test_a_large_error_is_warned_of():
+    data = hertz()
+    data["body"][0]["mesh"] = {"element_size": 0.5, "order": 1}
+    solution = solve(parse(Problem, data, "hertz"))
+    assert solution.converged and solution.info["estimated_error"] > 0.1
+    assert any("the error is estimated to be" in text for text in solution.info["warnings"])
 
 
 def test_marks():

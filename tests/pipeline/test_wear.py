@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from petcontact import read_result, solve
+from petcontact import InputError, read_result, solve
 from petcontact.model.case import parse_problem
 from petcontact.pipeline.run import prepare, run
 from petcontact.sweep.problems import run_case, shares_elimination
@@ -176,6 +176,9 @@ def test_files_and_restart(tmp_path):
     assert [step.cycle for step in on.steps] == [0, 1, 1, 70, 70, 300, 300]
     assert volume(on)[-1] == pytest.approx(volume(whole)[-1], rel=5e-3)
     assert np.all(np.diff(on.wear.cycle) > 0) and 70 in on.wear.cycle
+    other = problem.contact[0].model_copy(update={"wear_coefficient": 1e-2})
+    with pytest.raises(InputError, match=r"half.h5 has c worn with wear_coefficient = .*, here it is 0.01"):
+        solve(problem.model_copy(update={"method": method, "contact": (other,)}))
     # the same file once more is nothing to do
     on.save(tmp_path / "on.h5")
     method = problem.method.model_copy(update={"start": str(tmp_path / "on.h5")})

@@ -13,6 +13,7 @@ from problems import block, contact_pair
 from petcontact import InputError, read_result, solve
 from petcontact.commands.main import main
 from petcontact.model.case import load, parse_problem
+from petcontact.results.figures.turning import scene
 from petcontact.results.tables import boundary_table
 from petcontact.results.verdict.peaks import stress_peaks
 
@@ -122,6 +123,12 @@ def test_pictures_on_given_axes(solution):
     projection = "3d" if next(iter(solution.meshes.values())).dim == 3 else None
     axes = Figure().add_subplot(projection=projection)
     assert solution.plot(axes) is axes and axes.get_xlabel() == "x"
+
+
+def test_a_page_that_turns_the_bodies(solution, tmp_path):
+    bodies = scene(solution)["bodies"]
+    assert [body["name"] for body in bodies] == list(solution.meshes)
+    assert all(len(body["steps"]) == len(solution.steps) for body in bodies)
 
 
 def test_a_node_that_faces_nothing_is_read_back(solution):

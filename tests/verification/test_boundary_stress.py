@@ -121,5 +121,7 @@ def test_both_sides_of_a_corner_and_what_is_refused():
     assert np.allclose(solution.at([[2.0, 1.0]]), [[6.0 * (1 - 0.3**2) / 200.0, -3.0 * 0.3 * 1.3 / 200.0]])
     with pytest.raises(InputError, match="no part 'rigth', did you mean 'right'"):
         solution.stress_at([[2.0, 1.0]], part="rigth")
+    with pytest.raises(InputError, match=r"part 'right': the point \(1, 0.5\) does not lie on it"):
+        solution.stress_at([[2.0, 0.5], [1.0, 0.5]], part="right")
     with pytest.raises(InputError, match="does not lie inside"):
         solution.stress_at([[2.0, 1.001]])

@@ -177,6 +177,44 @@ def test_a_quadratic_temperature_between_walls(plane):
     assert np.allclose(solution.von_mises_at(points), np.abs(sideways), rtol=1e-11)
 
 
+@pytest.mark.parametrize(("width", "away"), [(1.0, 0.0), (0.1, 1e5)])
+def test_a_steep_temperature_between_walls(width, away):
+    """A plate, and a thin one far away: tanh is followed to 1e-5 by a polynomial of degree 40."""
+    boundary = [Contact("bottom"), Symmetry("left"), Symmetry("right"), Traction("top", (0, 0))]
+    loads, height = VolumeLoads(temperature=f"100*tanh(5*(y - {away + 1.0}))"), 2.0
+    solution = solve(Problem(material=steel(), geometry=Rectangle((away, away), (away + width, away + height)),
+                             mesh=MeshOptions(element_size=0.1, order=3), boundary=boundary, loads=loads))  # fmt: skip
+    assert solution.converged
+    points = np.array([[0.3, 0.2], [0.5, 0.5], [0.7, 0.55], [0.5, 0.9]]) * [width, height] + away
+    heat = 100.0 * np.tanh(5.0 * (points[:, 1] - away - 1.0))
+    sideways = -steel().thermal_stress * heat * (1.0 - NU / (1.0 - NU))
+    assert np.abs(solution.stress_at(points) - np.outer(sideways, [1.0, 0.0, 0.0])).max() < 3e-5 * np.abs(sideways).max()
+
+
+@pytest.mark.parametrize("plane", ["strain", "stress"])
+def test_a_pipe_that_conducts_heat(plane):
+    """T = log r (Timoshenko and Goodier, art. 150, of a pipe that is hotter inside)."""
+    a, b = 1.0, 2.0
+    sides = [Contact("bottom"), Symmetry("left"), Traction("outer", (0, 0)), Traction("inner", (0, 0))]
+    solution = solve(Problem(
+        material=steel(plane), geometry=quarter_ring(a, b), mesh=MeshOptions(element_size=0.2, order=4), boundary=sides,
+        loads=VolumeLoads(temperature="50*log(sqrt(x**2 + y**2))")))  # fmt: skip
+    modulus = 50.0 * ALPHA * E / (1.0 if plane == "stress" else 1.0 - NU)
+    r, angle = np.array([1.2, 1.5, 1.8]), np.array([0.3, 0.9, 1.4])
+    way = np.column_stack([np.cos(angle), np.sin(angle)])
+    stress = solution.stress_at(r[:, None] * way)
+
+    def moment(r):  # of T r from a to r
+        return 0.5 * r * r * np.log(r) - 0.25 * (r * r - a * a)
+
+    inside = (r * r - a * a) / (b * b - a * a) * moment(b)
+    radial = modulus / r**2 * (inside - moment(r))
+    hoop = modulus / r**2 * (inside / (r * r - a * a) * (r * r + a * a) + moment(r) - r * r * np.log(r))
+    found = stress[:, 0] * way[:, 0] ** 2 + stress[:, 1] * way[:, 1] ** 2 + 2.0 * stress[:, 2] * way[:, 0] * way[:, 1]
+    assert np.abs(found - radial).max() < 1e-6 * np.abs(hoop).max()
+    assert np.abs(stress[:, 0] + stress[:, 1] - radial - hoop).max() < 1e-6 * np.abs(hoop).max()
+
+
 @pytest.mark.parametrize(
     ("temperature", "order", "plane"),
     [("80 + 20*x", 2, "strain"), ("80 + 20*x", 2, "stress"), ("5*(x**2 - y**2)", 3, "strain"), (80.0, 1, "stress")],
@@ -303,6 +341,11 @@ def test_mistakes_are_one_line(changes, told):
     [
         ({"density": -1.0}, {}, "density: must be greater than or equal to 0, got -1.0"),
         ({}, {"acceleration": [0.0, -1.0]}, "loads.acceleration: the material of body 'body' has no density"),
+        (
+            {"density": 0.0},
+            {"acceleration": [0.0, -1.0]},
+            "loads.acceleration: does nothing, the density of body 'body' is 0",
+        ),
         ({}, {"angular_velocity": 1.0}, "loads.angular_velocity: the material of body 'body' has no density"),
         ({}, {"temperature": "x"}, "loads.temperature: the material of body 'body' has no thermal_expansion"),
         ({}, {"axis": [0.0, 0.0, 0.0]}, "loads.axis: must be a vector other than zero"),

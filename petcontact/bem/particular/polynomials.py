@@ -1,20 +1,36 @@
-"""Polynomials in d variables: arrays (D+1,)*d of coefficients, whose indices are the exponents.
+"""Chebyshev polynomials on the box around a body, along its principal axes: sizes of coefficients are sizes of values.
 
-Operations keep the shape; the caller leaves room for what rises in degree (see `padded`).
+A polynomial is an array (D+1,)*d of coefficients, whose indices are the degrees along the axes. Operations keep the shape;
+the caller leaves room for what rises in degree (see `padded`).
 """
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.linalg
+from numpy.polynomial import chebyshev, legendre
 
 from ...arrays import Array, Index
+from ...mesh.boundary_mesh import BoundaryMesh
+
+LONG = 2.0
+"""Ratio of the largest to the smallest extent from which on a box lies along the principal axes of its body."""
+NODES = 250
+"""Nodes of the boundary at which inverse Laplacians are kept small, at most about."""
 
 
-def degrees(p: Array) -> Index:
-    """Total degree of each monomial."""
-    return np.asarray(np.add.reduce(np.indices(p.shape)))
+def total_degrees(degree: int, d: int) -> Index:
+    """Exponents (d, N) of total degree up to `degree`."""
+    exponents = np.indices((degree + 1,) * d).reshape(d, -1)
+    return exponents[:, exponents.sum(axis=0) <= degree]
+
+
+def degree(p: Array) -> int:
+    """Total degree of a polynomial."""
+    return int(np.add.reduce(np.indices(p.shape))[p != 0.0].max(initial=0))
 
 
 def padded(p: Array, size: int) -> Array:
@@ -25,50 +41,149 @@ def padded(p: Array, size: int) -> Array:
     return result
 
 
-def derivative(p: Array, axis: int) -> Array:
-    """Derivative along an axis, a polynomial."""
-    exponent = np.indices(p.shape)[axis]
-    return np.roll(exponent * p, -1, axis)
+def up_to(p: Array, degree: float) -> Array:
+    """The part of Chebyshev polynomials of total degree up to `degree`."""
+    return np.where(np.add.reduce(np.indices(p.shape)) <= degree, p, 0.0)
 
 
-def laplacian(p: Array) -> Array:
-    """The sum of the second derivatives."""
-    return np.asarray(sum(derivative(derivative(p, axis), axis) for axis in range(p.ndim)))
+@dataclass(frozen=True, eq=False)
+class BodyBox:
+    """A box around a body, in which ξ = axes (x - centre)/half lies in [-1, 1]^d.
 
-
-def times(p: Array, axis: int, power: int = 1) -> Array:
-    """A power of a variable times p."""
-    return np.roll(p, power, axis)
-
-
-def times_square(p: Array) -> Array:
-    """The polynomial times r²."""
-    return np.asarray(sum(times(p, axis, 2) for axis in range(p.ndim)))
-
-
-def inverse_laplacian(p: Array) -> Array:
-    """q with lap q = p that turns with the axes, two degrees higher.
-
-    Of a part h of p of degree m it is Σ_j c_j r^(2j+2) lap^j h, c_j = (-1)^j / (2^(j+1) (j+1)! Π_{i<=j} (d + 2m - 2i)).
+    Attributes
+    ----------
+    centre : (d,) array
+    axes : (d, d) array
+        A unit vector a row.
+    half : (d,) array
+        Half the lengths of its sides [length].
+    nodes, weight : (n, d), (n,) arrays
+        ξ at nodes of the boundary, and their shares of it.
+    radius : float
+        The smallest of gyration of the boundary [length].
     """
-    own, terms = degrees(p), list[Array]()
-    while p.any():
-        j = len(terms)
-        # what is of degree e after j Laplacians was of degree e + 2j
-        product = np.prod([p.ndim + 2.0 * (own + 2 * j) - 2 * i for i in range(j + 1)], axis=0)
-        terms.append((-1) ** j * p / (2.0 ** (j + 1) * math.factorial(j + 1) * product))
-        p = laplacian(p)
-    result = np.zeros_like(p)
-    for term in reversed(terms):
-        result = times_square(result + term)
-    return result
+
+    centre: Array
+    axes: Array
+    half: Array
+    nodes: Array
+    weight: Array
+    radius: float
+    inverses: dict[tuple[int, tuple[int, ...]], Array] = field(default_factory=dict)
+
+    @classmethod
+    def around(cls, mesh: BoundaryMesh) -> BodyBox:
+        """Along the principal axes of the boundary where it is long, else along those of the coordinates."""
+        weight = mesh.weight / mesh.weight.sum()
+        away = mesh.x - weight @ mesh.x
+        moments, vectors = np.linalg.eigh(np.einsum("n,ni,nj->ij", weight, away, away))
+        axes = vectors.T if moments[-1] > LONG**2 * moments[0] else np.eye(mesh.dim)
+        along = mesh.x @ axes.T
+        low, high = along.min(axis=0), along.max(axis=0)
+        few = slice(None, None, -(-mesh.n_nodes // NODES))
+        half = 0.5 * (high - low)
+        return cls(
+            0.5 * (low + high) @ axes,
+            axes,
+            half,
+            (along[few] - 0.5 * (low + high)) / half,
+            weight[few],
+            float(np.sqrt(moments[0])),
+        )
+
+    def local(self, x: Array) -> Array:
+        """ξ (m, d) at x (m, d)."""
+        return (x - self.centre) @ self.axes.T / self.half
+
+    def derivative(self, p: Array, axis: int) -> Array:
+        """Derivative along an axis of the box [1/length]."""
+        slope = np.zeros_like(p)
+        if len(p) > 1:
+            kept = tuple(slice(0, len(p) - (k == axis)) for k in range(p.ndim))
+            slope[kept] = chebyshev.chebder(p, axis=axis) / self.half[axis]  # type: ignore[no-untyped-call]
+        return slope
+
+    def laplacian(self, p: Array) -> Array:
+        """The sum of the second derivatives [1/length²]."""
+        return np.asarray(sum(self.derivative(self.derivative(p, axis), axis) for axis in range(p.ndim)))
+
+    def inverse_laplacian(self, p: Array, orders: tuple[int, ...] = (1, 2)) -> Array:
+        """q with lap q = p, two degrees higher [length²].
+
+        Of all these it is that of mean 0 with the smallest derivatives of some orders on the boundary: it depends on the
+        body, not on its axes, and is about as large as p makes it. Where those of order 1 alone are small it is rougher.
+        """
+        result, n = np.zeros_like(p), degree(p)
+        if p.any():
+            if (n, orders) not in self.inverses:
+                self.inverses[n, orders] = self._inverse(n, orders)
+            result[tuple(total_degrees(n + 2, p.ndim))] = self.inverses[n, orders] @ p[tuple(total_degrees(n, p.ndim))]
+        return result
+
+    def _inverse(self, n: int, orders: tuple[int, ...]) -> Array:
+        """The matrix of `inverse_laplacian` from coefficients of total degree n to those of n + 2."""
+        d, unit = len(self.half), self.half.min()
+        half = self.half / unit
+        given, found = total_degrees(n, d), total_degrees(n + 2, d)
+        slope = np.pad(chebyshev.chebder(np.eye(n + 3)), ((0, 1), (0, 0)))  # type: ignore[no-untyped-call]
+        tables = [chebyshev.chebvander(xi, n + 2) for xi in self.nodes.T]  # type: ignore[no-untyped-call]
+        size = 1.0 / (1.0 + np.sum((found / half[:, None]) ** 2, axis=0))
+        laplacian = np.zeros((given.shape[1], found.shape[1]))
+        for axis, h in enumerate(half):
+            others = [k for k in range(d) if k != axis]
+            same = np.all(given[others][:, :, None] == found[others][:, None], axis=0)
+            laplacian += same * (slope @ slope)[np.ix_(given[axis], found[axis])] / h**2
+        # the mean of q, which derivatives leave open; all derivatives of an order together turn with the axes
+        rows = list[Array]()
+        for times in total_degrees(max(orders), d).T:
+            if (order := int(times.sum())) not in (0, *orders):
+                continue
+            along = [(table @ np.linalg.matrix_power(slope, k) / h**k)[:, number]
+                     for table, k, h, number in zip(tables, times, half, found, strict=True)]  # fmt: skip
+            at_nodes = np.prod(along, axis=0)
+            ways = math.factorial(order) / math.prod(map(math.factorial, times))
+            share = np.sqrt(ways * self.weight)[:, None] * (self.radius / unit) ** (order - 1)
+            rows.append(share * at_nodes if order in orders else self.weight[None] @ at_nodes)
+        # columns of q: particular ones, and what has no Laplacian
+        q, r = scipy.linalg.qr((laplacian * size).T)
+        particular, harmonic = np.split(q, [len(laplacian)], axis=1)
+        steep = np.vstack(rows) * size
+        particular = particular - harmonic @ np.linalg.lstsq(steep @ harmonic, steep @ particular, rcond=None)[0]
+        inverse = scipy.linalg.solve_triangular(r[: len(laplacian)], particular.T).T
+        inverse = size[:, None] * inverse
+        # one step of refinement, for bodies that are thin
+        return np.asarray(unit**2 * (inverse + inverse @ (np.eye(len(laplacian)) - laplacian @ inverse)))
+
+    def integral_of_strain(self, p: Array) -> list[Array]:
+        """u whose strain is p I, by the components along the axes, for p that are linear or, in the plane, harmonic.
+
+        E. Cesàro's line integral from the centre, u = ∫ (p x + (1-s) ((x·grad p) x - r² grad p)) ds, p at s x.
+        """
+        d, m = p.ndim, degree(p)
+        line = np.cos(np.pi * (np.arange(m + 2) + 0.5) / (m + 2))
+        x = np.stack(np.meshgrid(*(h * line for h in self.half), indexing="ij"))
+        slopes, u = [self.derivative(p, axis) for axis in range(d)], np.zeros_like(x)
+        for s, weight in zip(*legendre.leggauss(m // 2 + 2), strict=True):  # type: ignore[no-untyped-call]
+            at = chebyshev.chebvander(0.5 * (1.0 + s) * line, len(p) - 1)  # type: ignore[no-untyped-call]
+            slope = np.stack([_along_axes(at, component) for component in slopes])
+            turned = np.sum(x * slope, axis=0) * x - np.sum(x * x, axis=0) * slope
+            u += 0.5 * weight * (_along_axes(at, p) * x + 0.5 * (1.0 - s) * turned)
+        # coefficients from values at the points where Chebyshev polynomials are orthogonal
+        back = chebyshev.chebvander(line, m + 1).T / (0.5 * (m + 2))  # type: ignore[no-untyped-call]
+        back[0] *= 0.5
+        return [padded(up_to(_along_axes(back, component), m + 1), len(p)) for component in u]
 
 
-def values(p: Array, x: Array) -> Array:
-    """Values (m,) at x (m, d), by Horner's rule along each axis."""
+def _along_axes(matrix: Array, p: Array) -> Array:
+    """The matrix times p along each axis."""
+    for axis in range(p.ndim):
+        p = np.moveaxis(np.tensordot(matrix, p, (1, axis)), 0, axis)
+    return p
+
+
+def values(p: Array, xi: Array) -> Array:
+    """Values (m,) at ξ (m, d), by Clenshaw's rule along each axis."""
     result = p[..., None]
-    for along in x.T:
-        coefficients, result = result[::-1], np.zeros(1)
-        for coefficient in coefficients:
-            result = result * along + coefficient
+    for along in xi.T:
+        result = chebyshev.chebval(along, result, tensor=False)  # type: ignore[no-untyped-call]
     return result

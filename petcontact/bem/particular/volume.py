@@ -13,7 +13,7 @@ from ...model.expressions import evaluate
 from ...model.loads import VolumeLoads, loads_by_step
 from ...model.problem import Material, Problem
 from .fit import fitted, points_in
-from .polynomials import padded
+from .polynomials import BodyBox, padded
 from .solution import ParticularSolution, particular_solution
 
 EXACT = 1e-10
@@ -87,8 +87,7 @@ class _Posed:
     solved: dict[VolumeLoads, ParticularSolution | None] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        low, high = self.mesh.x.min(axis=0), self.mesh.x.max(axis=0)
-        self.centre, self.length = 0.5 * (low + high), 0.5 * float((high - low).max())
+        self.box = BodyBox.around(self.mesh)
         self._points: Array | None = None
 
     def solution(self, loads: VolumeLoads) -> ParticularSolution | None:
@@ -99,14 +98,13 @@ class _Posed:
 
     def _solution(self, loads: VolumeLoads) -> ParticularSolution:
         density = self.material.density or 0.0
-        force = self._centrifugal(loads, density)
+        parts = [self._centrifugal(loads, density)]
         for key, values, factor in (("acceleration", loads.acceleration, density), ("force", loads.force, 1.0)):
-            for i, value in enumerate(values or ()):
-                p = factor * self._polynomial(f"{key}[{i}]", value)
-                size = max(len(p), len(force[i]))
-                force[i] = padded(force[i], size) + padded(p, size)
-        temperature = self._polynomial("temperature", loads.temperature)
-        return particular_solution(force, temperature, self.material, self.centre, self.length)
+            parts += [[factor * self._polynomial(f"{key}[{i}]", value) for i, value in enumerate(values)]] if values else []
+        size = max(len(p) for part in parts for p in part)
+        force = sum(np.array([padded(p, size) for p in part]) for part in parts)
+        along = list(np.tensordot(self.box.axes, force, 1))
+        return particular_solution(along, self._polynomial("temperature", loads.temperature), self.material, self.box)
 
     def _centrifugal(self, loads: VolumeLoads, density: float) -> list[Array]:
         """ρω² times the vector from the axis, a polynomial of degree 1 a component."""
@@ -115,12 +113,11 @@ class _Posed:
         if d == 3:
             axis = np.array(loads.axis or (0.0, 0.0, 1.0))
             across -= np.outer(axis, axis) / (axis @ axis)
-        middle = across @ (self.centre - np.array(loads.centre or (0.0,) * d))
+        middle = across @ (self.box.centre - np.array(loads.centre or (0.0,) * d))
         result = np.zeros((d, *(2,) * d))
-        for i in range(d):
-            result[i].flat[0] = middle[i]
-            for j in range(d):
-                result[i][tuple(np.eye(d, dtype=int)[j])] = self.length * across[i, j]
+        result[(slice(None), *(0,) * d)] = middle
+        for j, way in enumerate(np.eye(d, dtype=int)):
+            result[(slice(None), *way)] = across @ self.box.axes[j] * self.box.half[j]
         return list(density * loads.angular_velocity**2 * result)
 
     def _polynomial(self, key: str, value: Any) -> Array:
@@ -129,13 +126,13 @@ class _Posed:
             return np.full((1,) * self.mesh.dim, value)
         if (key, value) not in self.known:
             if self._points is None:
-                self._points = points_in(self.mesh)
+                self._points = points_in(self.mesh, self.box)
             name = f"{self.key}.{key}"
 
             def at(points: Array) -> Array:
                 return evaluate(value, dict(zip("xyz", points.T, strict=False)), len(points), name)
 
-            self.known[key, value], missed = fitted(at, self._points, self.centre, self.length)
+            self.known[key, value], missed = fitted(at, self._points, self.box)
             if missed > EXACT:
                 self.notes.append(f"{name}: the polynomial that stands for it misses it by {missed:.1e} of its largest "
                                   "value; stresses may be as far off")  # fmt: skip

@@ -39,6 +39,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if not (arguments.csv or arguments.vtkhdf or arguments.superelement):
         raise InputError("export: nothing to write; --csv DIR writes tables, --vtkhdf FILE.vtkhdf fields for ParaView, "
                          "--superelement FILE.npz a condensed body")  # fmt: skip
+    for key, of in (("table", "csv"), ("step", "csv"), ("grid", "vtkhdf"), ("body", "superelement")):
+        if getattr(arguments, key) and not getattr(arguments, of):
+            raise InputError(f"--{key}: is of --{of}, which is not given")
     if arguments.vtkhdf:
         if Path(arguments.vtkhdf).suffix.lower() != ".vtkhdf":
             raise InputError(f"{arguments.vtkhdf}: must end in .vtkhdf, by which ParaView recognises the format")

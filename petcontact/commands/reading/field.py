@@ -33,7 +33,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                         "all increments always are)")  # fmt: skip
     parser.add_argument("--figure", metavar="FILE.png",
                         help="also draw the deformed bodies coloured by a stress (.png, .pdf or .svg)")  # fmt: skip
-    parser.add_argument("--quantity", metavar="NAME", default="von_mises",
+    parser.add_argument("--quantity", metavar="NAME",
                         help="of the figure: von_mises (default), principal_1, sigma_xx, sigma_xy, u, ux, ...")  # fmt: skip
     parser.add_argument("--case", metavar="ID", default="/", help="one case of a sweep's folder, kept whole")
 
@@ -49,6 +49,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...runtime.figure_style import figure_format
     from ...sweep.store.case_table import read_case
 
+    _check_figure(arguments)
     resolution = grid(arguments.grid) if arguments.grid else None
     box = window(arguments.window) if arguments.window else None
     stem = Path(arguments.result).stem
@@ -66,9 +67,10 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     solution = whole if arguments.step is None else whole.until(increment_number(arguments.step, whole))
     for name in arguments.body or ():
         solution.body_fields(name)  # refuses what there is not
-    if arguments.quantity not in (known := quantities(next(iter(solution.meshes.values())).dim)):
-        others = nearest(arguments.quantity, known) or "; there are " + ", ".join(known)
-        raise InputError(f"--quantity: no {arguments.quantity!r}{others}")
+    shown = arguments.quantity or "von_mises"
+    if shown not in (known := quantities(next(iter(solution.meshes.values())).dim)):
+        others = nearest(shown, known) or "; there are " + ", ".join(known)
+        raise InputError(f"--quantity: no {shown!r}{others}")
     bodies = [name for name in solution.meshes if not arguments.body or name in arguments.body]
     # before the inside, of which a coarse grid may have nothing
     for name in bodies if arguments.boundary else ():
@@ -83,9 +85,18 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         fields = _write_fields(output, solution, arguments, resolution, box)
     if arguments.figure:
         cells = (resolution[0], resolution[1]) if resolution else None
-        print(deformed_figure(solution, arguments.figure, resolution=cells, field=fields, quantity=arguments.quantity,
+        print(deformed_figure(solution, arguments.figure, resolution=cells, field=fields, quantity=shown,
                               bodies=arguments.body, window=box))  # fmt: skip
     return 0
+
+
+def _check_figure(arguments: argparse.Namespace) -> None:
+    """Refuse options of a field or a figure where neither is made."""
+    if arguments.quantity and not arguments.figure:
+        raise InputError(f"--quantity {arguments.quantity}: is what a figure shows; --figure FILE.png draws one")
+    for key in ("grid", "window"):
+        if getattr(arguments, key) and arguments.points and not arguments.figure:
+            raise InputError(f"--{key}: a table of --points is of these points alone")
 
 
 def _write_fields(output: Path, solution: Any, arguments: Any, resolution: Any, box: Any) -> dict[str, Any]:

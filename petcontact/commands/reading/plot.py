@@ -27,6 +27,11 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ...results.figures.plots import plot_all
     from ...sweep.store.case_table import read_case
 
+    drawn = "animate" if arguments.animate else "html"
+    unread = {"animate": ("figures", "format", "html"), "html": ("format",) if arguments.html else ()}[drawn]
+    for key in unread:
+        if getattr(arguments, key):
+            raise InputError(f"--{key}: is not used by --{drawn}; give one of them")
     if arguments.animate:
         _check_animation(arguments)
     for name in arguments.result:

@@ -17,7 +17,7 @@ from typing import Any
 
 from ...errors import InaccurateOperator, InputError, SolverError
 from ...geometry.outline import Outline
-from ...geometry.surface import Boundary, BoxSurface
+from ...geometry.surface import Boundary, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...refinement.levels import check_accuracy, growing
@@ -68,8 +68,11 @@ def adapts_itself(problem: Problem) -> bool:
     if not interfaces_of(problem):
         return False
     asked = any(body.mesh.accuracy is not None for body in problem.body)
-    return all(body.mesh.automatic and (asked or isinstance(body.geometry.outline(), Outline | BoxSurface))
-               for body in problem.body)  # fmt: skip
+    return all(body.mesh.automatic and (asked or _is_known(body.geometry.outline())) for body in problem.body)
+
+
+def _is_known(boundary: Boundary) -> bool:
+    return isinstance(boundary, Outline) or (isinstance(boundary, SolidSurface) and boundary.known)
 
 
 class AdaptiveSolve:

@@ -26,6 +26,8 @@ CHEAP = 1200
 """Nodes of a body up to which a quarter more of assembly is nothing to wait for."""
 FEWEST = 8
 """Elements of a mesh below which half of them say nothing."""
+LARGE = 0.1
+"""Estimate that is warned of."""
 MOST_INCREMENTS = 12
 """That are solved once more."""
 
@@ -53,17 +55,26 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
         reason = "compare with a finer mesh"
     if not reason and not curves:
         error, of_resultants = tail_error(solution)
-        return replace(solution, info={**solution.info, "estimated_error": error, "resultant_error": of_resultants})
+        return _estimated(solution, {"estimated_error": error, "resultant_error": of_resultants})
     reason = reason or _costly(solution, comm)
     if not reason:
         try:
             coarse = _coarser(solution, comm, law)
             if coarse.converged and math.isfinite((found := _difference(solution, coarse))["estimated_error"]):
-                return replace(solution, info={**solution.info, **found})
+                return _estimated(solution, found)
             reason = "the problem on half as many elements is not solved"
         except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold
             reason = "half as many elements do not pose the problem"
     return replace(solution, info={**solution.info, "error_unknown": reason})
+
+
+def _estimated(solution: Solution, found: dict[str, Any]) -> Solution:
+    """The solution with an estimate, and a warning where it is large."""
+    info, error = {**solution.info, **found}, found["estimated_error"]
+    if error > LARGE:
+        text = f"the error is estimated to be {error:.0%}: smaller elements, or --adapt, make it less"
+        info["warnings"] = [*info.get("warnings", []), text]
+    return replace(solution, info=info)
 
 
 def carries_something(solution: Solution) -> bool:

@@ -10,18 +10,19 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Mask
+from ...arrays import Array, Index, Mask
 from ...contact.state import Start
 from ...errors import InputError
-from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface
+from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.surface_mesh import as_surface
-from ...model.problem import Contact, Problem
+from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...model.problem import Body, Contact, Problem
 from ...model.solver_options import MeshOptions
 from ...refinement.marks import LevelMesh
 from ...refinement.meshes import mesh_of
+from ...refinement.panels.axes import at_edges, directions, halved, matched, sides
 from ...refinement.panels.marks import FINER, element_sizes, facing, faded, largest, too_large
-from ...refinement.panels.quartering import quartered
+from ...refinement.panels.quartering import cut, parents
 from ...refinement.panels.tail import tail
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
@@ -30,14 +31,20 @@ from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from ..trust.increments import OVERLAP
+from .difference import FADE
 from .tails import inside, tail_error
 
 FIRST = 36
 """Panels on a face in contact of the first mesh, about; on others a quarter of them."""
+ROUND = 16
+"""The same on round bodies, whose panels are of one size."""
 LONGEST = 1.5
 """Panels of the first mesh over the shortest edge of the box."""
 SHARE = 0.5
 """Of the sum of squared errors, whose panels are cut."""
+DEEPEST, NARROW = 4, 1.0
+"""Times that panels at a rim may be halved for one mesh, and their width over that of the strip there in which errors fade
+out: p may be infinite at a rim, and no panel wider than the strip sees an end of it."""
 FAR, WIDE = 4.0, 0.75
 """While the estimate is so many times the wanted error the share is larger."""
 
@@ -52,6 +59,11 @@ class Budget:
 
 BUDGETS = {False: Budget(2500, 4.0), True: Budget(30_000, 200.0)}
 """By whether the accuracy was asked for."""
+
+
+def _surface(body: Body) -> SolidSurface | None:
+    boundary = body.geometry.outline()
+    return boundary if isinstance(boundary, SolidSurface) else None
 
 
 class PanelTails:
@@ -97,13 +109,20 @@ class PanelTails:
             return one
         order = 2 if all(side.holds_normal for side in self._sides) else 1
         options: dict[str, Any] = {"order": order}
+        touching = [c.part for c in one.boundary if isinstance(c, Contact)]
         if isinstance(boundary, BoxSurface):
             extent = boundary.upper - boundary.lower
-            touching = [c.part for c in one.boundary if isinstance(c, Contact)]
             longest = LONGEST * float(extent.min())
             area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
             sizes = {part: min(longest, math.sqrt(area[part] / FIRST)) for part in touching}
-            options |= {"element_size": min(longest, 2.0 * min(sizes.values())), "element_sizes": sizes, "exponent": 1.0}
+            options |= {
+                "element_size": min(longest, 2.0 * min(sizes.values())),
+                "element_sizes": sizes,
+                "exponent": 1.0,
+            }
+        elif isinstance(boundary, SolidSurface) and boundary.known:
+            usual = mesh_of(one.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
+            options["element_size"] = min(math.sqrt(usual.weight[usual.nodes_of(part)].sum() / ROUND) for part in touching)
         return one.model_copy(update={"mesh": MeshOptions(**options)})
 
     def start(self, problem: PreparedProblem) -> Start | None:
@@ -125,7 +144,17 @@ class PanelTails:
                     total += values
             counts = np.cumsum([0, *map(len, square)])
             marked = largest(np.concatenate(square), share)
-            self._refine(solution, [marked[a:b] for a, b in itertools.pairwise(counts)])
+            meshes, along = self._directions(solution)
+            self._refine(solution, [halved(mesh, marked[a:b], each) for mesh, each, (a, b)
+                                    in zip(meshes, along, itertools.pairwise(counts), strict=True)])  # fmt: skip
+
+    @staticmethod
+    def _directions(solution: Solution) -> tuple[list[SurfaceMesh], list[Array]]:
+        """The meshes, and squares of the tails along both coordinates of their panels at the ends of all steps."""
+        meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+        ends = [step.bodies.values() for step in step_ends(solution.steps)]
+        return meshes, [np.sum([directions(mesh, body.traction) for body in each], axis=0)
+                        for mesh, each in zip(meshes, zip(*ends, strict=True), strict=True)]  # fmt: skip
 
     def goes_on(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for smaller panels: then all those of the contact are cut."""
@@ -134,7 +163,7 @@ class PanelTails:
             return False
         if "overlap between nodes" not in failed.reason:
             return False
-        marked = [np.zeros(mesh.n_elements, dtype=bool) for mesh in solution.meshes.values()]
+        marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in solution.meshes.values()]
         for side in self._sides:
             name = self._problem.body[side.body].name
             marked[side.body][solution.meshes[name].element[solution.nodes[side.name]]] = True
@@ -144,7 +173,7 @@ class PanelTails:
     def _squares(self, solution: Solution, step: StepResult) -> list[Array]:
         """Squared errors of the elements of each body after a step, over those of p; of u_t each times its size squared."""
         meshes = list(solution.meshes.values())
-        touching, norms = self._touching(solution), list[float]()
+        touching, norms = self._touching(meshes), list[float]()
         square = [np.zeros(mesh.n_elements) for mesh in meshes]
         for side in self._sides:
             mesh, pair, nodes = meshes[side.body], step.pairs[side.name], solution.nodes[side.name]
@@ -162,33 +191,63 @@ class PanelTails:
             total *= element_sizes(mesh) ** 2 if solution.bilateral else 1.0
         return square
 
-    def _touching(self, solution: Solution) -> list[Mask]:
+    def _touching(self, meshes: Sequence[BoundaryMesh]) -> list[Mask]:
         """Which elements of each body are in contact, or face some that are."""
-        meshes = list(solution.meshes.values())
         touching = [np.zeros(mesh.n_elements, dtype=bool) for mesh in meshes]
         for side in self._sides:
-            touching[side.body][meshes[side.body].element[solution.nodes[side.name]]] = True
+            mesh = meshes[side.body]
+            touching[side.body] |= mesh.part == mesh.part_names.index(side.part)
             if side.primary is not None:
                 b, part = side.primary
-                touching[b][facing((meshes[side.body], side.part), (meshes[b], part), side.direction)[1]] = True
+                touching[b][facing((mesh, side.part), (meshes[b], part), side.direction)[1]] = True
         return touching
 
     def _refine(self, solution: Solution, marked: list[Mask]) -> None:
-        """The next meshes, of marked panels cut with those that face them and those too large beside them; or why not."""
-        meshes = list(solution.meshes.values())
-        sizes = [element_sizes(mesh) for mesh in meshes]
+        """The next meshes, of panels halved along marked coordinates and again at rims; or why not."""
+        meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+        found: list[SurfaceMesh] = []
+        for _ in range(1 if solution.bilateral else DEEPEST):
+            finer, parent = self._cut(meshes, marked)
+            reason = self._too_much(solution, finer)
+            if reason:
+                break
+            found = meshes = finer
+            marked = self._at_rims(meshes, [mine[number] for mine, number in zip(marked, parent, strict=True)])
+            if not any(mine.any() for mine in marked):
+                break
+        self.exhausted = "" if found else reason
+        self._meshes = [*found] or self._meshes
+
+    def _at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
+        """Which of the marks are of secondaries, along coordinates on which panels of boxes end at a rim and are long."""
+        result = [np.zeros_like(mine) for mine in marked]
+        for side in self._sides:
+            mesh, boundary = meshes[side.body], _surface(self._problem.body[side.body])
+            if isinstance(boundary, BoxSurface):
+                size = math.sqrt(mesh.weight[mesh.nodes_of(side.part)].sum())
+                length = np.linalg.norm(sides(mesh), axis=2)
+                here = (mesh.part == mesh.part_names.index(side.part))[:, None] & (length > NARROW * FADE * size)
+                result[side.body] |= marked[side.body] & here & at_edges(mesh, boundary)
+        return result
+
+    def _cut(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> tuple[list[SurfaceMesh], list[Index]]:
+        """Meshes cut along marked coordinates with the panels that face them and those too large beside them, and the number
+        of each panel's parent."""
+        vectors, marked = [sides(mesh) for mesh in meshes], [mine.copy() for mine in marked]
+        lengths = [np.linalg.norm(each, axis=2) for each in vectors]
         for side in self._sides:
             if side.primary is not None:
                 b, part = side.primary
                 own, other = facing((meshes[side.body], side.part), (meshes[b], part), side.direction)
-                cut = marked[side.body][own] & (sizes[b][other] > FINER * sizes[side.body][own])
-                marked[b][other[cut]] = True
+                axis = matched(vectors[side.body][own], vectors[b][other])
+                length = np.take_along_axis(lengths[b][other], axis, axis=1)
+                k, a = np.nonzero(marked[side.body][own] & (length > FINER * lengths[side.body][own]))
+                marked[b][other[k], axis[k, a]] = True
         marked = [mine | too_large(mesh, contact)
-                  for mine, mesh, contact in zip(marked, meshes, self._touching(solution), strict=True)]  # fmt: skip
-        finer = [quartered(as_surface(mesh), mine) for mesh, mine in zip(meshes, marked, strict=True)]
-        self.exhausted = self._too_much(solution, finer)
-        if not self.exhausted:
-            self._meshes = list(finer)
+                  for mine, mesh, contact in zip(marked, meshes, self._touching(meshes), strict=True)]  # fmt: skip
+        finer = [cut(mesh, mine, _surface(body))
+                 for mesh, mine, body in zip(meshes, marked, self._problem.body, strict=True)]  # fmt: skip
+        return finer, [parents(mesh, mine) for mesh, mine in zip(meshes, marked, strict=True)]
 
     def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
         """What meshes cost beyond the budget or the memory; nothing where they fit."""

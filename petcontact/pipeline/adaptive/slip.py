@@ -21,6 +21,7 @@ from ...refinement.zones import Zone
 from ...results.solution import Solution
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
+from ..trust.increments import is_unresolved
 
 LEAST_SLIP = 1e-3
 """‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""
@@ -51,6 +52,7 @@ class Slip:
         self.differences: list[float] = []
         self.wanted, self.asked = self.accuracy, True
         self._shown: list[list[ContactLine]] = []
+        self._levels: list[Level] = []
         self._last: Solution | None = None
         self._body: Body | None = None
 
@@ -80,6 +82,7 @@ class Slip:
         if self._last is not None:
             self.differences.append(self.apart(solution))
         self._shown.append(contact_lines(self._body, solution))
+        self._levels.append(level)
         self._last = solution
 
     def apart(self, solution: Solution) -> float:
@@ -89,7 +92,7 @@ class Slip:
 
     def goes_on(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for another mesh."""
-        return False
+        return solution.failed is not None and is_unresolved(solution.failed.residuals)
 
     def is_vague(self) -> bool:
         """Whether the same level is to be tried again."""
@@ -99,8 +102,7 @@ class Slip:
     def estimate(self) -> float:
         """Of the error of the last mesh."""
         assert self._body is not None
-        climbed = REFINEMENT_LEVELS[: len(self._shown)]
-        return estimated_error(self.differences, [self._body.truncation(level.resolved) for level in climbed])
+        return estimated_error(self.differences, [self._body.truncation(level.resolved) for level in self._levels])
 
     def info(self) -> dict[str, Any]:
         """What a solution reports of its zones."""

@@ -12,9 +12,10 @@ from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
+from ...model.loads import VolumeLoads, loads_by_step
 from ...model.problem import Problem
 from ...refinement.contact_edges import SPECK, Edge, edges, merged, zone_at
-from ...refinement.known_data import fields, offsets
+from ...refinement.known_data import Field, fields, offsets
 from ...refinement.levels import CONTACT_REFINEMENT_LEVELS, Level, believed
 from ...refinement.marks import UNSEEN, Body, LevelMesh
 from ...results.records import PairResult, step_ends
@@ -22,6 +23,7 @@ from ...results.solution import Solution
 from ..discrete.discretise import Discrete
 from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
+from ..trust.increments import is_unresolved
 from .difference import Difference, difference, fading_places
 from .part_ends import PressedSides, pressed_sides
 from .slip import DENSE_NODES
@@ -105,7 +107,7 @@ class Tractions:
 
     def goes_on(self, solution: Solution) -> bool:
         """Whether a solution that is not accepted asks for another mesh."""
-        return False
+        return solution.failed is not None and is_unresolved(solution.failed.residuals)
 
     def is_vague(self) -> bool:
         """Whether a contact is seen by so few nodes that its edges are guesses."""
@@ -137,9 +139,20 @@ def with_later_data(body: Body, problem: Problem, number: int, one: Problem) -> 
         rest = tuple(other for other in one.boundary if other.part != condition.part)
         later = fields(one.model_copy(update={"boundary": (*rest, condition)}), body.outline)
         here = [side.part == condition.part for side in body.outline.sides]
-        body = replace(body, data=[[*row, *more] if mine else row
-                                   for row, more, mine in zip(body.data, later, here, strict=True)])  # fmt: skip
+        body = _with_data(body, [more if mine else [] for more, mine in zip(later, here, strict=True)])
+    for loads in set(loads_by_step(problem, number)) - {one.loads or VolumeLoads()}:
+        body = _with_data(
+            body,
+            fields(
+                one.model_copy(update={"body": (one.body[0].model_copy(update={"loads": loads, "boundary": ()}),)}),
+                body.outline,
+            ),
+        )
     return body
+
+
+def _with_data(body: Body, data: list[list[Field]]) -> Body:
+    return replace(body, data=[[*row, *more] for row, more in zip(body.data, data, strict=True)])
 
 
 def found_edges(solution: Solution, smallest: float, finest: dict[str, float]) -> dict[str, list[Edge]]:

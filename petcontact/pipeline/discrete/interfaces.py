@@ -181,4 +181,5 @@ def as_problem(body: Body, boundary: Boundary, sides: list[InterfaceSpec], numbe
     conditions += [touching[part] for part in boundary.parts if part in touching]
     named = {c.part for c in conditions}
     conditions += [Traction(part=part, value=(0.0,) * boundary.dim) for part in boundary.parts if part not in named]
-    return Problem(material=body.material, geometry=body.geometry, mesh=body.mesh, boundary=tuple(conditions))
+    return Problem(material=body.material, geometry=body.geometry, mesh=body.mesh, boundary=tuple(conditions),
+                   loads=body.loads)  # fmt: skip

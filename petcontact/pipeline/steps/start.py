@@ -17,6 +17,7 @@ from ...model.bodies import Contact
 from ...model.cycle import cycle_steps
 from ...results.records import PairResult, StepResult
 from ...results.solution import Solution, read_solution
+from ..discrete.interfaces import interfaces_of
 from .cycles import Row, rows_of
 from .increment import PreparedProblem
 
@@ -53,7 +54,24 @@ def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Ro
     if count and not 0 < int(count) <= len(steps):
         raise InputError(f"method.start: {file} has {len(steps)} converged increments, got {name!r}")
     steps = _whole_cycles(problem, file, steps[: int(count)] if count else steps)
+    _check_wear(problem, old, file, steps)
     return steps, rows_of(problem, old.wear, max((step.cycle for step in steps), default=0))
+
+
+def _check_wear(problem: PreparedProblem, old: Solution, file: str, steps: list[StepResult]) -> None:
+    """Refuse another wear coefficient than the one by which a file's interfaces are worn.
+
+    Raises
+    ------
+    InputError
+    """
+    before, now = ({side.name: side.law for side in interfaces_of(each)} for each in (old.problem, problem.discrete.problem))
+    for name in now if steps else ():
+        worn = (wear := steps[-1].pairs[name].wear) is not None and wear.any()
+        for key in ("wear_coefficient", "wear_share") if worn else ():
+            then, new = (getattr(laws[name], key) for laws in (before, now))
+            if then != new:
+                raise InputError(f"method.start: {file} has {name} worn with {key} = {then}, here it is {new}")
 
 
 def _whole_cycles(problem: PreparedProblem, file: str, steps: list[StepResult]) -> list[StepResult]:

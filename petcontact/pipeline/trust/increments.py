@@ -86,3 +86,8 @@ def objection(residuals: dict[str, float], between: float, where: str) -> str:
         return (f"surfaces overlap between nodes: {where}; refine the mesh there (smaller elements; in the plane "
                 "mesh.graded_points with mesh.grading, or no [mesh] at all)")  # fmt: skip
     return ""
+
+
+def is_unresolved(residuals: dict[str, float]) -> bool:
+    """Whether smaller elements are what an increment lacks."""
+    return residuals.get("elimination", 0.0) > DIGITS or residuals.get("equilibrium", 0.0) > EQUILIBRIUM

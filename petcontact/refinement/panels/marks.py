@@ -7,6 +7,8 @@ import scipy
 
 from ...arrays import Array, Index, Mask
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.surface_mesh import SurfaceMesh
+from .axes import matched, sides
 
 GROWTH = 2.0
 """Largest ratio of a panel to the nearest one in contact, beyond its distance from it."""
@@ -42,17 +44,20 @@ def facing(secondary: Part, primary: Part, direction: Array | None) -> tuple[Ind
     return couples[:, 0], couples[:, 1]
 
 
-def too_large(mesh: BoundaryMesh, contact: Mask) -> Mask:
-    """Elements off the contact (of which `contact` says which are on it) that are too large for those of it nearby."""
-    marked = np.zeros(mesh.n_elements, dtype=bool)
+def too_large(mesh: SurfaceMesh, contact: Mask) -> Mask:
+    """Along which coordinates panels off the contact (of which `contact` says which are on it) are too long for those of it
+    nearby, (n_elements, 2)."""
     nodes = np.flatnonzero(contact[mesh.element])
     if not len(nodes):
-        return marked
-    size = element_sizes(mesh)
+        return np.zeros((mesh.n_elements, 2), dtype=bool)
+    vectors = sides(mesh)
+    length = np.linalg.norm(vectors, axis=2)
     distance, nearest = scipy.spatial.cKDTree(mesh.x[nodes]).query(mesh.x)
-    allowed = np.full(mesh.n_elements, np.inf)
-    np.minimum.at(allowed, mesh.element, distance + GROWTH * size[mesh.element[nodes[nearest]]])
-    return np.asarray(~contact & (size > allowed))
+    beside = mesh.element[nodes[nearest]]
+    other = np.take_along_axis(length[beside], matched(vectors[mesh.element], vectors[beside]), axis=1)
+    allowed = np.full((mesh.n_elements, 2), np.inf)
+    np.minimum.at(allowed, mesh.element, distance[:, None] + GROWTH * other)
+    return np.asarray(~contact[:, None] & (length > allowed))
 
 
 def faded(mesh: BoundaryMesh, contact: Mask) -> Array:

@@ -1,4 +1,4 @@
-"""Panels cut into four; nodes lie inside of panels, so that corners may hang on the edges of neighbours."""
+"""Panels cut into two or four; nodes lie inside of panels, so that corners may hang on the edges of neighbours."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import functools
 
 import numpy as np
 
-from ...arrays import Array, Mask
+from ...arrays import Array, Index, Mask
+from ...geometry.surface import SolidSurface
 from ...mesh.panels import monomials, reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
 
@@ -17,42 +18,63 @@ POINTS = {
 """Corners, middles of the sides, and of quadrilaterals the middle, in the coordinates of `reference_nodes`."""
 
 
-def quartered(mesh: SurfaceMesh, marked: Mask) -> SurfaceMesh:
-    """The mesh with each marked panel replaced by four in its reference coordinates, in its place.
+def quartered(mesh: SurfaceMesh, marked: Mask, surface: SolidSurface | None = None) -> SurfaceMesh:
+    """The mesh with each marked panel (n_elements,) replaced by four: see `cut`."""
+    return cut(mesh, np.repeat(marked[:, None], 2, axis=1), surface)
+
+
+def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> SurfaceMesh:
+    """The mesh with marked panels replaced by two or four that are equal in their reference coordinates, in their place.
 
     Parameters
     ----------
     mesh : SurfaceMesh
-    marked : (n_elements,) bool array
+    along : (n_elements, 2) bool array
+        Which of the reference coordinates of a panel are halved; triangles are cut into four wherever there is one.
+    surface : SolidSurface, optional
+        The exact one, onto which the points of new panels are brought.
     """
+    marked = along.any(axis=1)
     points, parent = [np.concatenate([mesh.corners, mesh.middles], axis=1)[~marked]], [np.flatnonzero(~marked)]
-    for number in np.unique(mesh.kind[marked]).tolist():
-        mine = np.flatnonzero(marked & (mesh.kind == number))
-        corners = 3 if np.isnan(mesh.corners[mine[0], 3, 0]) else 4
-        curved = not np.isnan(mesh.middles[mine[0], 0, 0])
-        given = [mesh.corners[mine, :corners], *([mesh.middles[mine, : 2 * corners - 3]] if curved else [])]
-        found = np.einsum("pqk,nkd->npqd", _quarters(corners, curved), np.concatenate(given, axis=1))
-        piece = np.full((len(mine), 4, 9, 3), np.nan)
+    triangle, curved = np.isnan(mesh.corners[:, 3, 0]), ~np.isnan(mesh.middles[:, 0, 0])
+    kinds = np.column_stack([triangle, curved, along | triangle[:, None]])
+    for three, bent, *halved in np.unique(kinds[marked], axis=0).tolist():
+        mine = np.flatnonzero(marked & np.all(kinds == (three, bent, *halved), axis=1))
+        corners = 3 if three else 4
+        given = [mesh.corners[mine, :corners], *([mesh.middles[mine, : 2 * corners - 3]] if bent else [])]
+        found = np.einsum("pqk,nkd->npqd", _pieces(corners, bent, *halved), np.concatenate(given, axis=1))
+        piece = np.full((*found.shape[:2], 9, 3), np.nan)
         piece[:, :, :corners] = found[:, :, :corners]
         piece[:, :, 4 : 4 + found.shape[2] - corners] = found[:, :, corners:]
+        if surface is not None:
+            piece = surface.onto(mesh.part[mine], piece.reshape(len(mine), -1, 3)).reshape(piece.shape)
         points.append(piece.reshape(-1, 9, 3))
-        parent.append(np.repeat(mine, 4))
+        parent.append(np.repeat(mine, piece.shape[1]))
     numbers = np.concatenate(parent)
     order = np.argsort(numbers, kind="stable")
     old, new = numbers[order], np.concatenate(points)[order]
     return SurfaceMesh(new[:, :4], mesh.order[old], mesh.part[old], mesh.part_names, new[:, 4:])
 
 
+def parents(mesh: SurfaceMesh, along: Mask) -> Index:
+    """Number of the panel that each one of `cut` was a piece of."""
+    marked = along.any(axis=1)
+    counts = np.where(np.isnan(mesh.corners[:, 3, 0]), 1 + 3 * marked, np.prod(1 + along, axis=1))
+    return np.repeat(np.arange(mesh.n_elements), counts)
+
+
 @functools.cache
-def _quarters(corners: int, curved: bool) -> Array:
-    """Points (k,) that define a panel to those of its quarters, (4, k, k)."""
+def _pieces(corners: int, curved: bool, *halved: bool) -> Array:
+    """Points (k,) that define a panel to those of its pieces, (2 or 4, k, k)."""
     here = POINTS[corners] if curved else POINTS[corners][:corners]
-    middle = POINTS[corners][corners : 2 * corners]
     if corners == 4:
-        pieces = [[here[k], middle[k], POINTS[4][8], middle[k - 1]] for k in range(4)]
+        (a, b), ends = (((-1, 0), (0, 1)) if half else ((-1, 1),) for half in halved), POINTS[4][:4] > 0.0
+        pieces = [np.column_stack([np.where(end, pair[1], pair[0]) for end, pair in zip(ends.T, (i, j), strict=True)])
+                  for i in a for j in b]  # fmt: skip
     else:
-        pieces = [[here[k], middle[k], middle[k - 1]] for k in range(3)] + [list(middle)]
+        middle = POINTS[3][3:]
+        pieces = [np.array([here[k], middle[k], middle[k - 1]]) for k in range(3)] + [middle]
     linear, exponents = (reference_nodes(corners, degree)[1] for degree in (1, 2 if curved else 1))
     shape = monomials(here, linear) @ np.linalg.inv(monomials(POINTS[corners][:corners], linear))
     inverse = np.linalg.inv(monomials(here, exponents))
-    return np.stack([monomials(shape @ np.array(piece), exponents) @ inverse for piece in pieces])
+    return np.stack([monomials(shape @ piece, exponents) @ inverse for piece in pieces])

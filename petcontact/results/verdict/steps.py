@@ -51,9 +51,10 @@ def step_lines(increments: list[StepResult]) -> list[str]:
 
 def wear_lines(wear: WearHistory, pairs: dict[str, PairResult]) -> list[str]:
     """Worn volume and depth, and the largest pressure, of each interface that wears after some of the cycles."""
-    lines, last = list[str](), len(wear.cycle) - 1
+    lines, last, cycles = list[str](), len(wear.cycle) - 1, int(wear.cycle[-1])
     for name, depth in wear.depth.items():
-        lines.append(f"  wear of {printable(name)} over {wear.cycle[-1]} cycles, {last} jump{'s' if last != 1 else ''}:")
+        over = f"{cycles} cycles, {last} jump{'s' if last != 1 else ''}" if cycles > 1 else "1 cycle"
+        lines.append(f"  wear of {printable(name)} over {over}:")
         volume, pressure = depth @ pairs[name].weight, wear.pressure[name]
         for k in np.unique(np.linspace(0, last, CYCLES).round().astype(int)):
             lines.append(f"    cycle {wear.cycle[k]}: volume {volume[k]:.6g}, depth {depth[k].max(initial=0.0):.4g}, "

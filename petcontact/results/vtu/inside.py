@@ -14,7 +14,7 @@ from ...arrays import Array, Index
 from ...errors import InputError
 from ...fields.interior import Field, Progress
 from ...fields.interior_grid import triangulate
-from ...geometry.surface import winding
+from ...geometry.crossings import winding
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
