@@ -34,6 +34,11 @@ def turned(angle, stress):
     return q, np.einsum("ai,knij,bj->knab", q, stress, q)
 
 
+def test_cycles_that_press_on_every_plane_open_none():
+    stress = history(-1.0 * np.eye(3), -2.0 * np.eye(3))
+    assert smith_watson_topper(stress, STEEL).value[0] == 0.0
+
+
 @settings(max_examples=8, deadline=None)
 @given(mean=st.floats(-3.0, 3.0), amplitude=st.floats(0.1, 3.0), seed=st.integers(0, 10**6))
 def test_uniaxial_cycles_with_a_mean(mean, amplitude, seed):
