@@ -78,12 +78,14 @@ def scene(solution: SolutionData) -> dict[str, Any]:
     }  # fmt: skip
     plane = next(iter(solution.meshes.values())).dim == 2
     drawn = {name: _piece(mesh, solution, name, steps) for name, mesh in solution.meshes.items()}
-    found = [key for key in names if any(key in fields[0] for _, fields in drawn.values())]
+    found = [key for key in names  # of superelements no stress is known
+             if any(key in fields[0] and np.isfinite(fields[0][key]).any() for _, fields in drawn.values())]  # fmt: skip
     ranges = {key: _range([each[key] for _, fields in drawn.values() for each in fields if key in each]) for key in found}
     for name, (body, each) in drawn.items():
         body["name"] = printable(name)
-        body["steps"] = [{key: _quantised(values, *ranges[key]) if key in ranges else _packed(values, "<f4")
-                          for key, values in fields_.items()} for fields_ in each]  # fmt: skip
+        body["steps"] = [{"move": _packed(fields["move"], "<f4")}
+                         | {key: _quantised(fields[key], *ranges[key]) for key in ranges if key in fields}
+                         for fields in each]  # fmt: skip
     return {
         "bodies": [body for body, _ in drawn.values()],
         "fields": [{"key": key, "name": names[key], "low": low, "high": high} for key, (low, high) in ranges.items()],
