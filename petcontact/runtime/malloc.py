@@ -1,8 +1,9 @@
-"""Memory that was freed and that glibc keeps."""
+"""Memory that nobody uses, and that Python and glibc keep."""
 
 from __future__ import annotations
 
 import ctypes
+import gc
 import sys
 
 
@@ -11,3 +12,9 @@ def trim_heap() -> None:
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None) if sys.platform == "linux" else None
     if trim is not None:
         trim(0)
+
+
+def release_memory() -> None:
+    """Free what only refers to itself, as operators and the solvers that call them do, and return it to the system."""
+    gc.collect()
+    trim_heap()

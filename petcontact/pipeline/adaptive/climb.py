@@ -23,6 +23,7 @@ from ...model.problem import Problem
 from ...refinement.levels import check_accuracy, growing
 from ...results.records import StepResult
 from ...results.solution import Solution
+from ...runtime.malloc import release_memory
 from ...runtime.petsc import petsc
 from ...runtime.signals import BrokenOff, answering
 from ..choice import TIGHTEST, chosen_tolerance, is_compressed
@@ -153,15 +154,21 @@ class AdaptiveSolve:
                 if not may_be_tighter:
                     raise
             else:
+                if self._compressed:
+                    release_memory()  # of meshes before, several GB in all
                 if not (may_be_tighter and solution.failed is not None and self._is_too_loose(solution.failed)):
                     return solution
             self._tolerance = max(TIGHTER * self._tolerance, TIGHTEST)
 
+    @property
+    def _compressed(self) -> bool:
+        return self.discrete is not None and any(
+            is_compressed(self.discrete.problem.bem, mesh) for mesh in self.discrete.meshes
+        )
+
     def _is_too_loose(self, failed: StepResult) -> bool:
         """Whether an increment is not accepted for the tolerance of compressed operators."""
-        compressed = self.discrete is not None and any(is_compressed(self.discrete.problem.bem, mesh)
-                                                       for mesh in self.discrete.meshes)  # fmt: skip
-        return compressed and failed.status == "failed" and failed.residuals.get("elastic", 0.0) > self._tolerance
+        return self._compressed and failed.status == "failed" and failed.residuals.get("elastic", 0.0) > self._tolerance
 
     def _once(self, level: Any) -> Solution:
         """The solution on the mesh of a level."""
