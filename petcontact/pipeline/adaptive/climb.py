@@ -40,6 +40,8 @@ from .tractions import Tractions
 
 TIGHTER = 0.25
 """By what the tolerance of compressed surfaces falls where a solution on them is not accurate enough."""
+MANY_NODES = 1000
+"""From which on the operators of one mesh are released before those of the next are made: several GB in all."""
 
 
 def quantity_for(problem: Problem) -> Quantity:
@@ -154,21 +156,17 @@ class AdaptiveSolve:
                 if not may_be_tighter:
                     raise
             else:
-                if self._compressed:
-                    release_memory()  # of meshes before, several GB in all
+                if self.discrete is not None and sum(mesh.n_nodes for mesh in self.discrete.meshes) > MANY_NODES:
+                    release_memory()
                 if not (may_be_tighter and solution.failed is not None and self._is_too_loose(solution.failed)):
                     return solution
             self._tolerance = max(TIGHTER * self._tolerance, TIGHTEST)
 
-    @property
-    def _compressed(self) -> bool:
-        return self.discrete is not None and any(
-            is_compressed(self.discrete.problem.bem, mesh) for mesh in self.discrete.meshes
-        )
-
     def _is_too_loose(self, failed: StepResult) -> bool:
         """Whether an increment is not accepted for the tolerance of compressed operators."""
-        return self._compressed and failed.status == "failed" and failed.residuals.get("elastic", 0.0) > self._tolerance
+        compressed = self.discrete is not None and any(is_compressed(self.discrete.problem.bem, mesh)
+                                                       for mesh in self.discrete.meshes)  # fmt: skip
+        return compressed and failed.status == "failed" and failed.residuals.get("elastic", 0.0) > self._tolerance
 
     def _once(self, level: Any) -> Solution:
         """The solution on the mesh of a level."""
