@@ -54,3 +54,4 @@ def fill_dense(operators: BoundaryOperators, rows: Index, system: Array, contact
         for column_block in blocks:
             operators.fill(rows[here], column_block, system=system[:, :, here], right_hand_sides=beside)
         shared_out(beside, whole, here)
+    operators.add_corners(rows, np.arange(n), system)

@@ -83,11 +83,21 @@ class BoundaryOperators:
         """As `ColumnFiller.fill`: columns of A_0 and of the `right_hand_sides`."""
         if self._filler is not None:
             self._filler.fill(rows, columns, system, right_hand_sides)
-            return
-        if right_hand_sides is not None:
-            right_hand_sides[:] = 0.0
-        for block in self.blocks(columns):
-            self.fill(rows, block, system=system, right_hand_sides=right_hand_sides)
+        else:
+            if right_hand_sides is not None:
+                right_hand_sides[:] = 0.0
+            for block in self.blocks(columns):
+                self.fill(rows, block, system=system, right_hand_sides=right_hand_sides)
+        if system is not None:
+            self.add_corners(rows, columns, system)
+
+    def add_corners(self, rows: Index, columns: Index, system: Array) -> None:
+        """What columns of A_0 gain where elements at corners are powers, into system[column, direction, row, component]."""
+        corners = np.intersect1d(self.mesh.corner_nodes, columns)
+        for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, corners):
+            place = np.flatnonzero(columns == node)
+            for c, (known, frame) in enumerate(zip(self.data.traction_known[node], self.data.frame[node], strict=True)):
+                system[place, c] += np.tensordot(gain_h if known else -gain_g, frame, (1, 0)).T
 
     @property
     def is_compiled(self) -> bool:
@@ -97,7 +107,7 @@ class BoundaryOperators:
     @property
     def compiled(self) -> tuple[int, int] | None:
         """Addresses of a C function that does what `fill_columns` does, and of its context (see native/hmatrix.c)."""
-        return None if self._filler is None else self._filler.compiled
+        return None if self._filler is None or len(self.mesh.corner_nodes) else self._filler.compiled
 
     @functools.cached_property
     def _filler(self) -> ColumnFiller | None:
@@ -159,6 +169,10 @@ class BoundaryOperators:
                 assert kernel_g is not None and kernel_h is not None
                 for a, j in itertools.product(range(self.kernel.dim), repeat=2):
                     result[:, a] += u[nodes, j] @ kernel_h[a, j] - scaled[nodes, j] @ kernel_g[a, j]
+        for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, self.mesh.corner_nodes):
+            known, frame = self.data.traction_known[node], self.data.frame[node]
+            for vectors, gain, chosen in ((u[node], gain_h, known), (-scaled[node], gain_g, ~known)):
+                result += np.tensordot(gain, np.where(chosen, frame @ vectors, 0.0) @ frame, (1, 0)).T
         return result
 
     def split(self, unknowns: Array, shares: Array, sigma: Array) -> tuple[Array, Array]:

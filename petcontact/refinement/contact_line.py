@@ -44,6 +44,8 @@ class ContactLine:
         0 where a node sticks, else the sign of u_t.
     kinks : (j,) array
         Ends of elements at which g has a kink or a jump: no polynomial reaches over them [length].
+    powers : pair of float
+        λ where u_t is r^λ in the first and the last element, r being the distance to the end of the side, else 0.
     """
 
     s: Array
@@ -55,6 +57,7 @@ class ContactLine:
     bound: Array
     sign: Index
     kinks: Array = field(default_factory=lambda: np.empty(0))
+    powers: tuple[float, float] = (0.0, 0.0)
 
     @property
     def cuts(self) -> Index:
@@ -81,7 +84,12 @@ def displacement(line: ContactLine, s: Array) -> Array:
     s : (n,) array
         Arc lengths, increasing [length].
     """
-    return between_nodes(line, line.u_t, s)
+    u = between_nodes(line, line.u_t, s)
+    for power, node, end, inside in ((line.powers[0], 0, line.breaks[0], s < line.breaks[1]),
+                                     (line.powers[1], -1, line.breaks[-1], s > line.breaks[-2])):  # fmt: skip
+        if power > 0.0:
+            u[inside] = line.u_t[node] * np.abs((s[inside] - end) / (line.s[node] - end)) ** power
+    return u
 
 
 def between_nodes(line: ContactLine, values: Array, s: Array, everywhere: bool = False) -> Array:
