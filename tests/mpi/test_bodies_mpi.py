@@ -38,6 +38,7 @@ def results(tmp_path_factory):
     return folder
 
 
+@pytest.mark.xdist_group("bodies")
 @pytest.mark.parametrize("name", RUNS)
 def test_ranks_agree_on_bodies_and_steps(name, results):
     """Dense bodies are dealt out to the ranks, compressed ones are those of all together.

@@ -49,6 +49,7 @@ def results(tmp_path_factory):
     return folder
 
 
+@pytest.mark.xdist_group("space")
 @pytest.mark.parametrize("formulation", ["condensed", "full"])
 def test_ranks_agree(formulation: str, results: Path) -> None:
     found = []
@@ -78,6 +79,7 @@ def test_ranks_share_an_h_matrix(tmp_path: Path) -> None:
         np.testing.assert_allclose(other, one, atol=1e-4 * np.abs(one).max())
 
 
+@pytest.mark.xdist_group("space")
 def test_ranks_share_the_matrices_of_two_bodies(results: Path) -> None:
     """One of them is held by contact only, on panels that do not match."""
     found = []
