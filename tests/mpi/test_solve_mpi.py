@@ -66,7 +66,6 @@ def one_rank():
     return solutions(1, "[{}]")[0]
 
 
-@pytest.mark.xdist_group("solve")
 @pytest.mark.parametrize(
     ("ranks", "options"), [(2, [{}, GMRES, {"elastic_ksp_type": "gmres", "elastic_pc_type": "none"}]), (3, [{}])]
 )
