@@ -15,12 +15,13 @@ from ..bem.particular.volume import volume_solution
 from ..compliance.bodies import BodiesSystem
 from ..compliance.body.base import ElasticBody
 from ..errors import InputError
+from ..fields.stress_state import StressState
 from ..geometry.superelement import CondensedSurface
 from ..linalg.dense_matrix import distributed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.case import load
 from ..model.problem import Problem
-from ..results.body_fields import BodyFields, StressState
+from ..results.body_fields import BodyFields
 from ..results.records import BodyResult
 from ..runtime.petsc import options, petsc
 from .discrete.discretise import Discrete, discretise, without_contact
