@@ -205,6 +205,22 @@ def test_a_ball_adapts_itself_and_stays_a_ball(ball):
     assert pair.pressure.max() * area / (pair.weight @ pair.pressure) == pytest.approx(1.5, abs=0.2)
 
 
+def test_a_turned_half_circle_is_the_ball(ball):
+    """The same ball as a body of revolution adapts itself, too, and is pressed alike: the halves are moved, not the sixths."""
+    profile = [("bottom", (1.0, 0.0), 1.0), ("top", (0.0, 1.0), 1.0), ("axis", (0.0, -1.0), None)]
+    sides = [{"part": part, "to": to, "radius": radius} for part, to, radius in profile]
+    data = ball_on_block()
+    data["body"][1]["geometry"] = {"shape": "revolved", "loops": [sides], "centre": [0.0, 0.0, 1.0]}
+    problem = parse(Problem, data, "ball")
+    assert adapts_itself(problem)
+    solution = adapt(problem, 0.5)
+    mesh = solution.meshes["ball"]
+    points = np.concatenate([mesh.corners, mesh.middles], axis=1)
+    assert solution.converged and len(solution.info["levels"]) > 1
+    assert np.nanmax(np.abs(np.linalg.norm(points - [0.0, 0.0, 1.0], axis=2) - 1.0)) < 1e-14
+    assert solution.pairs["pair"].force[2] == pytest.approx(ball.pairs["pair"].force[2], rel=0.2)
+
+
 def test_cut_curved_panels_on_compressed_operators(ball):
     """The same meshes by H-matrices: the same pressure."""
     meshes = list(ball.meshes.values())
