@@ -74,7 +74,7 @@ class Side:
         return np.column_stack([-ny, nx])
 
     def nearest(self, x: Array) -> Array:
-        """Fractions (n,) of the arc length at which the side is nearest to points (n, 2) beside it, less than a radius away."""
+        """Fractions (n,) of the arc length at which the side is nearest to points (n, 2), on arcs within a radius."""
         along, alpha = (self.end - self.start) / self._chord, self.half_angle
         place = np.asarray((x - 0.5 * (self.start + self.end)) @ np.array([along, [-along[1], along[0]]]).T)
         if self.curvature == 0.0:

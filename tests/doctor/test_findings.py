@@ -12,7 +12,8 @@ import pytest
 from petcontact.doctor.findings import gather, judge
 
 HEALTHY = {
-    "python": "3.11.2", "missing": [], "versions": {"numpy": "1.24.2"}, "extras": {"gmsh": ""}, "cores": 4, "ranks": 1, "errors": {},
+    "python": "3.11.2", "missing": [], "versions": {"numpy": "1.24.2"}, "cores": 4, "ranks": 1, "errors": {},
+    "extras": {"gmsh": ""},
     "environment": {"PETSC_DIR": "", "MPLBACKEND": "", "DISPLAY": "", "WAYLAND_DISPLAY": ""},
     "launcher": "/usr/bin/mpiexec", "folder": (True, 5e9), "petsc": "3.18.5", "petsc4py": "3.18.5",
     "kernels": "compiled (x86-64-v3)",
