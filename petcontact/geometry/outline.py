@@ -171,6 +171,16 @@ class Outline:
         loops = tuple(_joined(loop) for loop in self.loops)
         return self if sum(map(len, loops)) == len(self.sides) else Outline(loops, self.exterior)
 
+    @property
+    def offsets(self) -> list[float]:
+        """Arc length along its part at the start of each side [length]."""
+        travelled: dict[str, float] = {}
+        result = []
+        for side in self.sides:
+            result.append(travelled.get(side.part, 0.0))
+            travelled[side.part] = result[-1] + side.length
+        return result
+
     @functools.cached_property
     def neighbours(self) -> tuple[Index, Index]:
         """Numbers of the side before and of the side after each one."""

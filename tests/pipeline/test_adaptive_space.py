@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from facets import box as facet_box
+from facets import quartered
 
 from petcontact import InputError, Problem, adapt, solve
 from petcontact.mesh.pairs.box_faces import grid_lines
@@ -20,7 +21,6 @@ from petcontact.pipeline.run import prepare, run
 from petcontact.reference.half_space import elliptic_load
 from petcontact.reference.hertz import elliptic
 from petcontact.refinement.panels.marks import largest, too_large
-from petcontact.refinement.panels.quartering import quartered
 from petcontact.refinement.panels.tail import Tails
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}

@@ -23,7 +23,7 @@ from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import at_edges, directions, halved, matched, sides
 from ...refinement.panels.marks import FINER, facing, faded, largest, too_large
 from ...refinement.panels.quartering import cut, parents
-from ...refinement.panels.tail import tail
+from ...refinement.panels.tail import Tails
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..choice import check_memory, is_compressed, resolved_bem, surface_seconds
@@ -138,9 +138,10 @@ class PanelTails:
         self._estimates.append(self.estimate)
         if self.estimate > self.wanted:
             share = WIDE if self.estimate > FAR * self.wanted else SHARE
+            tails = [Tails(mesh, np.arange(mesh.n_nodes)) for mesh in solution.meshes.values()]
             square = [np.zeros(mesh.n_elements) for mesh in solution.meshes.values()]
             for step in step_ends(solution.steps):
-                for total, values in zip(square, self._squares(solution, step), strict=True):
+                for total, values in zip(square, self._squares(solution, step, tails), strict=True):
                     total += values
             counts = np.cumsum([0, *map(len, square)])
             marked = largest(np.concatenate(square), share)
@@ -170,8 +171,11 @@ class PanelTails:
         self._refine(solution, marked)
         return not self.exhausted
 
-    def _squares(self, solution: Solution, step: StepResult) -> list[Array]:
-        """Squared errors of the elements of each body after a step, over those of p, or of u_t [length² · area]."""
+    def _squares(self, solution: Solution, step: StepResult, tails: Sequence[Tails]) -> list[Array]:
+        """Squared errors of the elements of each body after a step, over those of p, or of u_t [length² · area].
+
+        `tails` are those of the meshes, at all their nodes.
+        """
         meshes = list(solution.meshes.values())
         if solution.bilateral:
             return [slip_squares(solution, step)]
@@ -185,9 +189,10 @@ class PanelTails:
             error = weight * (pair.pressure_error**2 + pair.sigma_t_error**2) / norms[-1]
             np.add.at(square[side.body], mesh.element[nodes], error)
         least = min(norms)
-        for total, mesh, contact, body in zip(square, meshes, touching, step.bodies.values(), strict=True):
+        each = zip(square, meshes, tails, touching, step.bodies.values(), strict=True)
+        for total, mesh, size, contact, body in each:
             # elsewhere tractions matter as far as their errors reach the contact
-            error = mesh.weight * tail(mesh, np.arange(mesh.n_nodes), body.traction) ** 2
+            error = mesh.weight * size.of(body.traction) ** 2
             elsewhere = np.bincount(mesh.element, error) * faded(mesh, contact)
             total += np.where(contact, 0.0, elsewhere / least)
         return square
