@@ -76,38 +76,19 @@ class ContactLine:
 
 
 def displacement(line: ContactLine, s: Array) -> Array:
-    """u_t between the nodes of a contact side, zero in stick zones, (n,) [length].
+    """u_t between the nodes of a contact side, by polynomials through those of neighbouring elements; 0 in stick zones, and
+    powers of the distance where elements at corners are.
 
     Parameters
     ----------
     line : ContactLine
     s : (n,) array
         Arc lengths, increasing [length].
-    """
-    u = between_nodes(line, line.u_t, s)
-    for power, node, end, inside in ((line.powers[0], 0, line.breaks[0], s < line.breaks[1]),
-                                     (line.powers[1], -1, line.breaks[-1], s > line.breaks[-2])):  # fmt: skip
-        if power > 0.0:
-            u[inside] = line.u_t[node] * np.abs((s[inside] - end) / (line.s[node] - end)) ** power
-    return u
-
-
-def between_nodes(line: ContactLine, values: Array, s: Array, everywhere: bool = False) -> Array:
-    """A field on a contact side between its nodes, by polynomials through the nodes of neighbouring elements.
-
-    Parameters
-    ----------
-    line : ContactLine
-    values : (k,) array
-        The field at the nodes.
-    s : (n,) array
-        Arc lengths, increasing [length].
-    everywhere : bool
-        Whether the field is other than zero where the nodes have state 0, too.
 
     Returns
     -------
     (n,) array
+        [length]
     """
     pieces = line.pieces()
     borders = [_border(line, piece.start) for piece in pieces] + [float(line.breaks[-1])]
@@ -117,13 +98,17 @@ def between_nodes(line: ContactLine, values: Array, s: Array, everywhere: bool =
     # cells: what an element has of a piece, from `low`, and the run of nodes whose polynomial holds there
     low, run = [], []
     for piece, start in zip(pieces, borders, strict=False):
-        shown = everywhere or line.sign[piece.start] != 0
         for e in range(element[piece.start], element[piece.stop - 1] + 1):
             low.append(max(start, breaks[e]))
             inside = max(piece.start, first[e] - NEIGHBOURS), min(piece.stop, first[e + 1] + NEIGHBOURS)
-            run.append(inside if shown else (inside[0], inside[0]))
+            run.append(inside if line.sign[piece.start] else (inside[0], inside[0]))
     cell = np.maximum(np.searchsorted(low, s, side="right") - 1, 0)
-    return _interpolate(line.s, values, np.array(run), cell, s)
+    u = _interpolate(line.s, line.u_t, np.array(run), cell, s)
+    for power, node, end, inside in ((line.powers[0], 0, line.breaks[0], s < line.breaks[1]),
+                                     (line.powers[1], -1, line.breaks[-1], s > line.breaks[-2])):  # fmt: skip
+        if power > 0.0:
+            u[inside] = line.u_t[node] * np.abs((s[inside] - end) / (line.s[node] - end)) ** power
+    return u
 
 
 def _border(line: ContactLine, k: int) -> float:
