@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -33,7 +34,7 @@ class ColumnData:
 
 
 class ColumnFiller(Protocol):
-    """Blocks of columns of the boundary operators in one call, where compiled code does better than `Kernel.integrals`."""
+    """Blocks of columns of the boundary operators in one call."""
 
     def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
         """Fill what is given.
@@ -102,6 +103,11 @@ class Kernel(Protocol):
         H : (d, d, k, m) array or None
             ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element itself.
         """
+        ...
+
+    def corner_columns(self, mesh: Any, rows: Index, nodes: Index) -> Iterable[tuple[int, Array, Array]]:
+        """Some nodes of elements at corners whose unknowns are powers, and what G and H at the nodes `rows` gain from the
+        powers over constants, (d, d, m) each."""
         ...
 
     def stress_integrals(self, targets: Any, elements: Any) -> tuple[Array, Array]:
