@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import abc
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Index
 from ..model.problem import Material
 
 COMPONENTS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
@@ -49,6 +50,10 @@ class KelvinSolution(abc.ABC):
     @abc.abstractmethod
     def potential(self, distance: Array) -> Array:
         """φ of a distance: -ln(r/ℓ), in space 1/r."""
+
+    def corner_columns(self, mesh: Any, rows: Index, nodes: Index) -> Iterable[tuple[int, Array, Array]]:
+        """As in `Kernel`: there are none."""
+        return ()
 
     def point_displacement(self, x: Array, at: Array, force: Array) -> Array:
         """As in `Kernel`, in the plane by forces per length: ((3-4ν) φ F + r (r·F)/r^d)/(8π(d-1)µ(1-ν))."""

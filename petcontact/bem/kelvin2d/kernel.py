@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Index
+from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
 from ..kelvin import KelvinSolution
+from .corner_elements import corner_columns
 from .integrals import integrals
 from .stress import stress_integrals
 
@@ -35,6 +39,10 @@ class Kelvin2D(KelvinSolution):
         if kernel_g is not None and self.unit_length != 1.0:
             kernel_g /= self.unit_length
         return kernel_g, kernel_h
+
+    def corner_columns(self, mesh: CurveMesh, rows: Index, nodes: Index) -> Iterator[tuple[int, Array, Array]]:
+        """As in `Kernel`."""
+        return corner_columns(self, mesh, rows, nodes)
 
     def stress_integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
         """As in `Kernel`."""
