@@ -1,4 +1,4 @@
-"""What fills columns of the boundary operators: one compiled function and what it knows of a mesh, or a kernel's integrals."""
+"""What fills columns of the boundary operators: a compiled function and what it knows of a mesh, or a kernel's integrals."""
 
 from __future__ import annotations
 
