@@ -83,12 +83,10 @@ class Body:
             raise InputError(f"mesh: {len(outline.sides)} graded sides give more than {LARGEST_MESH:.0e} nodes; "
                              "name an element_size, or describe the body by fewer sides")  # fmt: skip
         parts = {condition.part for condition in problem.boundary if isinstance(condition, Contact)}
-        polygon = outline.polygon()
         given = [side.length * f for side, f in zip(outline.sides, points_on_sides(outline, problem.mesh), strict=True)]
-        scale = 2.0 * polygon.area / polygon.length
         contact = [side.part in parts for side in outline.sides]
         return Body(
-            outline, scale, contact, given, fields(problem, outline), singular_ends(outline),
+            outline, outline.thickness, contact, given, fields(problem, outline), singular_ends(outline),
             corner_exponents(problem, outline),
         )  # fmt: skip
 
