@@ -212,7 +212,7 @@ def describe(item: Any, path: str, units: Units) -> None:
         for key, text in (("unit", names.get(unit) or unit), ("description", meaning)):
             # half of the time of writing a small result, by h5py's own attrs, which are ready to replace one
             made = h5py.h5a.create(item.id, key.encode(), TEXT, h5py.h5s.create(h5py.h5s.SCALAR))
-            made.write(np.array(text, dtype=object), mtype=TEXT)
+            made.write(np.array(text, dtype=h5py.string_dtype()))
 
 
 def read_data(path: str | Path, group: str = "/") -> SolutionData:
