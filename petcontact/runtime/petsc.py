@@ -6,6 +6,7 @@ PETSc and MPI start where options, ranks or a solver ask for them: a small seria
 from __future__ import annotations
 
 import contextlib
+import functools
 import os
 import sys
 import time
@@ -136,8 +137,14 @@ def is_asked_for() -> bool:
     """Whether PETSc runs, or has to: ranks were launched, or there are options that it reads when it starts."""
     if "petsc4py.PETSc" in sys.modules or "mpi4py.MPI" in sys.modules or _launched():
         return True
-    files = (os.path.expanduser("~/.petscrc"), ".petscrc", "petscrc")
-    return any(map(os.environ.get, ("PETSC_OPTIONS", "PETSC_OPTIONS_YAML"))) or any(map(os.path.exists, files))
+    return any(map(os.environ.get, ("PETSC_OPTIONS", "PETSC_OPTIONS_YAML"))) or _has_file_of_options(os.getcwd())
+
+
+@functools.cache
+def _has_file_of_options(folder: str) -> bool:
+    """Whether PETSc would read one when it starts in a folder; asked for often, looked for once."""
+    places = (os.path.join(folder, ".petscrc"), os.path.join(folder, "petscrc"), os.path.expanduser("~/.petscrc"))
+    return any(map(os.path.exists, places))
 
 
 def failure_comm() -> Any:
