@@ -33,7 +33,7 @@ class ColumnData:
 
 
 class ColumnFiller(Protocol):
-    """Blocks of columns of the boundary operators in one call, where compiled code does better than `Kernel.integrals`."""
+    """Blocks of columns of the boundary operators in one call."""
 
     def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
         """Fill what is given.

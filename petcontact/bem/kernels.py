@@ -16,6 +16,7 @@ from .kelvin2d.kernel import Kelvin2D
 from .kelvin3d import compiled as space
 from .kelvin3d.kernel import Kelvin3D
 from .kernel import ColumnData, ColumnFiller, Kernel
+from .plain_columns import PlainFiller
 
 KERNELS: dict[int, Callable[[Material, float], Kernel]] = {2: Kelvin2D, 3: Kelvin3D}
 """By dimension, from a material and the unit of length of a mesh."""
@@ -35,10 +36,11 @@ def kernel_for(mesh: BoundaryMesh, material: Material) -> Kernel:
     return KERNELS[mesh.dim](material, mesh.unit_length)
 
 
-def column_filler(kernel: Kernel, mesh: BoundaryMesh, data: ColumnData) -> ColumnFiller | None:
-    """Compiled code for whole blocks of columns on a mesh; None where the kernel's integrals have to do."""
+def column_filler(kernel: Kernel, mesh: BoundaryMesh, data: ColumnData) -> ColumnFiller:
+    """What fills blocks of columns on a mesh: compiled code, or the kernel's integrals where there is none."""
     maker = COLUMN_FILLERS.get(type(kernel))
-    return None if maker is None else maker(kernel, mesh, data)
+    compiled = None if maker is None else maker(kernel, mesh, data)
+    return PlainFiller(kernel, mesh, data) if compiled is None else compiled
 
 
 def field_of(kernel: Kernel, targets: Any, elements: Any, u: Array, traction: Array) -> tuple[Array, Array, Array]:

@@ -69,12 +69,12 @@ def csv_text(rows: Sequence[Trial]) -> str:
     return as_csv(COLUMNS, ([getattr(row, key) for key in COLUMNS] for row in rows))
 
 
-def write_figures(rows: Sequence[Trial], folder: str | Path, stem: str = "compare") -> list[Path]:
-    """Draw STEM-residual.png (over applications of S) and STEM-iterations.png (over ρ_0); returns their paths."""
+def write_figures(rows: Sequence[Trial], folder: str | Path) -> list[Path]:
+    """Draw compare-residual.png (over applications of S) and compare-iterations.png (over ρ_0); returns their paths."""
     drawings = {"residual": draw_residuals}
     if len({row.rho for row in rows} - {None}) > 1:
         drawings["iterations"] = draw_iterations
-    return save_all(drawings, folder, stem, rows)
+    return save_all(drawings, folder, "compare", rows)
 
 
 def _panels(figure: Any, rows: Sequence[Trial]) -> Iterable[tuple[Any, list[Trial]]]:

@@ -77,6 +77,16 @@ class Side:
         nx, ny = on_arcs(self.start, self.end, self.half_angle, 2.0 * fraction - 1.0)[1].T
         return np.column_stack([-ny, nx])
 
+    def nearest(self, x: Array) -> Array:
+        """Fractions (n,) of the arc length at which the side is nearest to points (n, 2), on arcs within a radius."""
+        along, alpha = (self.end - self.start) / self._chord, self.half_angle
+        place = np.asarray((x - 0.5 * (self.start + self.end)) @ np.array([along, [-along[1], along[0]]]).T)
+        if self.curvature == 0.0:
+            return np.clip(0.5 + place[:, 0] / self._chord, 0.0, 1.0)
+        # from the centre, a distance of cos α/κ to the left of the chord
+        turn = np.arctan2(place[:, 0], math.cos(alpha) / abs(self.curvature) - math.copysign(1.0, alpha) * place[:, 1])
+        return np.clip(0.5 + 0.5 * turn / abs(alpha), 0.0, 1.0)
+
     def reversed(self) -> Side:
         """The side from its end to its start."""
         return Side(self.end, self.start, self.part, -self.curvature)
@@ -177,6 +187,16 @@ class Outline:
         """
         loops = tuple(_joined(loop) for loop in self.loops)
         return self if sum(map(len, loops)) == len(self.sides) else Outline(loops, self.exterior)
+
+    @property
+    def offsets(self) -> list[float]:
+        """Arc length along its part at the start of each side [length]."""
+        travelled: dict[str, float] = {}
+        result = []
+        for side in self.sides:
+            result.append(travelled.get(side.part, 0.0))
+            travelled[side.part] = result[-1] + side.length
+        return result
 
     @functools.cached_property
     def neighbours(self) -> tuple[Index, Index]:

@@ -40,8 +40,6 @@ class LinearSolver:
         Whether LU may overwrite the operator (halves the memory of a factorisation).
     context : object, optional
         Of a preconditioner of type python.
-    rtol : float
-        Default of the relative tolerance.
 
     Raises
     ------
@@ -53,11 +51,11 @@ class LinearSolver:
 
     def __init__(
         self, comm: Any, prefix: str, stage: str, *, in_place: bool = False, ksp_type: str = "preonly", pc_type: str = "lu",
-        context: Any = None, rtol: float = RTOL,
+        context: Any = None,
     ) -> None:  # fmt: skip
         self.stage, self.iterations, self.reason = stage, 0, 0
         self._comm, self._prefix, self._in_place, self._context = of_petsc(comm), prefix, in_place, context
-        self._types, self._rtol = (ksp_type, pc_type), rtol
+        self._types = (ksp_type, pc_type)
         self._ksp: Any = None
         self._converted: Any = None
 
@@ -82,7 +80,7 @@ class LinearSolver:
         ksp.setOptionsPrefix(self._prefix)
         ksp.setType(self._types[0])
         pc.setType(self._types[1])
-        ksp.setTolerances(rtol=self._rtol, atol=0.0, max_it=2000)
+        ksp.setTolerances(rtol=RTOL, atol=0.0, max_it=2000)
         ksp.setFromOptions()
         name = pc.getType()
         if name == "python":
@@ -102,7 +100,7 @@ class LinearSolver:
             if not database.hasName("pc_factor_in_place"):
                 _use_in_place(pc, self._prefix)
 
-    def set_operator(self, matrix: Any, preconditioner: Any = None) -> None:
+    def set_operator(self, matrix: Any) -> None:
         """Solve with this matrix from now on; LU is computed at the next solve.
 
         A dense LU over several ranks is ScaLAPACK's: the matrix is converted, which no option of PETSc does by itself.
@@ -114,7 +112,7 @@ class LinearSolver:
                 self._converted = matrix = matrix.convert("scalapack", petsc().Mat())
             else:
                 self.ksp.getPC().setType("redundant")
-        self.ksp.setOperators(matrix, preconditioner)
+        self.ksp.setOperators(matrix)
 
     def solve(self, rhs: Any, solution: Any) -> None:
         """operator · solution = rhs."""

@@ -126,11 +126,11 @@ def graded_side(marks: Marks, grading: Grading) -> tuple[Array, Index]:
     return np.concatenate(pieces), np.concatenate(orders)
 
 
-def balanced(marks: Marks, grading: Grading) -> Marks:
-    """The marks with elements no larger than fits the shorter interval on either side of each."""
+def balanced(marks: Marks, grading: Grading, share: float = 1.0) -> Marks:
+    """The marks with elements no larger than fits the shorter interval on either side of each, or a share of that."""
     interval = np.diff(marks.position)
     shorter = np.minimum(np.append(interval, np.inf), np.insert(interval, 0, np.inf))
-    fitting = np.minimum(marks.size, 0.5 * grading.ratio * shorter)
+    fitting = np.minimum(marks.size, 0.5 * grading.ratio * share * shorter)
     return Marks(marks.position, np.where(np.isfinite(marks.size), fitting, np.inf))
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -139,6 +139,12 @@ def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
         whole, parts = (seconds * (1.0 + more) for seconds, more in zip((dense, compressed), INCREMENT, strict=True))
         return mesh.n_nodes > SMALLEST_SURFACE and WORTH * parts < whole
     return mesh.n_nodes > SMALLEST and compressed < dense
+
+
+def has_compressed(bem: Bem, meshes: Iterable[BoundaryMesh]) -> bool:
+    """Whether operators of any body are compressed."""
+    bem = resolved_bem(bem)
+    return any(is_compressed(bem, mesh) for mesh in meshes)
 
 
 def chosen_tolerance(bem: Bem, accuracy: float) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,13 +13,15 @@ from ..arrays import Array
 from ..bem.particular.volume import volume_solution
 from ..compliance.bodies import BodiesSystem
 from ..compliance.body.base import ElasticBody
+from ..compliance.interface import slices
 from ..errors import InputError
+from ..fields.stress_state import StressState
 from ..geometry.superelement import CondensedSurface
 from ..linalg.dense_matrix import distributed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.case import load
 from ..model.problem import Problem
-from ..results.body_fields import BodyFields, StressState
+from ..results.body_fields import BodyFields
 from ..results.records import BodyResult
 from ..runtime.petsc import options
 from ..runtime.world import world
@@ -253,15 +254,13 @@ def _of(discrete: Discrete, system: BodiesSystem | None, bodies: dict[str, BodyO
         states, none = len(discrete.data[0].value), np.zeros((0, d))
         return Operators(discrete.problem, bodies, {}, none, none, np.zeros((0, d, d)), none[:, 0], none[:, 0],
                          np.zeros((states, 0, d)), none[:, :0], none[:, :0].T, np.zeros((states, 0)), None)  # fmt: skip
-    ends = np.cumsum([0, *(len(face.nodes) for face in faces)])
-    pairs = {face.name: slice(int(a), int(b)) for face, (a, b) in zip(faces, itertools.pairwise(ends), strict=True)}
     x, normal, frame = (
         np.concatenate(parts) for parts in zip(*(
             (discrete.meshes[face.body].x[face.nodes], face.normal, face.directions) for face in faces
         ), strict=True)
     )  # fmt: skip
     return Operators(
-        discrete.problem, bodies, pairs, x, normal, frame, system.weight, system.gap,
+        discrete.problem, bodies, slices(faces), x, normal, frame, system.weight, system.gap,
         system.base.reshape(len(system.base), -1, system.k), system.modes, system.balance, system.resultant, system,
     )  # fmt: skip
 

@@ -79,33 +79,18 @@ class ContactLine:
 
 
 def displacement(line: ContactLine, s: Array) -> Array:
-    """u_t between the nodes of a contact side, zero in stick zones, (n,) [length].
+    """u_t between the nodes of a contact side, by polynomials through those of neighbouring elements; 0 in stick zones.
 
     Parameters
     ----------
     line : ContactLine
     s : (n,) array
         Arc lengths, increasing [length].
-    """
-    return between_nodes(line, line.u_t, s)
-
-
-def between_nodes(line: ContactLine, values: Array, s: Array, everywhere: bool = False) -> Array:
-    """A field on a contact side between its nodes, by polynomials through the nodes of neighbouring elements.
-
-    Parameters
-    ----------
-    line : ContactLine
-    values : (k,) array
-        The field at the nodes.
-    s : (n,) array
-        Arc lengths, increasing [length].
-    everywhere : bool
-        Whether the field is other than zero where the nodes have state 0, too.
 
     Returns
     -------
     (n,) array
+        [length]
     """
     pieces = line.pieces()
     borders = [_border(line, piece.start) for piece in pieces] + [float(line.breaks[-1])]
@@ -115,13 +100,12 @@ def between_nodes(line: ContactLine, values: Array, s: Array, everywhere: bool =
     # cells: what an element has of a piece, from `low`, and the run of nodes whose polynomial holds there
     low, run = [], []
     for piece, start in zip(pieces, borders, strict=False):
-        shown = everywhere or line.sign[piece.start] != 0
         for e in range(element[piece.start], element[piece.stop - 1] + 1):
             low.append(max(start, breaks[e]))
             inside = max(piece.start, first[e] - NEIGHBOURS), min(piece.stop, first[e + 1] + NEIGHBOURS)
-            run.append(inside if shown else (inside[0], inside[0]))
+            run.append(inside if line.sign[piece.start] else (inside[0], inside[0]))
     cell = np.maximum(np.searchsorted(low, s, side="right") - 1, 0)
-    return _interpolate(line.s, values, np.array(run), cell, s)
+    return _interpolate(line.s, line.u_t, np.array(run), cell, s)
 
 
 def _border(line: ContactLine, k: int) -> float:

@@ -41,6 +41,8 @@ TOUCH = 1e-6
 """Smallest elements where a gap is least, of a side, while nobody knows how much of it closes."""
 NEAR_END = 1e-4
 """Distance of such places from the ends of a side and from one another, of the side, below which they count as one."""
+IN_ZONES = 0.25
+"""Power of a level's error with which elements shrink at the ends of narrow zones, relative to these."""
 CLOSEST = 1e-9
 """Distance of marks, of a side, below which they are one."""
 ON_KINK = 1e-3
@@ -198,6 +200,10 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
     """
     # truncation errors fall with the square of the size at transition points (measured on the paper's examples)
     at_transition = 0.06 * body.scale * (resolved / 1e-4) ** 0.5
+    # in zones narrower than these sizes the elements of one level are no copies of those of the one before, or what
+    # both miss there would be no part of their difference
+    first = REFINEMENT_LEVELS[0]
+    share = min(1.0, (resolved / first.resolved) ** IN_ZONES * first.grading.ratio / grading.ratio)
     lines = iter(shown or [])
     marks = []
     for k, side in enumerate(body.outline.sides):
@@ -230,7 +236,7 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
             elif body.contact[k]:
                 # small enough to show how the traction grows towards the end
                 sizes[place] = min(sizes[place], 0.015 * body.scale)
-        marks.append(balanced(Marks(points, sizes), grading))
+        marks.append(balanced(Marks(points, sizes), grading, share))
     return _equal_at_corners(body.outline, marks)
 
 

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import PetcontactError
+from ..pipeline.run import prepare
 from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
@@ -17,7 +18,7 @@ from ..runtime.petsc import given_options
 from ..runtime.signals import Interrupted
 from .design.identity import Identity, identify
 from .design.sweep import Sweep
-from .problems import prepare_group, release, run_case
+from .problems import run_case
 from .progress import DONE, FAILED, Progress, Summary
 from .quantities import Quantity, failed_row, row_of, users
 from .schedule.cost import Cost, estimate
@@ -186,12 +187,12 @@ class _Worker:
         if group == self._group:
             return
         if self._prepared is not None:
-            release(self._prepared)
+            self._prepared.close()
         self._group, self._prepared, self._reason = group, None, ""
         if group < 0:
             return
         first, size = int(self.groups.first[group]), int(self.groups.size[group])
-        self._prepared, self._reason = self.team.attempt(lambda: prepare_group(self.sweep[first].case, self.team.comm, size))
+        self._prepared, self._reason = self.team.attempt(lambda: prepare(self.sweep[first].case, self.team.comm, cases=size))
         if self._prepared is not None:
             self._took(self._prepared.timings)
 

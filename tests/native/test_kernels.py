@@ -13,9 +13,11 @@ from conftest import example
 from prepared import operators
 
 from petcontact import Displacement, MeshOptions, native
-from petcontact.bem import operators as bem_operators
+from petcontact.bem import kernels as bem_kernels
+from petcontact.bem.compiled_filler import CompiledFiller
 from petcontact.bem.kelvin2d import integrals as module
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
+from petcontact.bem.plain_columns import PlainFiller
 from petcontact.geometry.arcs import half_angles, on_arcs
 from petcontact.mesh.basis import gauss
 
@@ -160,10 +162,10 @@ def test_columns_agree_with_numpy(monkeypatch, number, lift, order):
     case = example(number, mesh=MeshOptions(element_size=0.25 * (order + 1), order=order))
     top = tuple(Displacement(part="top", value=lift) if b.part == "top" else b for b in case.boundary)
     quick, slow = (operators(case.model_copy(update={"boundary": top})) for _ in range(2))
-    monkeypatch.setattr(bem_operators, "column_filler", lambda *_: None)
-    assert slow._filler is None
+    monkeypatch.setattr(bem_kernels, "COLUMN_FILLERS", {})
+    assert isinstance(slow._filler, PlainFiller)
     monkeypatch.undo()
-    assert quick._filler is not None
+    assert isinstance(quick._filler, CompiledFiller)
     every, rng = np.arange(quick.mesh.n_nodes), np.random.default_rng(3)
     monkeypatch.setattr(module, "available", lambda: False)
     pieces = [(every, every), *((np.sort(rng.permutation(every)[:k]), every[a::3]) for k, a in ((5, 0), (40, 1)))]

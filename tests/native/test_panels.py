@@ -10,13 +10,15 @@ from prepared import operators
 
 from petcontact import native
 from petcontact.bem import kernels
-from petcontact.bem import operators as bem_operators
+from petcontact.bem import kernels as bem_kernels
+from petcontact.bem.compiled_filler import CompiledFiller
 from petcontact.bem.kelvin3d import integrals as module
 from petcontact.bem.kelvin3d import stress
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.bem.kelvin3d.kernel import Kelvin3D
 from petcontact.bem.kelvin3d.rules import TOLERANCE
 from petcontact.bem.kernels import field_of
+from petcontact.bem.plain_columns import PlainFiller
 from petcontact.mesh.panels import Panels, make_panels
 from petcontact.model.case import load
 from petcontact.model.problem import Material
@@ -100,10 +102,10 @@ def test_columns_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, name: str, ke
     """Whole blocks of A_0 and of the right-hand sides, rows and columns in pieces as a compression asks for them."""
     case = load(CONFIGS / f"{name}.toml", keys)
     quick, slow = (operators(case) for _ in range(2))
-    monkeypatch.setattr(bem_operators, "column_filler", lambda *_: None)
-    assert slow._filler is None
+    monkeypatch.setattr(bem_kernels, "COLUMN_FILLERS", {})
+    assert isinstance(slow._filler, PlainFiller)
     monkeypatch.undo()
-    assert quick._filler is not None
+    assert isinstance(quick._filler, CompiledFiller)
     every, rng = np.arange(quick.mesh.n_nodes), np.random.default_rng(3)
     some = np.sort(rng.permutation(every)[:70])
     monkeypatch.setattr(module, "available", lambda: False)

@@ -24,7 +24,9 @@ def test_config_runs(path, tmp_path, capfd, monkeypatch):
     monkeypatch.chdir(tmp_path)
     status, printed = main(["solve", str(path), "-o", str(tmp_path / "result.h5")]), capfd.readouterr()
     assert status == 0, printed.err + printed.out
-    assert "converged:" in printed.out and printed.err == ""
+    # meshes of a solve that takes seconds, as on a loaded machine, are announced
+    assert "converged:" in printed.out
+    assert [line for line in printed.err.splitlines() if not line.startswith("petcontact: mesh ")] == []
     assert max(len(line) for line in printed.out.splitlines()) <= 80 + len(str(tmp_path))
     assert len(list(tmp_path.glob("result-*.png"))) >= 4
     with h5py.File(tmp_path / "result.h5") as file:

@@ -18,16 +18,13 @@ from ...mesh.basis import gauss
 from ...mesh.elements import Elements, Targets
 from .arcs import Arcs
 from .compiled import available, compiled_integrals
-from .constant_elements import constant
 from .segments import Segments
 from .tensors import Result
 
 __all__ = ["Elements", "Targets", "integrals"]
 
-CHUNK = 16384
-"""Pairs of one temporary: a dozen of them nearly fit a core's second-level cache, and calls cost little in them."""
-POINT_CHUNK = 6 * CHUNK
-"""The same with Gauss points, of which fewer temporaries are needed."""
+POINT_CHUNK = 98_304
+"""Pairs of a Gauss point and a target in one temporary: a few of them nearly fit a core's second-level cache."""
 
 
 def integrals(
@@ -75,11 +72,9 @@ def integrals(
             for whole, part in zip((result.kernel_g, result.kernel_h), parts, strict=True):
                 if whole is not None and part is not None:
                     whole[:, :, chosen] = part.reshape(2, 2, len(chosen), nodes, m)
-    elif elements.order == 0 and not curved.any():
-        _constant(targets, elements, result)
     else:
         _polynomial(targets, elements, result)
-        if elements.order == 0 and result.kernel_h is not None:
+        if elements.order == 0 and curved.any() and result.kernel_h is not None:
             _add_slopes(targets, elements, result.kernel_h, poisson_ratio)
     shape = (2, 2, n * nodes, m)
     return (
@@ -123,36 +118,19 @@ def _off_line(targets: Targets, line: Index) -> Array | None:
     return None if apart.all() else apart.astype(np.float64)
 
 
-def _constant(targets: Targets, elements: Elements, result: Result) -> None:
-    """Straight elements of order 0: closed form for all pairs."""
-    own_element, own_column = _pairs(targets.element, elements)
-    for rows in _chunks(len(elements.index), len(targets.line), CHUNK):
-        inside = (own_element >= rows.start) & (own_element < rows.stop)
-        column = own_column[inside]
-        constant(
-            None if result.kernel_g is None else result.kernel_g[:, :, rows, 0],
-            None if result.kernel_h is None else result.kernel_h[:, :, rows, 0],
-            elements.start[rows], elements.end[rows], targets.point, _off_line(targets, elements.line[rows]),
-            (own_element[inside] - rows.start, column), targets.xi[column], result.poisson_ratio, result.length,
-        )  # fmt: skip
-
-
-def _chunks(n: int, per_row: int, size: int) -> list[slice]:
-    step = max(1, size // max(1, per_row))
-    return [slice(first, min(first + step, n)) for first in range(0, n, step)]
-
-
 def _polynomial(targets: Targets, elements: Elements, result: Result) -> None:
     """Elements of any order and shape: Gauss quadrature for all pairs, then what is not far enough once more."""
     order = elements.order
     point = targets.point[:, 0] + 1j * targets.point[:, 1]
     shape = shape_of(elements)
     near: list[tuple[Index, Index]] = []
-    for rows in _chunks(len(elements.index), shape.far_points(order) * len(point), POINT_CHUNK):
+    step = max(1, POINT_CHUNK // (shape.far_points(order) * len(point)))
+    for first in range(0, len(elements.index), step):
+        rows = slice(first, first + step)
         some = shape.take(rows)
         part, turn, (element, column) = some.far(order, point, _off_line(targets, elements.line[rows]))
         result.write(rows, part, some.half, turn, gauss(order)[1][:, None])
-        near.append((element + rows.start, column))
+        near.append((element + first, column))
     element, column = (np.concatenate(part) for part in zip(*near, strict=True))
     if len(element):
         _near(targets, elements, shape, element, column, result)

@@ -11,7 +11,7 @@ from ...bem.dense_assembly import fill_dense
 from ...bem.operators import BoundaryOperators
 from ...linalg.elimination import Elimination
 from ...linalg.ksp import LinearSolver, is_asked_for
-from ...linalg.row_layout import node_ranges
+from ...linalg.row_layout import even_ranges
 from ...runtime.petsc import petsc, stage
 from ...runtime.world import of_petsc
 from .base import ElasticBody, gauge
@@ -90,7 +90,7 @@ class DenseRows:
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
         mesh, data, (n, d, r) = operators.mesh, operators.data, modes.shape
         rank, ranks = comm.getRank(), comm.getSize()
-        first, last = node_ranges(n, ranks)[rank]
+        first, last = even_ranges(n, ranks)[rank]
         inner, border = d * (last - first), r if rank == ranks - 1 else 0
         self._first, self._last, self.size = d * first, d * last, d * n + r
         rows = inner + border

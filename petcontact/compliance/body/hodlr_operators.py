@@ -89,9 +89,8 @@ class CompressedOperators:
 
     def describe(self) -> str:
         """A line for the verdict: tolerance, leaf size, ranks and memory."""
-        rank = max((level.most for level in self._system.ranks()), default=0)
         return (
-            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank {rank}, "
+            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank {self._system.rank}, "
             f"{self.nbytes / 1e6:.1f} MB"
         )
 
@@ -128,8 +127,7 @@ class CompressedOperators:
         self._spare()
         outer = system.beside(operators.outer_entries, single)
         for matrix, entries in ((system, system_entries), (outer, operators.outer_entries)):
-            missed = matrix.error_estimate(entries, np.random.default_rng(2019))
-            worst = max(missed.product, missed.entry)
+            worst = matrix.error_estimate(entries, np.random.default_rng(2019))
             if not worst <= ALLOWED_MISS * self.bem.hodlr_tol:
                 raise SolverError(
                     "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {self.bem.hodlr_tol:g}",

@@ -26,7 +26,7 @@ from ...results.solution import Solution
 from ...runtime.memory import release_memory
 from ...runtime.signals import BrokenOff, answering
 from ...runtime.world import world
-from ..choice import TIGHTEST, chosen_tolerance, is_compressed
+from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..discrete.discretise import Discrete, MeshMaker, discretise
 from ..discrete.interfaces import interfaces_of
 from ..eliminate import Announce
@@ -164,8 +164,7 @@ class AdaptiveSolve:
 
     def _is_too_loose(self, failed: StepResult) -> bool:
         """Whether an increment is not accepted for the tolerance of compressed operators."""
-        compressed = self.discrete is not None and any(is_compressed(self.discrete.problem.bem, mesh)
-                                                       for mesh in self.discrete.meshes)  # fmt: skip
+        compressed = self.discrete is not None and has_compressed(self.discrete.problem.bem, self.discrete.meshes)
         return compressed and failed.status == "failed" and failed.residuals.get("elastic", 0.0) > self._tolerance
 
     def _once(self, level: Any) -> Solution:

@@ -281,7 +281,6 @@ def test_any_batch_gives_the_same_entries(order, monkeypatch):
     columns = (shuffled[:, None] * (order + 1) + np.arange(order + 1)).ravel()
     chosen = np.arange(3, len(targets.line), 2)
     some = Targets(targets.point[chosen], targets.line[chosen], targets.element[chosen], targets.xi[chosen])
-    monkeypatch.setattr(kernels, "CHUNK", 64)
     monkeypatch.setattr(kernels, "POINT_CHUNK", 1000)
     for part, expected in zip(integrals(some, elements.take(shuffled), RATIO, LENGTH), whole, strict=True):
         np.testing.assert_allclose(part, expected[:, :, columns][..., chosen], rtol=0, atol=1e-14)
