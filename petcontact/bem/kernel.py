@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -102,6 +103,11 @@ class Kernel(Protocol):
         H : (d, d, k, m) array or None
             ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element itself.
         """
+        ...
+
+    def corner_columns(self, mesh: Any, rows: Index, nodes: Index) -> Iterable[tuple[int, Array, Array]]:
+        """Some nodes of elements at corners whose unknowns are powers, and what G and H at the nodes `rows` gain from the
+        powers over constants, (d, d, m) each."""
         ...
 
     def stress_integrals(self, targets: Any, elements: Any) -> tuple[Array, Array]:

@@ -77,11 +77,17 @@ class BoundaryOperators:
     def fill_columns(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
         """As `ColumnFiller.fill`: columns of A_0 and of the `right_hand_sides`."""
         self._filler.fill(rows, columns, system, right_hand_sides)
+        corners = np.intersect1d(self.mesh.corner_nodes, columns) if system is not None else columns[:0]
+        for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, corners):
+            assert system is not None
+            place = np.flatnonzero(columns == node)
+            for c, (known, frame) in enumerate(zip(self.data.traction_known[node], self.data.frame[node], strict=True)):
+                system[place, c] += np.tensordot(gain_h if known else -gain_g, frame, (1, 0)).T
 
     @property
     def compiled(self) -> tuple[int, int] | None:
         """Addresses of a C function that does what `fill_columns` does, and of its context (see native/hmatrix.c)."""
-        return self._filler.compiled
+        return None if len(self.mesh.corner_nodes) else self._filler.compiled
 
     @functools.cached_property
     def _filler(self) -> ColumnFiller:
@@ -143,6 +149,10 @@ class BoundaryOperators:
                 assert kernel_g is not None and kernel_h is not None
                 for a, j in itertools.product(range(self.kernel.dim), repeat=2):
                     result[:, a] += u[nodes, j] @ kernel_h[a, j] - scaled[nodes, j] @ kernel_g[a, j]
+        for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, self.mesh.corner_nodes):
+            known, frame = self.data.traction_known[node], self.data.frame[node]
+            for vectors, gain, chosen in ((u[node], gain_h, known), (-scaled[node], gain_g, ~known)):
+                result += np.tensordot(gain, np.where(chosen, frame @ vectors, 0.0) @ frame, (1, 0)).T
         return result
 
     def split(self, unknowns: Array, shares: Array, sigma: Array) -> tuple[Array, Array]:

@@ -72,6 +72,8 @@ class BoundaryMesh(Protocol):
     def n_elements(self) -> int: ...
     @property
     def node_part(self) -> Index: ...
+    @property
+    def corner_nodes(self) -> Index: ...
 
     def nodes_of(self, part: str) -> Index:
         """Numbers of the nodes of a part, increasing."""
@@ -139,6 +141,11 @@ class Collocated:
     def n_elements(self) -> int:
         """Number of elements."""
         return len(self.order)
+
+    @property
+    def corner_nodes(self) -> Index:
+        """Nodes of elements at corners whose unknowns are powers of the distance, not polynomials."""
+        return np.empty(0, dtype=np.int64)
 
     @property
     def node_part(self) -> Index:

@@ -45,6 +45,8 @@ class ContactLine:
         0 where a node sticks, else the sign of u_t.
     kinks : (j,) array
         Ends of elements at which g has a kink or a jump: no polynomial reaches over them [length].
+    powers : pair of float
+        λ where u_t is r^λ in the first and the last element, r being the distance to the end of the side, else 0.
     """
 
     s: Array
@@ -56,6 +58,7 @@ class ContactLine:
     bound: Array
     sign: Index
     kinks: Array = field(default_factory=lambda: np.empty(0))
+    powers: tuple[float, float] = (0.0, 0.0)
 
     @functools.cached_property
     def cuts(self) -> Index:
@@ -79,7 +82,8 @@ class ContactLine:
 
 
 def displacement(line: ContactLine, s: Array) -> Array:
-    """u_t between the nodes of a contact side, by polynomials through those of neighbouring elements; 0 in stick zones.
+    """u_t between the nodes of a contact side, by polynomials through those of neighbouring elements; 0 in stick zones, and
+    powers of the distance where elements at corners are.
 
     Parameters
     ----------
@@ -105,7 +109,12 @@ def displacement(line: ContactLine, s: Array) -> Array:
             inside = max(piece.start, first[e] - NEIGHBOURS), min(piece.stop, first[e + 1] + NEIGHBOURS)
             run.append(inside if line.sign[piece.start] else (inside[0], inside[0]))
     cell = np.maximum(np.searchsorted(low, s, side="right") - 1, 0)
-    return _interpolate(line.s, line.u_t, np.array(run), cell, s)
+    u = _interpolate(line.s, line.u_t, np.array(run), cell, s)
+    for power, node, end, inside in ((line.powers[0], 0, line.breaks[0], s < line.breaks[1]),
+                                     (line.powers[1], -1, line.breaks[-1], s > line.breaks[-2])):  # fmt: skip
+        if power > 0.0:
+            u[inside] = line.u_t[node] * np.abs((s[inside] - end) / (line.s[node] - end)) ** power
+    return u
 
 
 def _border(line: ContactLine, k: int) -> float:

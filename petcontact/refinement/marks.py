@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -23,6 +23,8 @@ from .singular_points import corner_exponents
 MILDEST, STRONGEST = 0.7, 2.0
 """Bounds of 1/(2λ), the power of the error with which elements shrink at corners: the lower one is that of a right angle
 clamped on one side and free on the other (λ = 0.71, ν = 0.3)."""
+WEAK = 0.3
+"""Exponents below which elements at corners are powers: only where two sides slide they are as small."""
 CORNER_SIZE = 0.015 ** (1.0 / MILDEST)
 """Size of the smallest elements, in thicknesses of the body, that leaves an error of 1e-4 at a corner of power 1."""
 SMALLEST = 1e-10
@@ -68,6 +70,8 @@ class Body:
         Whether the start and the end of each side are corners or places where parts meet.
     exponents : list of pairs of float
         λ there, see `singular_points.corner_exponents`.
+    powers : list of pairs of float, optional
+        λ where elements at corners are powers of the distance, else 0.
     """
 
     outline: Outline
@@ -77,6 +81,7 @@ class Body:
     data: list[list[Field]]
     singular: list[tuple[bool, bool]]
     exponents: list[tuple[float, float]]
+    powers: list[tuple[float, float]] = field(default_factory=list)
 
     @staticmethod
     def of(problem: Problem, outline: Outline) -> Body:
@@ -91,6 +96,15 @@ class Body:
             outline, outline.thickness, contact, given, fields(problem, outline), singular_ends(outline),
             corner_exponents(problem, outline),
         )  # fmt: skip
+
+    def with_powers(self) -> Body:
+        """The body with elements that are powers at corners where no polynomial is small enough.
+
+        What they leave of the next term, of the order r, is as at a corner whose exponent is (1 + λ)/2.
+        """
+        powers = [(a if a < WEAK else 0.0, b if b < WEAK else 0.0) for a, b in self.exponents]
+        exponents = [(0.5 * (1.0 + a) if a < WEAK else a, 0.5 * (1.0 + b) if b < WEAK else b) for a, b in self.exponents]
+        return replace(self, exponents=exponents, powers=powers)
 
     @functools.cached_property
     def kinks(self) -> list[Array]:
@@ -236,7 +250,7 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
             elif body.contact[k]:
                 # small enough to show how the traction grows towards the end
                 sizes[place] = min(sizes[place], 0.015 * body.scale)
-        marks.append(balanced(Marks(points, sizes), grading, share))
+        marks.append(balanced(Marks(points, sizes, body.powers[k] if body.powers else (0.0, 0.0)), grading, share))
     return _equal_at_corners(body.outline, marks)
 
 
@@ -248,7 +262,7 @@ def _with_points(marks: Marks, inner: list[tuple[float, float]], grading: Gradin
     kept[[0, -1]] = True
     position, size = np.append(marks.position[kept], places), np.append(marks.size[kept], sizes)
     order = np.argsort(position)
-    return balanced(Marks(position[order], size[order]), grading)
+    return balanced(replace(marks, position=position[order], size=size[order]), grading)
 
 
 def _equal_at_corners(outline: Outline, marks: list[Marks]) -> list[Marks]:

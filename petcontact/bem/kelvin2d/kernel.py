@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
-from ...arrays import Array
+from ...arrays import Array, Index
+from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
 from ...model.problem import Material
 from . import point_force
+from .corner_elements import corner_columns
 from .integrals import integrals
 from .stress import stress_integrals
 
@@ -50,6 +53,10 @@ class Kelvin2D:
         if kernel_g is not None and self.unit_length != 1.0:
             kernel_g /= self.unit_length
         return kernel_g, kernel_h
+
+    def corner_columns(self, mesh: CurveMesh, rows: Index, nodes: Index) -> Iterator[tuple[int, Array, Array]]:
+        """As in `Kernel`."""
+        return corner_columns(self, mesh, rows, nodes)
 
     def stress_integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
         """As in `Kernel`."""

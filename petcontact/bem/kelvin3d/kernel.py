@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Index
 from ...mesh.curved_panels import CurvedPanels
 from ...mesh.panels import Panels
+from ...mesh.surface_mesh import SurfaceMesh
 from ...model.problem import Material
 from . import point_force
 from .compiled import compiled_field
@@ -58,6 +60,10 @@ class Kelvin3D:
         if kernel_g is not None:
             kernel_g /= self.unit_length
         return kernel_g, kernel_h
+
+    def corner_columns(self, mesh: SurfaceMesh, rows: Index, nodes: Index) -> Iterable[tuple[int, Array, Array]]:
+        """As in `Kernel`: there are none."""
+        return ()
 
     def stress_integrals(self, targets: Array, elements: Panels | CurvedPanels) -> tuple[Array, Array]:
         """Stress at points (m, 3) off the boundary; xx, yy, zz, xy, xz, yz come first."""

@@ -65,7 +65,7 @@ class Slip:
             If data contradict each other where parts meet.
         """
         if self._body is None:
-            self._body = Body.of(one, as_outline(boundary, "--adapt").joined)
+            self._body = Body.of(one, as_outline(boundary, "--adapt").joined).with_powers()
             check_compatible(one, self._body.outline)
         body = self._body
         longest = [side.length / FIRST_LOOK if contact and not self._shown else np.inf
@@ -165,10 +165,15 @@ def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
         mine = np.flatnonzero(side_of_element == k)
         offset = mesh.side_start[mine[0]]
         breaks = np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]]) - offset
+        kinks = body.kinks[k]
+        power = mesh.power[mine]
+        if power.any():
+            # no polynomial reaches into an element that is a power
+            kinks = np.unique([*kinks, *breaks[1:-1][[power[0] > 0.0, *[False] * (len(mine) - 3), power[-1] < 0.0]]])
         lines.append(ContactLine(
             contact.arc_length[chosen] - offset, contact.weight[chosen], element[chosen], breaks,
             contact.u_t[chosen, 0], contact.sigma_t[chosen, 0], contact.friction_bound[chosen],
-            without_specks(sign[chosen], element[chosen]), body.kinks[k],
+            without_specks(sign[chosen], element[chosen]), kinks, (float(power[0]), float(-power[-1])),
         ))  # fmt: skip
     return lines
 
