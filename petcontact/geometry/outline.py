@@ -14,7 +14,7 @@ import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array, Index
 from ..errors import InputError
-from .arcs import arc_lengths, divided, half_angles, on_arcs
+from .arcs import arc_lengths, divided, half_angles, on_arcs, perimeter, signed_area, turns_left_once
 
 if TYPE_CHECKING:
     import shapely
@@ -164,19 +164,13 @@ class Outline:
         """
         points = np.vstack([_ring(loop, 64) for loop in self.loops])
         if self._is_convex:
-            return _perimeter(points) / HULL
+            return perimeter(points) / HULL
         return hull_scale(points)
 
     @functools.cached_property
     def _is_convex(self) -> bool:
-        """Whether there is one loop that turns left everywhere, once around: simple, and its own convex hull."""
-        if self.exterior or len(self.loops) > 1:
-            return False
-        ring = _ring(self.loops[0], 64)
-        edge = np.roll(ring, -1, axis=0) - ring
-        before = np.roll(edge, 1, axis=0)
-        turn = np.arctan2(before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0], np.einsum("ij,ij->i", before, edge))
-        return bool(turn.min() >= 0.0 and turn.max() < 3.0 and turn.sum() < 7.0)
+        """Whether there is one loop that turns left everywhere: simple, and its own convex hull."""
+        return not self.exterior and len(self.loops) == 1 and turns_left_once(_ring(self.loops[0], 64))
 
     @functools.cached_property
     def joined(self) -> Outline:
@@ -223,8 +217,8 @@ class Outline:
     def thickness(self) -> float:
         """Twice the area over the perimeter: of a strip its thickness; of an infinite plate that of a piece [length]."""
         rings = self._rings()
-        outer, *holes = (abs(_signed_area(ring)) for ring in rings)
-        return 2.0 * (outer - sum(holes)) / sum(map(_perimeter, rings))
+        outer, *holes = (abs(signed_area(ring)) for ring in rings)
+        return 2.0 * (outer - sum(holes)) / sum(map(perimeter, rings))
 
     def _check_digits(self) -> None:
         """Squares of lengths must not vanish, nor differences of coordinates lose the digits that distinguish the sides."""
@@ -310,7 +304,7 @@ def hull_scale(points: Array) -> float:
 
 def oriented(loops: Sequence[Sequence[Side]], *, exterior: bool = False) -> tuple[tuple[Side, ...], ...]:
     """The loops with the largest first and counter-clockwise, the others (holes) clockwise; `exterior`: all clockwise."""
-    areas = [_signed_area(_ring(loop, 64)) for loop in loops]
+    areas = [signed_area(_ring(loop, 64)) for loop in loops]
     order = sorted(range(len(loops)), key=lambda k: -abs(areas[k]))
     turned = []
     for rank, k in enumerate(order):
@@ -318,15 +312,6 @@ def oriented(loops: Sequence[Sequence[Side]], *, exterior: bool = False) -> tupl
         loop = list(loops[k])
         turned.append(tuple(loop if areas[k] * wanted > 0 else [side.reversed() for side in reversed(loop)]))
     return tuple(turned)
-
-
-def _perimeter(ring: Array) -> float:
-    return float(np.hypot(*(np.roll(ring, -1, axis=0) - ring).T).sum())
-
-
-def _signed_area(ring: Array) -> float:
-    x, y = (ring - ring[0]).T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 
 def shown(point: Array) -> str:
