@@ -32,12 +32,6 @@ class MixedEquations:
     Vectors are whole on every rank, a rank has rows of each body. PETSc's unknowns are those of the bodies, and on the last
     rank those of rigid motions.
 
-    Parameters
-    ----------
-    rows : sequence of BodyRows
-    coupling : Coupling
-    comm : PETSc.Comm
-
     Attributes
     ----------
     iterations, reason : int
