@@ -7,6 +7,7 @@ between the nodes, as long as they do not reach over a point where the solution 
 
 from __future__ import annotations
 
+import functools
 import itertools
 from dataclasses import dataclass, field
 
@@ -59,10 +60,15 @@ class ContactLine:
     kinks: Array = field(default_factory=lambda: np.empty(0))
     powers: tuple[float, float] = (0.0, 0.0)
 
-    @property
+    @functools.cached_property
     def cuts(self) -> Index:
         """Places k with different states at the nodes k - 1 and k."""
         return np.flatnonzero(np.diff(self.sign)) + 1
+
+    @functools.cached_property
+    def transitions(self) -> list[float]:
+        """Arc length at which states meet at each cut in the exact solution, estimated [length]."""
+        return [transition(self, k) for k in self.cuts]
 
     def zones(self) -> list[slice]:
         """Runs of nodes of one state."""
