@@ -10,13 +10,13 @@ import numpy as np
 from ..arrays import Array
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Material
+from .column_fillers import PlainFiller
 from .kelvin2d import compiled as plane
 from .kelvin2d.expansions import expansion
 from .kelvin2d.kernel import Kelvin2D
 from .kelvin3d import compiled as space
 from .kelvin3d.kernel import Kelvin3D
 from .kernel import ColumnData, ColumnFiller, Kernel
-from .plain_columns import PlainFiller
 
 KERNELS: dict[int, Callable[[Material, float], Kernel]] = {2: Kelvin2D, 3: Kelvin3D}
 """By dimension, from a material and the unit of length of a mesh."""

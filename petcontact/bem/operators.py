@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..mesh.boundary_mesh import BoundaryMesh
+from ..mesh.boundary_mesh import BoundaryMesh, pieces
 from .boundary_data import BoundaryData
 from .kernel import ColumnData, ColumnFiller, Kernel
 from .kernels import column_filler
@@ -138,17 +138,11 @@ class BoundaryOperators:
         """½u + Hu - Gt at some nodes, (len(rows), d) [length], from exact entries: zero for the discrete solution."""
         result = 0.5 * u[rows]
         targets, scaled = self.mesh.targets(rows), traction / self.traction_scale
-        for batch in self.mesh.batches():
-            count = len(batch.elements.index)
-            per_element = len(batch.nodes) // count
-            step = max(1, RESIDUAL_NODES // per_element)
-            for first in range(0, count, step):
-                elements = self.mesh.elements(batch.elements.index[first : first + step])
-                nodes = batch.nodes[first * per_element : (first + step) * per_element]
-                kernel_g, kernel_h = self.kernel.integrals(targets, elements)
-                assert kernel_g is not None and kernel_h is not None
-                for a, j in itertools.product(range(self.kernel.dim), repeat=2):
-                    result[:, a] += u[nodes, j] @ kernel_h[a, j] - scaled[nodes, j] @ kernel_g[a, j]
+        for batch in pieces(self.mesh, max(1, RESIDUAL_NODES // int(np.diff(self.mesh.first_node).max()))):
+            kernel_g, kernel_h = self.kernel.integrals(targets, batch.elements)
+            assert kernel_g is not None and kernel_h is not None
+            for a, j in itertools.product(range(self.kernel.dim), repeat=2):
+                result[:, a] += u[batch.nodes, j] @ kernel_h[a, j] - scaled[batch.nodes, j] @ kernel_g[a, j]
         for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, self.mesh.corner_nodes):
             known, frame = self.data.traction_known[node], self.data.frame[node]
             for vectors, gain, chosen in ((u[node], gain_h, known), (-scaled[node], gain_g, ~known)):

@@ -26,12 +26,7 @@ RECTANGLE = 1e-6
 
 
 class HalfSpace:
-    """T on Γ_C, dense (see `contact.system.Surrogate`), times an overall factor that a method adapts to S.
-
-    Attributes
-    ----------
-    scale : float
-    """
+    """T on Γ_C, dense (see `contact.system.Surrogate`), times an overall factor that a method adapts to S."""
 
     coupled, fast, rtol = True, False, 0.0
 

@@ -102,3 +102,29 @@ def divided(start: Array, end: Array, alpha: float) -> Array:
     points = on_arcs(start, end, alpha, np.linspace(-1.0, 1.0, count + 1))[0]
     points[0], points[-1] = start, end
     return points
+
+
+def perimeter(ring: Array) -> float:
+    """Of the polygon with these corners (n, 2) [length]."""
+    return float(np.hypot(*(np.roll(ring, -1, axis=0) - ring).T).sum())
+
+
+def signed_area(ring: Array) -> float:
+    """Of the polygon with these corners (n, 2), positive where it runs counter-clockwise [length²]."""
+    x, y = (ring - ring[0]).T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def turns_left_once(ring: Array) -> bool:
+    """Whether the polygon with these corners (n, 2) is convex and runs counter-clockwise.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> turns_left_once(square), turns_left_once(square[::-1]), turns_left_once(np.vstack([square, square]))
+    (True, False, False)
+    """
+    edge = np.roll(ring, -1, axis=0) - ring
+    before = np.roll(edge, 1, axis=0)
+    turn = np.arctan2(before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0], np.einsum("ij,ij->i", before, edge))
+    return bool(turn.min() >= 0.0 and turn.max() < 3.0 and turn.sum() < 7.0)

@@ -7,12 +7,18 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, SolverError
-from ..runtime.petsc import has_scalapack, options_error, petsc, reason_name, solver_error
+from ..runtime.petsc import given_options, has_scalapack, options_error, petsc, reason_name, solver_error
+from ..runtime.world import of_petsc
 from .row_layout import redistribute
 
 RTOL = 1e-12
 EXACT = ("lu", "cholesky", "svd", "redundant")
 """Preconditioners that one application solves with."""
+
+
+def is_asked_for(prefix: str) -> bool:
+    """Whether options speak of the KSP of a prefix; -help is one, which lists what there is."""
+    return any(name == "help" or name.startswith((f"{prefix}ksp_", f"{prefix}pc_")) for name in given_options())
 
 
 class LinearSolver:
@@ -48,7 +54,7 @@ class LinearSolver:
         context: Any = None,
     ) -> None:  # fmt: skip
         self.stage, self.iterations, self.reason = stage, 0, 0
-        self._comm, self._prefix, self._in_place, self._context = comm, prefix, in_place, context
+        self._comm, self._prefix, self._in_place, self._context = of_petsc(comm), prefix, in_place, context
         self._types = (ksp_type, pc_type)
         self._ksp: Any = None
         self._converted: Any = None

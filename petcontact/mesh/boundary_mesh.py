@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -155,3 +156,12 @@ class Collocated:
     def nodes_of(self, part: str) -> Index:
         """Numbers of the nodes of a part, increasing."""
         return np.flatnonzero(self.node_part == self.part_names.index(part))
+
+
+def pieces(mesh: BoundaryMesh, step: int) -> Iterator[Batch]:
+    """All elements, `step` of one kind at a time."""
+    for batch in mesh.batches():
+        per_element = len(batch.nodes) // len(batch.elements.index)
+        for first in range(0, len(batch.elements.index), step):
+            elements = mesh.elements(batch.elements.index[first : first + step])
+            yield Batch(elements, batch.nodes[first * per_element : (first + step) * per_element])

@@ -9,7 +9,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 import scipy
-import shapely
 
 from ..arrays import Array, Index
 from ..errors import InputError
@@ -106,7 +105,7 @@ class CurveMesh(Collocated):
         for name, value in values.items():
             object.__setattr__(self, name, value)
         if self.unit_length == 0.0:
-            object.__setattr__(self, "unit_length", hull_scale(shapely.MultiPoint(np.vstack([self.start, self.x]))))
+            object.__setattr__(self, "unit_length", hull_scale(np.vstack([self.start, self.x])))
 
     @property
     def corner_nodes(self) -> Index:

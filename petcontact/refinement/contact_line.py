@@ -7,6 +7,7 @@ between the nodes, as long as they do not reach over a point where the solution 
 
 from __future__ import annotations
 
+import functools
 import itertools
 from dataclasses import dataclass, field
 
@@ -59,10 +60,15 @@ class ContactLine:
     kinks: Array = field(default_factory=lambda: np.empty(0))
     powers: tuple[float, float] = (0.0, 0.0)
 
-    @property
+    @functools.cached_property
     def cuts(self) -> Index:
         """Places k with different states at the nodes k - 1 and k."""
         return np.flatnonzero(np.diff(self.sign)) + 1
+
+    @functools.cached_property
+    def transitions(self) -> list[float]:
+        """Arc length at which states meet at each cut in the exact solution, estimated [length]."""
+        return [transition(self, k) for k in self.cuts]
 
     def zones(self) -> list[slice]:
         """Runs of nodes of one state."""
@@ -214,7 +220,7 @@ def transition(line: ContactLine, k: int) -> float:
     return border + direction * root * scale
 
 
-def transitions(line: ContactLine) -> list[tuple[float, bool]]:
+def grading_points(line: ContactLine) -> list[tuple[float, bool]]:
     """Arc lengths of the transition points, and whether slip changes its sign there [length].
 
     Between slip of opposite sign there is a stick zone, which may be narrower than any element: the smooth part A of du_t/ds
@@ -222,15 +228,14 @@ def transitions(line: ContactLine) -> list[tuple[float, bool]]:
     beside it is no power 3/2, and the ends that are extrapolated from its two sides come in the wrong order: it is one point
     then, where u_t vanishes.
     """
-    places = [(transition(line, k), bool(line.sign[k - 1] * line.sign[k])) for k in line.cuts.tolist()]
     result: list[tuple[float, bool]] = []
-    for (place, turns), before, k in zip(places, [0, *line.cuts.tolist()], line.cuts.tolist(), strict=False):
+    for place, before, k in zip(line.transitions, [0, *line.cuts.tolist()], line.cuts.tolist(), strict=False):
         if result and line.sign[before] == 0 and place <= result[-1][0]:
             a, b = line.u_t[before - 1], line.u_t[k]
             share = a / (a - b) if a * b < 0.0 else 0.5
             result[-1] = float(line.s[before - 1] + share * (line.s[k] - line.s[before - 1])), a * b < 0.0
         else:
-            result.append((place, turns))
+            result.append((place, bool(line.sign[k - 1] * line.sign[k])))
     return result
 
 

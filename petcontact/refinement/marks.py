@@ -14,7 +14,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
-from .contact_line import ContactLine, slip_at_end, transitions
+from .contact_line import ContactLine, grading_points, slip_at_end
 from .gap_minima import gap_minima
 from .known_data import Field, fields, resolved
 from .levels import REFINEMENT_LEVELS, Level, first_level
@@ -90,12 +90,10 @@ class Body:
             raise InputError(f"mesh: {len(outline.sides)} graded sides give more than {LARGEST_MESH:.0e} nodes; "
                              "name an element_size, or describe the body by fewer sides")  # fmt: skip
         parts = {condition.part for condition in problem.boundary if isinstance(condition, Contact)}
-        polygon = outline.polygon()
         given = [side.length * f for side, f in zip(outline.sides, points_on_sides(outline, problem.mesh), strict=True)]
-        scale = 2.0 * polygon.area / polygon.length
         contact = [side.part in parts for side in outline.sides]
         return Body(
-            outline, scale, contact, given, fields(problem, outline), singular_ends(outline),
+            outline, outline.thickness, contact, given, fields(problem, outline), singular_ends(outline),
             corner_exponents(problem, outline),
         )  # fmt: skip
 
@@ -227,7 +225,7 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
     for k, side in enumerate(body.outline.sides):
         line = next(lines, None) if body.contact[k] else None
         # points that are given on contact sides stand for transition points, until a solution shows them
-        found = transitions(line) if line is not None else []
+        found = grading_points(line) if line is not None else []
         given = body.given[k] if line is None else np.empty(0)
         closest = CLOSEST * side.length
         kinks = body.kinks[k]

@@ -14,10 +14,9 @@ from prepared import operators
 
 from petcontact import Displacement, MeshOptions, native
 from petcontact.bem import kernels as bem_kernels
-from petcontact.bem.compiled_filler import CompiledFiller
+from petcontact.bem.column_fillers import CompiledFiller, PlainFiller
 from petcontact.bem.kelvin2d import integrals as module
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
-from petcontact.bem.plain_columns import PlainFiller
 from petcontact.geometry.arcs import half_angles, on_arcs
 from petcontact.mesh.basis import gauss
 

@@ -11,14 +11,13 @@ from prepared import operators
 from petcontact import native
 from petcontact.bem import kernels
 from petcontact.bem import kernels as bem_kernels
-from petcontact.bem.compiled_filler import CompiledFiller
+from petcontact.bem.column_fillers import CompiledFiller, PlainFiller
 from petcontact.bem.kelvin3d import integrals as module
 from petcontact.bem.kelvin3d import stress
 from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.bem.kelvin3d.kernel import Kelvin3D
 from petcontact.bem.kelvin3d.rules import TOLERANCE
 from petcontact.bem.kernels import field_of
-from petcontact.bem.plain_columns import PlainFiller
 from petcontact.mesh.panels import Panels, make_panels
 from petcontact.model.case import load
 from petcontact.model.problem import Material

@@ -20,9 +20,9 @@ from petcontact.refinement.contact_line import (
     ContactLine,
     difference,
     displacement,
+    grading_points,
     slip_at_end,
     transition,
-    transitions,
     without_specks,
 )
 from petcontact.refinement.levels import REFINEMENT_LEVELS
@@ -240,9 +240,9 @@ def test_a_stick_zone_too_narrow_to_be_seen_is_the_point_where_slip_changes_its_
     line = ContactLine(s, np.full(30, 0.2 / 3.0), np.repeat(np.arange(10), 3), breaks, u, -sign, np.ones(30), sign)
     first, last = (transition(line, int(k)) for k in line.cuts)
     assert last < first
-    assert transitions(line) == [(pytest.approx(0.97), True)]
+    assert grading_points(line) == [(pytest.approx(0.97), True)]
     sharp = tip_line(1.0, 1.0)
-    assert transitions(sharp) == [(transition(sharp, int(sharp.cuts[0])), False)]
+    assert grading_points(sharp) == [(transition(sharp, int(sharp.cuts[0])), False)]
 
 
 def test_specks_are_removed_and_zones_kept():

@@ -13,7 +13,7 @@ from ...arrays import Array, Index
 from ...mesh.basis import gauss, lagrange_coefficients, product_weights
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
-from ..compiled_filler import CompiledFiller, data_members
+from ..column_fillers import CompiledFiller, data_members
 from ..kernel import ColumnData
 from .arcs import MIDDLE, Arcs, counts, series
 from .moments import RULES

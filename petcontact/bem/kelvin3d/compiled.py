@@ -14,7 +14,7 @@ from ...mesh.basis import gauss
 from ...mesh.curved_panels import CurvedPanels, reference_rule
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
-from ..compiled_filler import CompiledFiller, data_members
+from ..column_fillers import CompiledFiller, data_members
 from ..kernel import ColumnData
 from .polar import digits, tables
 from .rules import COUNTS, MOST_POINTS, degrees, least_log_rho, tolerance_of

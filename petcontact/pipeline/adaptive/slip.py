@@ -14,7 +14,7 @@ from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
 from ...model.problem import Problem
-from ...refinement.contact_line import ContactLine, difference, largest, transition, without_specks
+from ...refinement.contact_line import ContactLine, difference, largest, without_specks
 from ...refinement.levels import MOST_GAIN, REFINEMENT_LEVELS, Level, believed
 from ...refinement.marks import Body, LevelMesh
 from ...refinement.zones import Zone
@@ -190,7 +190,9 @@ def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
             continue
         line = next(lines)
         # between the nodes that it parts, whatever an extrapolation says
-        found = [float(np.clip(transition(line, cut), line.s[cut - 1], line.s[cut])) for cut in line.cuts]
+        found = [
+            float(np.clip(at, line.s[cut - 1], line.s[cut])) for at, cut in zip(line.transitions, line.cuts, strict=True)
+        ]
         ends = [0.0, *found, side.length]
         for zone, a, b in zip(line.zones(), ends[:-1], ends[1:], strict=True):
             sign = int(line.sign[zone.start])

@@ -1,4 +1,4 @@
-"""Columns of the boundary operators by a kernel's integrals, where no compiled code fills them."""
+"""What fills columns of the boundary operators: a compiled function and what it knows of a mesh, or a kernel's integrals."""
 
 from __future__ import annotations
 
@@ -7,7 +7,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ..arrays import Array, Index
+from .. import native
+from ..arrays import AnyArray, Array, Index
 from ..mesh.boundary_mesh import BoundaryMesh
 from .kernel import ColumnData, Kernel
 
@@ -60,3 +61,39 @@ def _times(kernel: Array, vectors: Array) -> Array:
     """A kernel (d, d, k, m) times some vectors (k, c, d) a column: (k, c, m, d)."""
     found = [sum(part[j] * vectors[:, :, j, None] for j in range(len(part))) for part in kernel[:, :, :, None]]
     return np.stack(found, axis=-1)
+
+
+def data_members(data: ColumnData) -> list[AnyArray]:
+    """The last members of such a struct: what makes columns out of G and H."""
+    return [
+        native.contiguous(data.traction_known, np.int64), native.contiguous(data.frame),
+        native.contiguous(data.rhs_first, np.int64), native.contiguous(data.rhs_traction),
+        native.contiguous(data.rhs_displacement),
+    ]  # fmt: skip
+
+
+class CompiledFiller:
+    """A function of C and the struct that it reads.
+
+    Parameters
+    ----------
+    name : str
+        Of a function of the library with the arguments `native.FILLER`.
+    mesh : native.Record
+    kept : object
+        What the struct points to beyond its members.
+    """
+
+    def __init__(self, name: str, mesh: native.Record, kept: object = None) -> None:
+        function, address = native.function(name, native.FILLER), native.address(name)
+        assert function is not None and address is not None
+        self._function, self._mesh, self._kept = function, mesh, kept
+        self.compiled: tuple[int, int] | None = address, mesh.address
+
+    def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
+        """As in `ColumnFiller`."""
+        rows, columns = native.contiguous(rows, np.int64), native.contiguous(columns, np.int64)
+        self._function(
+            self._mesh.address, len(rows), native.pointer(rows), len(columns), native.pointer(columns),
+            native.pointer(system), native.pointer(right_hand_sides),
+        )  # fmt: skip
