@@ -220,6 +220,25 @@ def transition(line: ContactLine, k: int) -> float:
     return border + direction * root * scale
 
 
+def grading_points(line: ContactLine) -> list[tuple[float, bool]]:
+    """Arc lengths of the transition points, and whether slip changes its sign there [length].
+
+    Between slip of opposite sign there is a stick zone, which may be narrower than any element: the smooth part A of du_t/ds
+    is balanced by that of a jump 2g of σ_t, c g ln(L/w), so that its width w is about L exp(-A/cg). From far away the slip
+    beside it is no power 3/2, and the ends that are extrapolated from its two sides come in the wrong order: it is one point
+    then, where u_t vanishes.
+    """
+    result: list[tuple[float, bool]] = []
+    for place, before, k in zip(line.transitions, [0, *line.cuts.tolist()], line.cuts.tolist(), strict=False):
+        if result and line.sign[before] == 0 and place <= result[-1][0]:
+            a, b = line.u_t[before - 1], line.u_t[k]
+            share = a / (a - b) if a * b < 0.0 else 0.5
+            result[-1] = float(line.s[before - 1] + share * (line.s[k] - line.s[before - 1])), a * b < 0.0
+        else:
+            result.append((place, bool(line.sign[k - 1] * line.sign[k])))
+    return result
+
+
 def slip_at_end(line: ContactLine, last: bool) -> float:
     """Width of the slip zone to expect at an end of a side that sticks there, infinite where none is [length].
 

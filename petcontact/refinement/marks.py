@@ -14,7 +14,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
-from .contact_line import ContactLine, slip_at_end
+from .contact_line import ContactLine, grading_points, slip_at_end
 from .gap_minima import gap_minima
 from .known_data import Field, fields, resolved
 from .levels import REFINEMENT_LEVELS, Level, first_level
@@ -214,6 +214,8 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
     """
     # truncation errors fall with the square of the size at transition points (measured on the paper's examples)
     at_transition = 0.06 * body.scale * (resolved / 1e-4) ** 0.5
+    # where slip changes its sign they fall with the size itself
+    turning = min(1.0, (resolved / 1e-4) ** 0.5)
     # in zones narrower than these sizes the elements of one level are no copies of those of the one before, or what
     # both miss there would be no part of their difference
     first = REFINEMENT_LEVELS[0]
@@ -223,19 +225,21 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
     for k, side in enumerate(body.outline.sides):
         line = next(lines, None) if body.contact[k] else None
         # points that are given on contact sides stand for transition points, until a solution shows them
-        found = line.transitions if line is not None else []
+        found = grading_points(line) if line is not None else []
         given = body.given[k] if line is None else np.empty(0)
         closest = CLOSEST * side.length
         kinks = body.kinks[k]
         apart = max(closest, ON_KINK * at_transition)
-        inner = np.array([s for s in sorted(found) if closest < s < side.length - closest
-                          and not np.any(np.abs(kinks - s) < apart)])  # fmt: skip
+        found = [(s, turns) for s, turns in found
+                 if closest < s < side.length - closest and not np.any(np.abs(kinks - s) < apart)]  # fmt: skip
+        inner = np.array([s for s, _ in found])
         inside = given[(given > closest) & (given < side.length - closest)]
         ends = [singular or float(s) in given for singular, s in zip(body.singular[k], (0.0, side.length), strict=True)]
         points = np.concatenate([[0.0], inside, inner, kinks, [side.length]])
         sizes = np.full(len(points), at_transition)
         if not body.contact[k]:
             sizes[1 : 1 + len(inside)] = body.corner_size(1.0, resolved)
+        sizes[1 + len(inside) : 1 + len(inside) + len(found)] *= [turning if turns else 1.0 for _, turns in found]
         sizes[[0, -1]] = [body.corner_size(exponent, resolved) for exponent in body.exponents[k]]
         order = np.argsort(points, kind="stable")
         points, sizes = points[order], sizes[order]

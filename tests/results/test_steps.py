@@ -10,6 +10,7 @@ import h5py
 import meshio
 import numpy as np
 import pytest
+from problems import posed
 
 from petcontact import Problem, Solution, read_result, solve
 from petcontact.bem.kelvin2d.kernel import Kelvin2D
@@ -63,7 +64,7 @@ def test_stress_of_a_point_force_is_hookes_law_of_its_displacement():
 
 @pytest.fixture(scope="module")
 def disc():
-    return solve(parse(Problem, tomllib.loads(DISC), "test"))
+    return solve(posed(DISC))
 
 
 def test_increments_together_are_those_one_by_one_for_the_integrals_of_one(disc, monkeypatch):
@@ -145,7 +146,7 @@ def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
     """One body in unilateral contact: uniform pressure on a whole floor; open nodes carry 0.0, not -0.0, and are no zone."""
     whole, broken = BLOCK.replace("PLANE", plane).replace("where(x < 1.5, 0, 1)", "0"), BLOCK.replace("PLANE", plane)
     for text, name in ((whole, "whole.h5"), (broken, "broken.h5")):
-        solution = solve(parse(Problem, tomllib.loads(text), "test"))
+        solution = solve(posed(text))
         write_solution(tmp_path / name, solution)
     with h5py.File(tmp_path / "whole.h5") as file:
         contact, boundary, x = file["contact"], file["boundary"], file["boundary/x"][()]
@@ -166,7 +167,7 @@ def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
 def test_the_verdict_of_an_increment_that_failed():
     """A load that pulls the block off the floor: where it failed is not called reached, and nothing that is 0 has a sign."""
     text = BLOCK.replace("PLANE", "strain").replace("pressure = 1.0", "pressure = -1.0")
-    solution = solve(parse(Problem, tomllib.loads(text), "test"))
+    solution = solve(posed(text))
     verdict = " ".join(solution.verdict().split())
     assert solution.status == "not converged" and "along +y beyond what contact and friction allow" in verdict
     assert "failed at" in verdict and "reached" not in verdict and "-0" not in verdict.replace("e-0", "")
@@ -206,5 +207,5 @@ def test_tractions_beyond_the_law_are_not_converged():
         state.sigma[:, 0] = 1.01 * np.abs(state.sigma[:, 1]) + 1e-3
         return state
 
-    solution = solve(parse(Problem, tomllib.loads(BLOCK.replace("PLANE", "strain")), "test"), method=beyond)
+    solution = solve(posed(BLOCK.replace("PLANE", "strain")), method=beyond)
     assert solution.status == "not converged" and "exceed what contact allows" in solution.reason
