@@ -43,7 +43,6 @@ class PlainFiller:
             for first in range(0, len(rows), ROWS):
                 here = slice(first, first + ROWS)
                 kernel_g, kernel_h = self.kernel.integrals(mesh.targets(rows[here]), mesh.elements(elements))
-                assert kernel_g is not None and kernel_h is not None
                 g, h = kernel_g[:, :, column], kernel_h[:, :, column]
                 _, at, same = np.intersect1d(rows[here], nodes, assume_unique=True, return_indices=True)
                 for a in range(self.kernel.dim):

@@ -83,24 +83,20 @@ class Kernel(Protocol):
     @property
     def half_space_compliance(self) -> float: ...
 
-    def integrals(
-        self, targets: Any, elements: Any, *, displacement: bool = True, traction: bool = True
-    ) -> tuple[Array | None, Array | None]:
+    def integrals(self, targets: Any, elements: Any) -> tuple[Array, Array]:
         """Both kernels integrated over elements against their bases, at targets.
 
         Parameters
         ----------
         targets, elements
             m targets and elements with k nodes, as the mesh gives them.
-        displacement, traction : bool
-            What is wanted.
 
         Returns
         -------
-        G : (d, d, k, m) array or None
+        G : (d, d, k, m) array
             2µ/ℓ ∫ U_ij L_b ds [-], i the component at the target, j the component at the element; element after element
             on the third axis.
-        H : (d, d, k, m) array or None
+        H : (d, d, k, m) array
             ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element itself.
         """
         ...

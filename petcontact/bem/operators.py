@@ -140,7 +140,6 @@ class BoundaryOperators:
         targets, scaled = self.mesh.targets(rows), traction / self.traction_scale
         for batch in pieces(self.mesh, max(1, RESIDUAL_NODES // int(np.diff(self.mesh.first_node).max()))):
             kernel_g, kernel_h = self.kernel.integrals(targets, batch.elements)
-            assert kernel_g is not None and kernel_h is not None
             for a, j in itertools.product(range(self.kernel.dim), repeat=2):
                 result[:, a] += u[batch.nodes, j] @ kernel_h[a, j] - scaled[batch.nodes, j] @ kernel_g[a, j]
         for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, self.mesh.corner_nodes):

@@ -71,7 +71,6 @@ class BodyOperators:
         for batch in self.mesh.batches():
             kernel_g, kernel_h = operators.kernel.integrals(targets, batch.elements)
             for whole, kernel in ((single, kernel_g), (double, kernel_h)):
-                assert kernel is not None
                 whole[:, :, batch.nodes] = kernel.transpose(3, 0, 2, 1)
         return single.reshape(d * n, -1) / operators.traction_scale, double.reshape(d * n, -1)
 

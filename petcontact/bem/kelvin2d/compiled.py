@@ -124,9 +124,9 @@ def available() -> bool:
 
 
 def compiled_integrals(
-    targets: Targets, elements: Elements, poisson_ratio: float, length: float, kernel_g: Array | None, kernel_h: Array | None
+    targets: Targets, elements: Elements, poisson_ratio: float, length: float, kernel_g: Array, kernel_h: Array
 ) -> None:
-    """Fill `integrals`' results (2, 2, n, p+1, m), G and H or one of them."""
+    """Fill `integrals`' results (2, 2, n, p+1, m)."""
     assert _integrals is not None
     record = native.Record(*_elements(elements, elements.index, poisson_ratio, length, 1.0))
     points = native.Record(*_points(targets))

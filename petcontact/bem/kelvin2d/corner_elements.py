@@ -51,7 +51,6 @@ def corner_columns(kernel: Kernel, mesh: CurveMesh, rows: Index, nodes: Index) -
         r = r if mesh.power[number] > 0.0 else r[:, ::-1]
         shaped_g, shaped_h = kernel.integrals(centred, pieces)
         constant_g, constant_h = kernel.integrals(targets, mesh.elements(np.array([number])))
-        assert shaped_g is not None and shaped_h is not None and constant_g is not None and constant_h is not None
         stress, displacement = r ** (power - 1.0), r**power
         # the force next to the corner, whose centroid is closer to it than any node
         stress[0] = 0.0

@@ -29,14 +29,10 @@ class Kelvin2D(KelvinSolution):
         """-ln(r/ℓ)."""
         return np.asarray(-np.log(distance / self.unit_length))
 
-    def integrals(
-        self, targets: Targets, elements: Elements, *, displacement: bool = True, traction: bool = True
-    ) -> tuple[Array | None, Array | None]:
+    def integrals(self, targets: Targets, elements: Elements) -> tuple[Array, Array]:
         """As in `Kernel`."""
-        kernel_g, kernel_h = integrals(
-            targets, elements, self.poisson_ratio, self.unit_length, displacement=displacement, traction=traction
-        )  # fmt: skip
-        if kernel_g is not None and self.unit_length != 1.0:
+        kernel_g, kernel_h = integrals(targets, elements, self.poisson_ratio, self.unit_length)
+        if self.unit_length != 1.0:
             kernel_g /= self.unit_length
         return kernel_g, kernel_h
 

@@ -102,10 +102,10 @@ def available() -> bool:
 
 
 def compiled_integrals(
-    points: Array, panels: AnyPanels, poisson_ratio: float, tolerance: float, most: tuple[int, ...], kernel_g: Array | None,
-    kernel_h: Array | None,
+    points: Array, panels: AnyPanels, poisson_ratio: float, tolerance: float, most: tuple[int, ...], kernel_g: Array,
+    kernel_h: Array,
 ) -> None:  # fmt: skip
-    """Fill `integrals`' results (3, 3, n k, m), G and H or one of them; `most` are the Gauss points of far panels."""
+    """Fill `integrals`' results (3, 3, n k, m); `most` are the Gauss points of far panels."""
     assert _panels is not None
     points, records, kind = native.contiguous(points), _records(panels), _kind(panels)
     family = native.Record(kind, _rules(tolerance, most), _weights(kind, tolerance), poisson_ratio)

@@ -39,16 +39,10 @@ class Kelvin3D(KelvinSolution):
         """1/r."""
         return 1.0 / distance
 
-    def integrals(
-        self, targets: Array, elements: Panels | CurvedPanels, *, displacement: bool = True, traction: bool = True
-    ) -> tuple[Array | None, Array | None]:
+    def integrals(self, targets: Array, elements: Panels | CurvedPanels) -> tuple[Array, Array]:
         """Both kernels integrated over panels at points (m, 3)."""
-        kernel_g, kernel_h = integrals(
-            targets, elements, self.poisson_ratio, displacement=displacement, traction=traction,
-            tolerance=self.tolerance,
-        )  # fmt: skip
-        if kernel_g is not None:
-            kernel_g /= self.unit_length
+        kernel_g, kernel_h = integrals(targets, elements, self.poisson_ratio, tolerance=self.tolerance)
+        kernel_g /= self.unit_length
         return kernel_g, kernel_h
 
     def stress_integrals(self, targets: Array, elements: Panels | CurvedPanels) -> tuple[Array, Array]:
