@@ -11,7 +11,7 @@ from ..arrays import Array
 from ..errors import SolverError
 from ..runtime.petsc import petsc
 from ..runtime.world import of_petsc
-from .ksp import LinearSolver, is_asked_for
+from .ksp import LinearSolver, SolverFront, is_asked_for
 from .row_layout import even_ranges
 
 
@@ -69,7 +69,7 @@ class LapackSolver:
         self._lu, self._matrix = None, np.zeros((0, 0))
 
 
-class KspSolver:
+class KspSolver(SolverFront):
     """The KSP without a prefix over a PETSc matrix by rows, with the members of `LapackSolver`."""
 
     def __init__(self, comm: Any) -> None:
@@ -77,21 +77,6 @@ class KspSolver:
         self._matrix: Any = None
         self._vectors: Any = None
         self._solver = LinearSolver(self._comm, "", "iterate")
-
-    @property
-    def iterations(self) -> int:
-        """Of the last solve."""
-        return self._solver.iterations
-
-    @property
-    def reason(self) -> int:
-        """PETSc's number of how the last solve ended."""
-        return self._solver.reason
-
-    @property
-    def kind(self) -> str:
-        """KSP and PC by their types."""
-        return self._solver.kind
 
     def rows(self, size: int) -> tuple[Array, int]:
         """This rank's rows of a matrix, to be written, and the number of the first. Collective."""

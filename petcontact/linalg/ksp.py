@@ -220,3 +220,24 @@ def _use_in_place(pc: Any, prefix: str) -> None:
     database.setValue(key, "true")
     pc.setFromOptions()
     database.delValue(key)
+
+
+class SolverFront:
+    """What leaves its solves to another solver, and reports how the last one ended as that does."""
+
+    _solver: Any
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the last solve."""
+        return int(self._solver.iterations)
+
+    @property
+    def reason(self) -> int:
+        """PETSc's number of how the last solve ended."""
+        return int(self._solver.reason)
+
+    @property
+    def kind(self) -> str:
+        """KSP and PC by their types; empty as long as nothing was solved."""
+        return str(self._solver.kind)

@@ -11,14 +11,14 @@ import numpy as np
 from ..arrays import Array
 from ..runtime.petsc import petsc
 from ..runtime.world import OneRank, of_petsc
-from .ksp import LinearSolver
+from .ksp import LinearSolver, SolverFront
 from .row_layout import even_ranges
 
 RESTART = 200
 """Directions that GMRES keeps: its products are worth more than these vectors."""
 
 
-class Krylov:
+class Krylov(SolverFront):
     """A KSP (GMRES unless the options say otherwise) over functions of whole arrays of one shape.
 
     Parameters
@@ -46,21 +46,6 @@ class Krylov:
             comm, prefix, "iterate", ksp_type="gmres", pc_type="python", context=_Preconditioner(self)
         )
         self._x, self._b = self._matrix.createVecs()
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of the last solve."""
-        return self._solver.iterations
-
-    @property
-    def reason(self) -> int:
-        """PETSc's number of how the last solve ended."""
-        return self._solver.reason
-
-    @property
-    def kind(self) -> str:
-        """KSP and PC by their types; empty as long as nothing was solved."""
-        return self._solver.kind
 
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
         """The matrix of type python."""
