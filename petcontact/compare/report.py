@@ -24,8 +24,8 @@ def markdown(rows: Sequence[Trial]) -> str:
         parts += [f"## {problem}", "\n".join(aligned(_costs(chosen)))]
         if len({row.rho for row in chosen} - {None}) > 1:
             parts += ["Iterations by ρ_0 (> where the limit was reached):", "\n".join(aligned(_by_rho(chosen)))]
-    parts.append("Times are those of a method on a prepared system that all share, where a Robin solve is two small\n"
-                 "products with the eigenbasis of S unless options of the KSP ask for another solver.")  # fmt: skip
+    parts.append("Times are those of a method on a prepared system that all share, where a Robin solve takes a few\n"
+                 "products with the Hessenberg form of S unless options of the KSP ask for another solver.")  # fmt: skip
     if any(row.contender == "tao" for row in rows):
         parts.append("TAO's products with its own symmetrised matrix are not among the applications.")
     return "\n\n".join(parts) + "\n"

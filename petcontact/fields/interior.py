@@ -12,7 +12,7 @@ from ..arrays import Array
 from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, field_of, kernel_for
 from ..errors import InputError
-from ..mesh.boundary_mesh import Batch, BoundaryMesh
+from ..mesh.boundary_mesh import BoundaryMesh, pieces
 from ..mesh.curve_mesh import CurveMesh
 from ..model.problem import Material
 from .joints import Joints
@@ -56,12 +56,7 @@ def points_in(points: Any, dim: int) -> Array:
 
 
 def field_at(
-    mesh: BoundaryMesh,
-    u: Array,
-    traction: Array,
-    material: Material,
-    points: Array,
-    progress: Progress | None = None,
+    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None
 ) -> tuple[Array, Array]:
     """Displacement (m, d) and stress (m, d(d+1)/2) at points from u and traction (n, d) of one state: see `fields_at`."""
     moved, stress = fields_at(mesh, u[..., None], traction[..., None], material, points, progress)
@@ -120,7 +115,7 @@ def fields_at(
     displacement, stress = np.zeros((len(points), d, states)), np.zeros((len(points), d * (d + 1) // 2, states))
     wound = np.zeros(len(points))
     many = mesh.n_nodes * len(points) > ENTRIES
-    groups = _groups(mesh, GROUP if many else mesh.n_elements)
+    groups = list(pieces(mesh, GROUP if many else mesh.n_elements))
     for number, group in enumerate(groups):
         if progress is not None:
             progress(number / len(groups))
@@ -167,18 +162,6 @@ def _(mesh: CurveMesh, kernel: Kernel, u: Array, traction: Array, points: Array,
         change_u, change_s, _ = field_of(kernel, targets, near.elements, near.u, pushed)
         displacement[near.rows] += near.share[:, None, None] * change_u
         stress[near.rows] += near.share[:, None, None] * change_s
-
-
-def _groups(mesh: BoundaryMesh, step: int) -> list[Batch]:
-    """All elements, `step` of one kind at a time."""
-    result = []
-    for batch in mesh.batches():
-        count = len(batch.elements.index)
-        per_element = len(batch.nodes) // count
-        for first in range(0, count, step):
-            elements = mesh.elements(batch.elements.index[first : first + step])
-            result.append(Batch(elements, batch.nodes[first * per_element : (first + step) * per_element]))
-    return result
 
 
 def field_on_grid(

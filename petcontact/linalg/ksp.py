@@ -7,12 +7,18 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, SolverError
-from ..runtime.petsc import has_scalapack, options_error, petsc, reason_name, solver_error
+from ..runtime.petsc import given_options, has_scalapack, options_error, petsc, reason_name, solver_error
+from ..runtime.world import of_petsc
 from .row_layout import redistribute
 
 RTOL = 1e-12
 EXACT = ("lu", "cholesky", "svd", "redundant")
 """Preconditioners that one application solves with."""
+
+
+def is_asked_for(prefix: str) -> bool:
+    """Whether options speak of the KSP of a prefix; -help is one, which lists what there is."""
+    return any(name == "help" or name.startswith((f"{prefix}ksp_", f"{prefix}pc_")) for name in given_options())
 
 
 class LinearSolver:
@@ -48,7 +54,7 @@ class LinearSolver:
         context: Any = None,
     ) -> None:  # fmt: skip
         self.stage, self.iterations, self.reason = stage, 0, 0
-        self._comm, self._prefix, self._in_place, self._context = comm, prefix, in_place, context
+        self._comm, self._prefix, self._in_place, self._context = of_petsc(comm), prefix, in_place, context
         self._types = (ksp_type, pc_type)
         self._ksp: Any = None
         self._converted: Any = None
@@ -214,3 +220,24 @@ def _use_in_place(pc: Any, prefix: str) -> None:
     database.setValue(key, "true")
     pc.setFromOptions()
     database.delValue(key)
+
+
+class SolverFront:
+    """What leaves its solves to another solver, and reports how the last one ended as that does."""
+
+    _solver: Any
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the last solve."""
+        return int(self._solver.iterations)
+
+    @property
+    def reason(self) -> int:
+        """PETSc's number of how the last solve ended."""
+        return int(self._solver.reason)
+
+    @property
+    def kind(self) -> str:
+        """KSP and PC by their types; empty as long as nothing was solved."""
+        return str(self._solver.kind)

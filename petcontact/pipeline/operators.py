@@ -23,7 +23,8 @@ from ..model.case import load
 from ..model.problem import Problem
 from ..results.body_fields import BodyFields
 from ..results.records import BodyResult
-from ..runtime.petsc import options, petsc
+from ..runtime.petsc import options
+from ..runtime.world import world
 from .discrete.discretise import Discrete, discretise, without_contact
 from .discrete.interfaces import interfaces_of
 from .eliminate import eliminated, eliminated_alone
@@ -70,7 +71,6 @@ class BodyOperators:
         for batch in self.mesh.batches():
             kernel_g, kernel_h = operators.kernel.integrals(targets, batch.elements)
             for whole, kernel in ((single, kernel_g), (double, kernel_h)):
-                assert kernel is not None
                 whole[:, :, batch.nodes] = kernel.transpose(3, 0, 2, 1)
         return single.reshape(d * n, -1) / operators.traction_scale, double.reshape(d * n, -1)
 
@@ -233,7 +233,7 @@ def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
     array([[1., 0., 0.]])
     """
     problem = load(problem) if isinstance(problem, str | Path) else problem
-    comm = comm if comm is not None else petsc().COMM_WORLD
+    comm = comm if comm is not None else world()
     with options(problem.petsc):
         if not interfaces_of(problem):
             discrete, system = without_contact(problem), None

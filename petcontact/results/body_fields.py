@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index
+from ..bem.kelvin import COMPONENTS
 from ..bem.particular.inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError
@@ -23,13 +24,10 @@ from ..model.problem import Problem
 from ..model.shapes.files import Superelement
 from .records import BodyResult
 
-PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""xx, yy, zz, xy, xz, yz."""
-
 
 def quantities(dim: int) -> list[str]:
     """What `quantity` knows of a body in so many dimensions."""
-    stresses = [f"sigma_{'xyz'[i]}{'xyz'[j]}" for i, j in PAIRS if dim == 3 or i == j or (i, j) == (0, 1)]
+    stresses = [f"sigma_{'xyz'[i]}{'xyz'[j]}" for i, j in sorted({*COMPONENTS[dim], (2, 2)}, key=COMPONENTS[3].index)]
     return ["von_mises", "principal_1", "principal_2", "principal_3", *stresses, "u", *(f"u{axis}" for axis in "xyz"[:dim])]
 
 

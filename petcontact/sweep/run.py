@@ -14,7 +14,7 @@ from ..pipeline.run import prepare
 from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
-from ..runtime.petsc import petsc
+from ..runtime.petsc import given_options
 from ..runtime.signals import Interrupted
 from .design.identity import Identity, identify
 from .design.sweep import Sweep
@@ -86,7 +86,7 @@ def run_sweep(
         chosen = [place for place in chosen if shares[place] % part[1] == part[0] - 1]
     more = users(sweep.file.quantities, Path(sweep.source).parent, sweep.coordinate_names)
     place, name = SweepFolder(folder), f"{shared(world, time.time_ns):x}"
-    identity = shared(world, lambda: identify(sweep, petsc().Options().getAll(), more))
+    identity = shared(world, lambda: identify(sweep, given_options(), more))
     running, remarks = shared(world, lambda: place.open(name))
     found = set() if force else _finished(sweep, identity, place, world)
     to_do = [k for k in chosen if k not in found]

@@ -20,6 +20,7 @@ from petcontact.refinement.contact_line import (
     ContactLine,
     difference,
     displacement,
+    grading_points,
     slip_at_end,
     transition,
     without_specks,
@@ -226,6 +227,22 @@ def tip_line(at: float, state_at: float, n: int = 24) -> ContactLine:
 def test_transition_point_is_found_from_a_wrong_border(shift):
     line = tip_line(1.0, 1.0 + shift)
     assert transition(line, int(line.cuts[0])) == pytest.approx(1.0, abs=0.02 * abs(shift) + 1e-4)
+
+
+def test_a_stick_zone_too_narrow_to_be_seen_is_the_point_where_slip_changes_its_sign():
+    # u_t is about linear there, as the balance of a jump of 2g against the smooth part leaves it: the ends of a stick zone
+    # that powers 3/2 place from both sides come in the wrong order
+    breaks = np.linspace(0.0, 2.0, 11)
+    s = (breaks[:-1, None] + 0.1 * (1.0 + np.array([-0.7746, 0.0, 0.7746]))).ravel()
+    sign = np.sign(s - 0.97).astype(np.int64)
+    sign[np.abs(s - 0.97) < 0.08] = 0
+    u = np.where(sign == 0, 0.0, s - 0.97)
+    line = ContactLine(s, np.full(30, 0.2 / 3.0), np.repeat(np.arange(10), 3), breaks, u, -sign, np.ones(30), sign)
+    first, last = (transition(line, int(k)) for k in line.cuts)
+    assert last < first
+    assert grading_points(line) == [(pytest.approx(0.97), True)]
+    sharp = tip_line(1.0, 1.0)
+    assert grading_points(sharp) == [(transition(sharp, int(sharp.cuts[0])), False)]
 
 
 def test_specks_are_removed_and_zones_kept():

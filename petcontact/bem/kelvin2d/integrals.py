@@ -27,10 +27,7 @@ POINT_CHUNK = 98_304
 """Pairs of a Gauss point and a target in one temporary: a few of them nearly fit a core's second-level cache."""
 
 
-def integrals(
-    targets: Targets, elements: Elements, poisson_ratio: float, length: float, *, displacement: bool = True,
-    traction: bool = True,
-) -> tuple[Array | None, Array | None]:  # fmt: skip
+def integrals(targets: Targets, elements: Elements, poisson_ratio: float, length: float) -> tuple[Array, Array]:
     """Both kernels integrated over elements against their Lagrange bases, at targets.
 
     Parameters
@@ -43,44 +40,33 @@ def integrals(
         ν of plane strain; for plane stress pass ν/(1+ν).
     length : float
         Length that scales the argument of the logarithm [length].
-    displacement, traction : bool
-        What is wanted.
 
     Returns
     -------
-    G : (2, 2, n(p+1), m) array or None
+    G : (2, 2, n(p+1), m) array
         2µ ∫ U_ij L_b ds [length], i the component at the target, j the component at the element; element after element
         on the third axis.
-    H : (2, 2, n(p+1), m) array or None
+    H : (2, 2, n(p+1), m) array
         ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element itself.
     """
     n, nodes, m = len(elements.index), elements.order + 1, len(targets.line)
-    result = Result(
-        np.empty((2, 2, n, nodes, m)) if displacement else None, np.empty((2, 2, n, nodes, m)) if traction else None,
-        poisson_ratio, length,
-    )  # fmt: skip
+    kernel_g, kernel_h = (np.empty((2, 2, n, nodes, m)) for _ in range(2))
+    result = Result(kernel_g, kernel_h, poisson_ratio, length)
     curved = elements.curved
     if n == 0 or m == 0:
         pass
     elif available():
-        compiled_integrals(targets, elements, poisson_ratio, length, result.kernel_g, result.kernel_h)
+        compiled_integrals(targets, elements, poisson_ratio, length, kernel_g, kernel_h)
     elif curved.any() and not curved.all():
         for chosen in (np.flatnonzero(~curved), np.flatnonzero(curved)):
-            parts = integrals(
-                targets, elements.take(chosen), poisson_ratio, length, displacement=displacement, traction=traction
-            )
-            for whole, part in zip((result.kernel_g, result.kernel_h), parts, strict=True):
-                if whole is not None and part is not None:
-                    whole[:, :, chosen] = part.reshape(2, 2, len(chosen), nodes, m)
+            parts = integrals(targets, elements.take(chosen), poisson_ratio, length)
+            for whole, part in zip((kernel_g, kernel_h), parts, strict=True):
+                whole[:, :, chosen] = part.reshape(2, 2, len(chosen), nodes, m)
     else:
         _polynomial(targets, elements, result)
-        if elements.order == 0 and curved.any() and result.kernel_h is not None:
-            _add_slopes(targets, elements, result.kernel_h, poisson_ratio)
-    shape = (2, 2, n * nodes, m)
-    return (
-        None if result.kernel_g is None else result.kernel_g.reshape(shape),
-        None if result.kernel_h is None else result.kernel_h.reshape(shape),
-    )
+        if elements.order == 0 and curved.any():
+            _add_slopes(targets, elements, kernel_h, poisson_ratio)
+    return kernel_g.reshape(2, 2, n * nodes, m), kernel_h.reshape(2, 2, n * nodes, m)
 
 
 def _add_slopes(targets: Targets, elements: Elements, kernel_h: Array, poisson_ratio: float) -> None:

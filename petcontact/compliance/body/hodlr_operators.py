@@ -12,7 +12,7 @@ from ...compression.hodlr import HODLR, compress, factor
 from ...errors import SolverError
 from ...mesh.curve_mesh import as_curve
 from ...model.solver_options import Bem
-from ...runtime.malloc import trim_heap
+from ...runtime.memory import trim_heap
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread, threads_per_rank
 from ..contact_vectors import ContactVectors

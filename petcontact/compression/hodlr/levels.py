@@ -99,12 +99,7 @@ def padded(x: Array) -> Array:
 
 
 class Stack:
-    """Levels from the leaves (first) to a root that may itself be compressed.
-
-    Parameters
-    ----------
-    levels : list of Level
-    """
+    """Levels from the leaves (first) to a root that may itself be compressed."""
 
     def __init__(self, levels: list[Level]) -> None:
         self.levels = levels

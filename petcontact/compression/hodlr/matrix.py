@@ -152,10 +152,6 @@ def compress(
         All columns, this operator's among them, that the bases of rows are to serve, for `HODLR.beside`: entries gives a
         list of arrays, one for each of the offsets.
 
-    Returns
-    -------
-    HODLR
-
     Raises
     ------
     ValueError

@@ -249,8 +249,12 @@ class _Run:
         assert modes is not None
         along = modes.motion @ step.push
         moved = np.abs(along) > AHEAD * np.abs(along).max(initial=0.0)
-        far = 2.0 * float((np.abs(v[moved]) / np.abs(along[moved])).max(initial=0.0))
-        rho = STIFF * float(np.abs(sigma).max(initial=0.0)) / (float(np.abs(v).max(initial=0.0)) or 1.0)
+        if not moved.any():
+            return None
+        far = 2.0 * float((np.abs(v[moved]) / np.abs(along[moved])).max())
+        # where nothing touches yet, what the loads ask of all nodes together
+        held = float(step.push @ step.push) / float(np.abs(np.tensordot(step.push, modes.resultant, 1)).sum())
+        rho = STIFF * max(held, float(np.abs(sigma).max(initial=0.0))) / (float(np.abs(v).max(initial=0.0)) or 1.0)
 
         def tau(way: float) -> Array:
             return np.asarray(rho * (v + way * along) - sigma)

@@ -23,9 +23,9 @@ from ...model.problem import Problem
 from ...refinement.levels import check_accuracy, growing
 from ...results.records import StepResult
 from ...results.solution import Solution
-from ...runtime.malloc import release_memory
-from ...runtime.petsc import petsc
+from ...runtime.memory import release_memory
 from ...runtime.signals import BrokenOff, answering
+from ...runtime.world import world
 from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..discrete.discretise import Discrete, MeshMaker, discretise
 from ..discrete.interfaces import interfaces_of
@@ -241,7 +241,7 @@ def adapt(
     InputError, SolverError
         As `solve`.
     """
-    comm, began = comm if comm is not None else petsc().COMM_WORLD, time.perf_counter()
+    comm, began = comm if comm is not None else world(), time.perf_counter()
     work = AdaptiveSolve(problem, comm, monitor, law, announce, reached)
     given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
     work.quantity.asked = accuracy is not None or bool(given)

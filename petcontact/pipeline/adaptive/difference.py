@@ -78,11 +78,6 @@ def difference(coarse: Solution, fine: Solution, places: dict[str, Array] | None
     return Difference(inside, whole, {name: found for name, found in singular.items() if found})
 
 
-def relative_difference(coarse: Solution, fine: Solution) -> float:
-    """Difference of p and q in L2 without the ends of parts, relative to p."""
-    return difference(coarse, fine).inside
-
-
 def displacement_difference(coarse: Solution, fine: Solution) -> float:
     """The largest ‖u_coarse - u_fine‖/‖u_fine‖ in L2 over bodies and step ends, at the fine nodes."""
     worst = 0.0

@@ -115,11 +115,7 @@ class PanelTails:
             longest = LONGEST * float(extent.min())
             area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
             sizes = {part: min(longest, math.sqrt(area[part] / FIRST)) for part in touching}
-            options |= {
-                "element_size": min(longest, 2.0 * min(sizes.values())),
-                "element_sizes": sizes,
-                "exponent": 1.0,
-            }
+            options |= {"element_size": min(longest, 2.0 * min(sizes.values())), "element_sizes": sizes, "exponent": 1.0}
         elif isinstance(boundary, SolidSurface) and boundary.known:
             usual = mesh_of(one.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
             options["element_size"] = min(math.sqrt(usual.weight[usual.nodes_of(part)].sum() / ROUND) for part in touching)

@@ -31,7 +31,7 @@ UNEVEN = 1.4
 def tail_error(solution: Solution) -> tuple[float, float]:
     """Relative errors in L2, over all interfaces and step ends the largest: of u_t, or of p and q, and of resultants.
 
-    Of p and q: ‖tail‖/‖p‖, which fades out towards the rim of a part as `relative_difference` does. Of u_t of the paper's
+    Of p and q: ‖tail‖/‖p‖, which fades out towards the rim of a part as `difference` does. Of u_t of the paper's
     problem, over ‖u_t‖: the tail of u, see `slip_squares`. Resultants are off by about the product of both, and by what
     tractions lack of equilibrium.
     """

@@ -10,9 +10,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-import scipy
 
 from ...arrays import Array, Index, Mask
+from ...linalg.nearest import nearest
 from ...mesh.boundary_mesh import BoundaryMesh
 
 MARGIN = (2.0, 0.7, 1.35, 1.8)
@@ -111,7 +111,7 @@ def rim_distance(mesh: BoundaryMesh, nodes: Index) -> Array:
     for number in np.unique(part[nodes]):
         others, mine = np.flatnonzero(part != number), part[nodes] == number
         if len(others):
-            result[mine] = scipy.spatial.cKDTree(mesh.x[others]).query(mesh.x[nodes[mine]])[0]
+            result[mine] = nearest(mesh.x[others], mesh.x[nodes[mine]])[0][:, 0]
     return result
 
 
@@ -123,7 +123,7 @@ def _slopes(mesh: BoundaryMesh, nodes: Index, asked: Index) -> tuple[Index, Arra
     if not len(asked):
         return np.empty((0, 0), dtype=np.int64), np.empty((0, 0, 0))
     x, normal = mesh.x[nodes], mesh.normal[nodes]
-    near = scipy.spatial.cKDTree(x).query(x[asked], k=min(4 * mesh.dim - 5, len(x)))[1].reshape(len(asked), -1)
+    near = nearest(x, x[asked], min(4 * mesh.dim - 5, len(x)))[1]
     smooth = (np.einsum("qkd,qd->qk", normal[near], normal[asked]) > SMOOTH)[..., None]
     along = np.einsum("qkd,qtd->qkt", x[near] - x[asked, None], mesh.tangents(nodes[asked])) * smooth
     weight = mesh.weight[nodes[asked]]
