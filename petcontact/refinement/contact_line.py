@@ -162,6 +162,17 @@ def difference(coarse: list[ContactLine], fine: list[ContactLine]) -> float:
     return float(np.sqrt(max(at_fine, at_coarse)))
 
 
+def farthest_apart(coarse: list[ContactLine], fine: list[ContactLine]) -> tuple[int, float]:
+    """The side, and the arc length along it, of the fine element on which two solutions differ most in L2 [length]."""
+    worst, result = -1.0, (0, 0.0)
+    for number, (one, other) in enumerate(zip(coarse, fine, strict=True)):
+        square = np.bincount(other.element - other.element[0], other.weight * (displacement(one, other.s) - other.u_t) ** 2)
+        k = int(np.argmax(square))
+        if square[k] > worst:
+            worst, result = float(square[k]), (number, 0.5 * float(other.breaks[k] + other.breaks[k + 1]))
+    return result
+
+
 def largest(lines: list[ContactLine]) -> float:
     """Largest |u_t| of the function between the nodes, ends of the sides included [length]."""
     peak = 0.0

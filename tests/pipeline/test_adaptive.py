@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 
 import numpy as np
 import pytest
@@ -81,6 +82,9 @@ def test_an_accuracy_that_no_mesh_reaches_is_reported(comm, monkeypatch):
     solution = adapt(example(1, **NEWTON), 1e-5, comm=comm)
     assert solution.status == "not converged"
     assert "1e-05" in solution.reason
+    # where: next to the transition point at 3.378, or the narrow zone at 8
+    place = float(re.search(r"differ most on 'bottom' at s = ([\d.]+)", solution.reason)[1])
+    assert min(abs(place - at) for at in TRANSITIONS[1]) < 0.5
     assert "wanted" in solution.verdict()
 
 

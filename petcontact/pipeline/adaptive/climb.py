@@ -263,13 +263,14 @@ def adapt(
     return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
 
 
-def _short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity) -> str:
-    """Why the estimate is above the accuracy."""
+def _short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity, differ: str) -> str:
+    """Why the estimate is above the accuracy; `differ`: where the last meshes do most, if that is known."""
     if trouble and not quantity.exhausted:
         return trouble
     where = f": {quantity.exhausted}" if quantity.exhausted else " on the finest mesh"
     if growing(quantity.differences):
         where += f"; the differences of the meshes grow: {', '.join(f'{d:.1e}' for d in quantity.differences[-3:])}"
+    where += f"; {differ}" if differ else ""
     return f"estimated error {estimate:.1e} > {accuracy:g}{where}"
 
 
@@ -293,7 +294,7 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
         text = f"estimated error {estimate:.1e} > {accuracy:g}: {trouble}; --accuracy asks for more"
         info["warnings"] = [*info.get("warnings", []), text]
     elif status == "converged" and estimate > accuracy:
-        status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity)
+        status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
     timings: dict[str, float] = {}
     for found in {id(each): each for each in (*work.solutions, solution)}.values():
         for name, value in found.timings.items():

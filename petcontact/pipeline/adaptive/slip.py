@@ -14,7 +14,7 @@ from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
 from ...model.problem import Problem
-from ...refinement.contact_line import ContactLine, difference, largest, without_specks
+from ...refinement.contact_line import ContactLine, difference, farthest_apart, largest, without_specks
 from ...refinement.levels import MOST_GAIN, REFINEMENT_LEVELS, Level, believed
 from ...refinement.marks import Body, LevelMesh
 from ...refinement.zones import Zone
@@ -109,9 +109,17 @@ class Slip:
     def info(self) -> dict[str, Any]:
         """What a solution reports of its zones."""
         assert self._body is not None
+        differ = {}
+        if self.differences:
+            number, s = farthest_apart(*self._shown[-2:])
+            side = np.flatnonzero(self._body.contact)[number]
+            along = self._body.outline.offsets[side] + s
+            differ = {
+                "meshes_differ": f"the last two differ most on {self._body.outline.sides[side].part!r} at s = {along:.6g}"
+            }
         zones, *before = (transition_zones(self._body, shown) for shown in self._shown[:-3:-1])
         return {"largest_slip": largest(self._shown[-1]), "zones": [dataclasses.astuple(zone) for zone in zones],
-                "zone_errors": zone_errors(zones, before[0] if before else [])}  # fmt: skip
+                "zone_errors": zone_errors(zones, before[0] if before else []), **differ}  # fmt: skip
 
 
 def estimated_error(differences: list[float], truncation: list[float]) -> float:
