@@ -122,7 +122,9 @@ def newton_cholesky(dual: Dual) -> Array:
 
 def eigenprojection(dual: Dual) -> Array:
     """The paper's method with rule (4.3) on one eigendecomposition of S, at a tolerance that leaves a true error of 1e-8."""
-    from petcontact.contact.friction_law import contact_norm, projection_residual
+    from petcontact.contact.friction_law import contact_norm
+    from petcontact.contact.law_protocol import law_residual
+    from petcontact.contact.laws import Tresca
     from petcontact.contact.rho_rules import Modified, usable_balance
 
     root = np.sqrt(dual.weight)
@@ -130,7 +132,7 @@ def eigenprojection(dual: Dual) -> Array:
     rule, rho = Modified(), 1.0
     u, sigma = dual.u_0.copy(), np.zeros_like(dual.u_0)
     for _ in range(20_000):
-        r = -1.8 * projection_residual(u, sigma, dual.bound, rho)
+        r = -1.8 * law_residual(Tresca(dual.bound), u, sigma, rho)
         modal = vectors.T @ (root[:, None] * r) / (1.0 + rho * values)[:, None]
         moved = (vectors @ np.hstack([values[:, None] * modal, modal])) / root[:, None]
         du, dsigma = moved[:, :1], moved[:, 1:]

@@ -7,6 +7,8 @@ from pathlib import Path
 import meshio
 import numpy as np
 
+from petcontact.refinement.panels.quartering import cut
+
 
 def written(file: Path, parts, *, triangles=False):
     """The path of a `.msh` file of the quadrilaterals (n, 4, 3) of each part, by name; cut in two if wanted."""
@@ -57,3 +59,8 @@ def ring(file, radii, height, counts, *, turn=0.0, triangles=False):
              "bottom": grid(angle, r, lambda a, b: (b * np.cos(a), b * np.sin(a), 0.0 * a)),
              "top": grid(angle, r, lambda a, b: (b * np.cos(a), b * np.sin(a), 0.0 * a + height))}  # fmt: skip
     return written(file, parts, triangles=triangles)
+
+
+def quartered(mesh, marked):
+    """The mesh with each marked panel (n_elements,) replaced by four."""
+    return cut(mesh, np.repeat(marked[:, None], 2, axis=1))

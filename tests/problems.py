@@ -3,6 +3,10 @@
 from __future__ import annotations
 
 import json
+import tomllib
+
+from petcontact import Problem
+from petcontact.model.base import parse
 
 Vector = list[float | str]
 
@@ -44,3 +48,8 @@ def load_step(name: str = "", increments: int = 0, **bodies: dict[str, Vector]) 
             else:
                 text += f'[[step.boundary]]\nbody = "{body}"\npart = "{part}"\nvalue = {json.dumps(value)}\n'
     return text
+
+
+def posed(text: str) -> Problem:
+    """The problem of such a text."""
+    return parse(Problem, tomllib.loads(text), "test")

@@ -11,6 +11,11 @@ from ..arrays import Array, Index, Mask
 from ..geometry.rotation import rigid_motions
 from ..mesh.boundary_mesh import BoundaryMesh
 
+LEFT = 0.1
+"""Of known displacements, beyond their common rigid motion and over their size, from which on none is taken out."""
+ROUND_OFF = 1e-14
+"""Of the same, below which nothing is left."""
+
 
 @dataclass(frozen=True)
 class BoundaryData:
@@ -126,14 +131,13 @@ def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
 
 
 def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData:
-    """Known displacements without the rigid motion that they have in common, where that is larger than the body.
+    """Known displacements without the rigid motion that they have in common, where that is most of them.
 
-    It would swallow the digits of what strains the body. Motions that leave known normals of contact at rest are taken out
-    only.
+    It would swallow the digits of what strains the body: of tractions on elements of size h all those below its round-off
+    over h. Motions that leave known normals of contact at rest are taken out only.
     """
     given = ~data.traction_known
-    largest = np.abs(data.value[:, given]).max(axis=1, initial=0.0)
-    if largest.max() <= float(np.ptp(mesh.x, axis=0).max()):
+    if not data.value[:, given].any():
         return data
     modes = unit_motions(mesh)
     along = data.components(modes)
@@ -143,8 +147,11 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     free = ways[np.append(strengths, np.zeros(len(ways) - len(strengths))) <= 1e-12 * max(1.0, strengths.max(initial=0.0))].T
     elsewhere = given & ~contact[:, None]
     amplitudes = free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[:, elsewhere].T, rcond=None)[0]
-    value = data.value.copy()
-    value[:, elsewhere] -= (along[elsewhere] @ amplitudes).T
+    value, largest = data.value.copy(), np.abs(data.value[:, elsewhere]).max(initial=0.0)
+    left = data.value[:, elsewhere] - (along[elsewhere] @ amplitudes).T
+    if np.abs(left).max(initial=0.0) > LEFT * largest:
+        return data
+    value[:, elsewhere] = np.where(np.abs(left) > ROUND_OFF * largest, left, 0.0)
     return replace(data, value=value, rigid=np.moveaxis(modes @ amplitudes, 2, 0))
 
 

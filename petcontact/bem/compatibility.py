@@ -24,11 +24,7 @@ def check_compatible(problem: Problem, outline: Outline) -> None:
         One line that names both parts and the place.
     """
     conditions = {condition.part: (number, condition) for number, condition in enumerate(problem.boundary)}
-    travelled: dict[str, float] = {}
-    along = []
-    for side in outline.sides:
-        along.append(travelled.get(side.part, 0.0))
-        travelled[side.part] = along[-1] + side.length
+    along = outline.offsets
     _, after = outline.neighbours
     for k, next_ in enumerate(after.tolist()):
         ends = ((outline.sides[k], along[k], 1.0), (outline.sides[next_], along[next_], -1.0))

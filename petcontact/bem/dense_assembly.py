@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from ..arrays import Array, Index
-from .operators import BLOCK, BoundaryOperators
+from .operators import BoundaryOperators
 
 COLUMNS = 256
-"""Nodes whose columns compiled code fills at a time."""
+"""Nodes whose columns are filled at a time."""
 
 
 def fill_dense(operators: BoundaryOperators, rows: Index, system: Array, contact: Array, loads: Array) -> None:
@@ -28,29 +28,17 @@ def fill_dense(operators: BoundaryOperators, rows: Index, system: Array, contact
     n, rhs, d = operators.mesh.n_nodes, operators.right_hand_sides, operators.kernel.dim
     of_contact, amplitudes = operators.of_contact, operators.amplitudes
 
-    def shared_out(beside: Array, mine: slice, here: slice) -> None:
+    for first in range(0, n, COLUMNS):
+        columns = np.arange(first, min(first + COLUMNS, n))
+        mine = slice(int(rhs.first[first]), int(rhs.first[columns[-1]] + rhs.count[columns[-1]]))
+        target = system[first : columns[-1] + 1]
+        block = target if target.flags.c_contiguous else np.empty(target.shape)
+        beside = np.empty((mine.stop - mine.start, len(rows), d))
+        operators.fill_columns(rows, columns, block, beside)
+        if block is not target:
+            target[:] = block
         chosen = of_contact[mine]
-        first = int(np.count_nonzero(of_contact[: mine.start]))
-        contact[first : first + int(chosen.sum()), here] = beside[chosen]
+        place = int(np.count_nonzero(of_contact[: mine.start]))
+        contact[place : place + int(chosen.sum())] = beside[chosen]
         if not chosen.all():
-            loads[:, here] += np.tensordot(amplitudes[mine][~chosen].T, beside[~chosen], 1)
-
-    if operators.is_compiled:
-        for first in range(0, n, COLUMNS):
-            columns = np.arange(first, min(first + COLUMNS, n))
-            mine = slice(int(rhs.first[first]), int(rhs.first[columns[-1]] + rhs.count[columns[-1]]))
-            target = system[first : columns[-1] + 1]
-            block = target if target.flags.c_contiguous else np.empty(target.shape)
-            beside = np.empty((mine.stop - mine.start, len(rows), d))
-            operators.fill_columns(rows, columns, block, beside)
-            if block is not target:
-                target[:] = block
-            shared_out(beside, mine, slice(0, len(rows)))
-        return
-    blocks, whole = operators.blocks(), slice(0, len(rhs.node))
-    for first in range(0, len(rows), BLOCK[0]):
-        here = slice(first, min(first + BLOCK[0], len(rows)))
-        beside = np.zeros((len(rhs.node), here.stop - here.start, d))
-        for column_block in blocks:
-            operators.fill(rows[here], column_block, system=system[:, :, here], right_hand_sides=beside)
-        shared_out(beside, whole, here)
+            loads += np.tensordot(amplitudes[mine][~chosen].T, beside[~chosen], 1)

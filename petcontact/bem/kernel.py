@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -33,7 +34,7 @@ class ColumnData:
 
 
 class ColumnFiller(Protocol):
-    """Blocks of columns of the boundary operators in one call, where compiled code does better than `Kernel.integrals`."""
+    """Blocks of columns of the boundary operators in one call."""
 
     def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
         """Fill what is given.
@@ -82,26 +83,27 @@ class Kernel(Protocol):
     @property
     def half_space_compliance(self) -> float: ...
 
-    def integrals(
-        self, targets: Any, elements: Any, *, displacement: bool = True, traction: bool = True
-    ) -> tuple[Array | None, Array | None]:
+    def integrals(self, targets: Any, elements: Any) -> tuple[Array, Array]:
         """Both kernels integrated over elements against their bases, at targets.
 
         Parameters
         ----------
         targets, elements
             m targets and elements with k nodes, as the mesh gives them.
-        displacement, traction : bool
-            What is wanted.
 
         Returns
         -------
-        G : (d, d, k, m) array or None
+        G : (d, d, k, m) array
             2µ/ℓ ∫ U_ij L_b ds [-], i the component at the target, j the component at the element; element after element
             on the third axis.
-        H : (d, d, k, m) array or None
+        H : (d, d, k, m) array
             ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element itself.
         """
+        ...
+
+    def corner_columns(self, mesh: Any, rows: Index, nodes: Index) -> Iterable[tuple[int, Array, Array]]:
+        """Some nodes of elements at corners whose unknowns are powers, and what G and H at the nodes `rows` gain from the
+        powers over constants, (d, d, m) each."""
         ...
 
     def stress_integrals(self, targets: Any, elements: Any) -> tuple[Array, Array]:

@@ -10,6 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.problem import Material
+from .column_fillers import PlainFiller
 from .kelvin2d import compiled as plane
 from .kelvin2d.expansions import expansion
 from .kelvin2d.kernel import Kelvin2D
@@ -35,10 +36,11 @@ def kernel_for(mesh: BoundaryMesh, material: Material) -> Kernel:
     return KERNELS[mesh.dim](material, mesh.unit_length)
 
 
-def column_filler(kernel: Kernel, mesh: BoundaryMesh, data: ColumnData) -> ColumnFiller | None:
-    """Compiled code for whole blocks of columns on a mesh; None where the kernel's integrals have to do."""
+def column_filler(kernel: Kernel, mesh: BoundaryMesh, data: ColumnData) -> ColumnFiller:
+    """What fills blocks of columns on a mesh: compiled code, or the kernel's integrals where there is none."""
     maker = COLUMN_FILLERS.get(type(kernel))
-    return None if maker is None else maker(kernel, mesh, data)
+    compiled = None if maker is None else maker(kernel, mesh, data)
+    return PlainFiller(kernel, mesh, data) if compiled is None else compiled
 
 
 def field_of(kernel: Kernel, targets: Any, elements: Any, u: Array, traction: Array) -> tuple[Array, Array, Array]:
@@ -71,7 +73,6 @@ def field_of(kernel: Kernel, targets: Any, elements: Any, u: Array, traction: Ar
             return np.stack(moved, axis=2), np.stack(stressed, axis=2), wound
     kernel_g, kernel_h = kernel.integrals(targets, elements)
     kernel_d, kernel_s = kernel.stress_integrals(targets, elements)
-    assert kernel_g is not None and kernel_h is not None
     axes = range(kernel.dim)
     displacement, stress = (
         np.stack(

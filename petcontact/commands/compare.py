@@ -31,8 +31,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     from ..compare.run import CONTENDERS, RHOS, Trial, compare
     from ..model import case as config
     from ..runtime.atomic_write import write_text
-    from ..runtime.petsc import initialise, petsc
     from ..runtime.terminal import StatusLine
+    from ..runtime.world import world
     from .solve import report_unused
 
     names = arguments.methods.split(",") if arguments.methods else None
@@ -40,7 +40,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         if name not in CONTENDERS:
             raise InputError(f"--methods {name}: no such contender; they are {', '.join(CONTENDERS)}")
     rhos = _numbers(arguments.rho, "--rho") or list(RHOS)
-    initialise(petsc_words)
+    comm = world(petsc_words)
     cases = []
     for path in arguments.config:
         sizes: list[float | None] = [*_numbers(arguments.element_size, "--element-size")] or [None]
@@ -49,7 +49,6 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
             case = config.load(path, overrides)
             label = Path(path).stem if size is None else f"{Path(path).stem}, h = {size:g}"
             cases.append((label, case))
-    comm = petsc().COMM_WORLD
     first = comm.getRank() == 0
 
     status = StatusLine(first and sys.stderr.isatty())

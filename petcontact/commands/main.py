@@ -134,9 +134,9 @@ def _command(arguments: Sequence[str]) -> int:
 
 def entry() -> NoReturn:
     """The console script."""
-    # start-up makes 1e5 objects that live as long as the process: to look for rubbish among them again and again costs more
-    # than all the rubbish weighs, and at the end most
-    gc.set_threshold(20_000, 20, 20)
+    # start-up makes 1e5 objects that live as long as the process: to look for rubbish among them costs more than
+    # all the rubbish weighs, and at the end most
+    gc.set_threshold(200_000, 20, 20)
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would read the metadata of every installed package
     status = main()
     gc.freeze()

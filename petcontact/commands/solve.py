@@ -40,13 +40,12 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
     from ..model import case as config
     from ..runtime.atomic_write import check_target
-    from ..runtime.petsc import initialise, petsc
     from ..runtime.terminal import StatusLine, say
+    from ..runtime.world import world
 
     if arguments.no_figures and arguments.figures:
         raise InputError("--figures: --no-figures draws nothing; give one of them")
-    initialise(petsc_words)
-    comm = petsc().COMM_WORLD
+    comm = world(petsc_words)
     first = comm.getRank() == 0
     case = config.load(arguments.config, overrides(arguments.set))
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")

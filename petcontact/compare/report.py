@@ -24,8 +24,8 @@ def markdown(rows: Sequence[Trial]) -> str:
         parts += [f"## {problem}", "\n".join(aligned(_costs(chosen)))]
         if len({row.rho for row in chosen} - {None}) > 1:
             parts += ["Iterations by ρ_0 (> where the limit was reached):", "\n".join(aligned(_by_rho(chosen)))]
-    parts.append("Times are those of a method on a prepared system that all share, where a Robin solve is two small\n"
-                 "products with the eigenbasis of S unless options of the KSP ask for another solver.")  # fmt: skip
+    parts.append("Times are those of a method on a prepared system that all share, where a Robin solve takes a few\n"
+                 "products with the Hessenberg form of S unless options of the KSP ask for another solver.")  # fmt: skip
     if any(row.contender == "tao" for row in rows):
         parts.append("TAO's products with its own symmetrised matrix are not among the applications.")
     return "\n\n".join(parts) + "\n"
@@ -69,12 +69,12 @@ def csv_text(rows: Sequence[Trial]) -> str:
     return as_csv(COLUMNS, ([getattr(row, key) for key in COLUMNS] for row in rows))
 
 
-def write_figures(rows: Sequence[Trial], folder: str | Path, stem: str = "compare") -> list[Path]:
-    """Draw STEM-residual.png (over applications of S) and STEM-iterations.png (over ρ_0); returns their paths."""
+def write_figures(rows: Sequence[Trial], folder: str | Path) -> list[Path]:
+    """Draw compare-residual.png (over applications of S) and compare-iterations.png (over ρ_0); returns their paths."""
     drawings = {"residual": draw_residuals}
     if len({row.rho for row in rows} - {None}) > 1:
         drawings["iterations"] = draw_iterations
-    return save_all(drawings, folder, stem, rows)
+    return save_all(drawings, folder, "compare", rows)
 
 
 def _panels(figure: Any, rows: Sequence[Trial]) -> Iterable[tuple[Any, list[Trial]]]:

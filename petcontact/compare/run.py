@@ -85,7 +85,6 @@ def compare(
     *,
     contenders: Sequence[str] | None = None,
     rhos: Sequence[float] = RHOS,
-    path_rho: float | None = None,
     reference: str | None = None,
     comm: Any = None,
     say: Callable[[Trial], None] | None = None,
@@ -99,16 +98,14 @@ def compare(
     contenders : sequence of str, optional
         Keys of CONTENDERS; by default those that take the problem at hand.
     rhos : sequence of float
-        ρ_0 for the projection method [stress/length].
-    path_rho : float, optional
-        The ρ_0 whose runs are followed iteration by iteration; the middle one by default.
+        ρ_0 for the projection method [stress/length]; runs of the middle one are followed iteration by iteration.
     reference : str, optional
         Result file to measure errors against; by default each system's own solution.
     comm : PETSc.Comm, optional
     say : callable, optional
         Called with each row.
     """
-    followed = path_rho if path_rho is not None else rhos[len(rhos) // 2]
+    followed = rhos[len(rhos) // 2]
     rows = []
     for label, case in cases:
         prepared = prepare(case, comm, cases=len(contenders or CONTENDERS) * len(rhos))

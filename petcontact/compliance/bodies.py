@@ -23,11 +23,11 @@ from .body.base import ElasticBody
 from .composed import ComposedSystem, Joint
 from .contact_compliance import ContactCompliance, DenseCompliance, ProductCompliance
 from .half_space import HalfSpace
+from .hessenberg import shared_by
 from .interface import ContactMaps, contact_maps, directions_looked_for, places
 from .interface import Interface as Interface
 from .layer.kernel import Strip, body_thickness, strips
 from .layer.operator import LayerOperator
-from .spectral import shared_by
 
 
 class BodiesSystem:
@@ -112,7 +112,7 @@ class BodiesSystem:
             motions = self.modes.shape[1] + sum(mode.shape[1] for mode in self.obstacle_modes)
             text = " and ".join(dict.fromkeys(body.describe() for body in self.bodies))
             products = ProductCompliance(self._apply, (self.size, self.k), motions, comm, self.surrogate, text)
-            return shared_by(cases, products, self.weight, self.base.shape[1], comm)
+            return shared_by(cases, products, self.base.shape[1], comm)
         whole: Array | None = None
         for body, maps in zip(self.bodies, self._maps, strict=True):
             assert body.compliance is not None
@@ -120,7 +120,7 @@ class BodiesSystem:
             whole = mine if whole is None else whole + mine
         assert whole is not None
         dense = DenseCompliance(whole, comm, self.surrogate)
-        return shared_by(cases, dense, self.weight, self.base.shape[1], comm)
+        return shared_by(cases, dense, self.base.shape[1], comm)
 
     def _obstacle_modes(self, number: int, centre: Array, x: Sequence[Array]) -> Array:
         d = self.dim

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..contact.system import ContactSystem, Modes, Surrogate
-from ..runtime.petsc import petsc
+from ..runtime.world import OneRank
 from .contact_compliance import ContactCompliance, DenseCompliance, MakeSurrogate
 
 
@@ -103,5 +103,5 @@ class ReducedSystem(ComposedSystem):
         self, u_0: Array, compliance: Array, weight: Array, modes: Modes | None = None,
         surrogate: Callable[[], Surrogate | None] | None = None,
     ) -> None:  # fmt: skip
-        operator = DenseCompliance(compliance, petsc().COMM_SELF, surrogate or (lambda: None))
+        operator = DenseCompliance(compliance, OneRank(), surrogate or (lambda: None))
         super().__init__(u_0, weight, modes, operator)

@@ -12,9 +12,7 @@ from ..arrays import Array
 from ..contact.system import Linearisation, Modes, RigidModeConstraint, Surrogate
 from ..errors import InputError
 from ..linalg.bordered import BorderedKrylov
-from ..linalg.ksp import LinearSolver
-from ..linalg.row_layout import even_ranges
-from ..runtime.petsc import petsc
+from ..linalg.dense_solver import KspSolver, LapackSolver, dense_solver
 
 ROBIN_RTOL = 1e-4
 """Of the residual of a Robin increment by products: v = u_0 + S σ + M α and E σ + f = 0 hold whatever it is, so that the
@@ -74,14 +72,12 @@ class ContactCompliance(abc.ABC):
 
 
 class DenseCompliance(ContactCompliance):
-    """S as a matrix on every rank; I + ρS is a PETSc matrix by rows over the ranks, for the KSP without a prefix."""
+    """S as a matrix on every rank; I + ρS is factorised for each ρ, by LAPACK or the KSP without a prefix."""
 
     def __init__(self, matrix: Array, comm: Any, surrogate: MakeSurrogate) -> None:
         super().__init__(surrogate)
         self._matrix, self._comm = matrix, comm
-        self._solver = LinearSolver(comm, "", "iterate")
-        self._robin: Any = None
-        self._vectors: Any = None
+        self._solver: LapackSolver | KspSolver | None = None
         self._of: tuple[Array, Modes | None, RigidModeConstraint | None] | None = None
 
     def apply(self, sigma: Array) -> Array:
@@ -101,32 +97,28 @@ class DenseCompliance(ContactCompliance):
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """A new ρ costs a factorisation of I + ρS, bordered by the motions."""
-        border = self._bordered(rho, r, modes)
-        solution, rhs = self._vectors
-        right = r.ravel() if border is None else np.concatenate([r.ravel(), border.work(work)])
-        first, last = rhs.getOwnershipRange()
-        rhs.setArray(right[first:last])
-        self._solver.solve(rhs, solution)
-        self.ksp_iterations, self.ksp_reason = self._solver.iterations, self._solver.reason
-        own = np.array(solution.getArray(readonly=True))
-        whole = own if self._comm.getSize() == 1 else np.concatenate(self._comm.tompi4py().allgather(own))
+        solver = self._solver = self._solver or dense_solver(self._comm)
+        border = self._bordered(solver, rho, r, modes)
+        whole = solver.solve(r.ravel() if border is None else np.concatenate([r.ravel(), border.work(work)]))
+        self.ksp_iterations, self.ksp_reason = solver.iterations, solver.reason
         sigma = whole[: r.size].reshape(r.shape)
         dv = self.apply(sigma)
         if modes is not None and border is not None:
             dv = dv + modes.motion @ border.motion(whole[r.size :])
         return dv, sigma
 
-    def _bordered(self, rho: Array, r: Array, modes: Modes | None) -> RigidModeConstraint | None:
-        """The border, where there are motions; the KSP's matrix is that of ρ."""
+    def _bordered(
+        self, solver: LapackSolver | KspSolver, rho: Array, r: Array, modes: Modes | None
+    ) -> RigidModeConstraint | None:
+        """The border, where there are motions; the solver's matrix is that of ρ."""
         each = rho.ravel()
         if self._of is not None and self._of[1] is modes and np.array_equal(self._of[0], each):
             return self._of[2]
         n, border = r.size, None
         if modes is not None:
             border = RigidModeConstraint(modes, Linearisation.all_stick(r), np.zeros_like(r), 1.0)
-        size = n if border is None else n + len(border.rhs)
-        rows = self._sized(size)
-        first, last = self._robin.getOwnershipRange()
+        rows, first = solver.rows(n if border is None else n + len(border.rhs))
+        last = first + len(rows)
         inner = slice(first, min(last, n))
         count = max(inner.stop - inner.start, 0)
         np.multiply(self._matrix[inner], each[inner, None], out=rows[:count, :n])
@@ -134,40 +126,20 @@ class DenseCompliance(ContactCompliance):
         if border is not None:
             rows[:count, n:] = each[inner, None] * border.columns[inner]
             rows[count:, :n], rows[count:, n:] = border.rows[max(first - n, 0) : max(last - n, 0)], 0.0
-        self._robin.assemble()
-        self._solver.set_operator(self._robin)
+        solver.factor()
         self._of = each.copy(), modes, border
         return border
 
-    def _sized(self, size: int) -> Array:
-        """This rank's rows of the KSP's matrix."""
-        if self._robin is None or self._robin.getSize()[0] != size:
-            # a KSP keeps the size that it was used with
-            self.close()
-            self._solver = LinearSolver(self._comm, "", "iterate")
-            first, last = even_ranges(size, self._comm.getSize())[self._comm.getRank()]
-            layout = (last - first, size)
-            self._robin = petsc().Mat().createDense((layout, layout), comm=self._comm)
-            self._robin.setUp()
-            self._vectors = self._robin.createVecs()
-        rows: Array = self._robin.getDenseArray()
-        return rows
-
     @property
     def kind(self) -> str:
-        """Of the KSP without a prefix."""
-        return self._solver.kind
+        """Of the KSP without a prefix; empty with LAPACK."""
+        return "" if self._solver is None else self._solver.kind
 
     def close(self) -> None:
-        """Free every PETSc object."""
-        self._solver.close()
-        self._drop()
-
-    def _drop(self) -> None:
-        if self._robin is not None:
-            for item in (self._robin, *self._vectors):
-                item.destroy()
-            self._robin = self._vectors = self._of = None
+        """Free factors and every PETSc object."""
+        if self._solver is not None:
+            self._solver.close()
+        self._solver = self._of = None
 
 
 class ProductCompliance(ContactCompliance):

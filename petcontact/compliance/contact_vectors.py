@@ -8,7 +8,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..bem.operators import BoundaryOperators
-from ..linalg.row_layout import node_ranges
+from ..linalg.row_layout import even_ranges
 
 
 class ContactVectors:
@@ -17,7 +17,7 @@ class ContactVectors:
     def __init__(self, operators: BoundaryOperators, comm: Any) -> None:
         nodes, k = operators.data.contact_nodes, operators.data.contact_directions.shape[1]
         rank, ranks = comm.getRank(), comm.getSize()
-        owned = node_ranges(operators.mesh.n_nodes, ranks)[rank]
+        owned = even_ranges(operators.mesh.n_nodes, ranks)[rank]
         self.here = slice(*(k * int(place) for place in np.searchsorted(nodes, owned)))
         self.local_unknowns = operators.data.contact_unknowns[self.here] - operators.kernel.dim * owned[0]
         self._mpi = comm.tompi4py() if ranks > 1 else None

@@ -26,12 +26,7 @@ RECTANGLE = 1e-6
 
 
 class HalfSpace:
-    """T on Γ_C, dense (see `contact.system.Surrogate`), times an overall factor that a method adapts to S.
-
-    Attributes
-    ----------
-    scale : float
-    """
+    """T on Γ_C, dense (see `contact.system.Surrogate`), times an overall factor that a method adapts to S."""
 
     coupled, fast, rtol = True, False, 0.0
 
@@ -90,8 +85,7 @@ def _part(operators: BoundaryOperators, nodes: Index, frame: Array) -> Array:
         for kind in np.unique(mesh.kind[panels]):
             some = panels[mesh.kind[panels] == kind]
             columns = np.flatnonzero(np.isin(mesh.element[nodes], some))
-            block = kernel.integrals(mesh.points(x), mesh.elements(some), traction=False)[0]
-            assert block is not None
+            block = kernel.integrals(mesh.points(x), mesh.elements(some))[0]
             values = np.einsum("tai,ijct,cbj->tacb", frame, block, frame[columns], optimize=True)
             result[:, :, columns] += values if sign is None else values * np.diag(sign)[:, None]
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
@@ -69,6 +70,12 @@ class Interface:
     def directions(self) -> Array:
         """Of σ and v, (m, k, d)."""
         return self.tangent if self.held else np.concatenate([self.tangent, self.normal[:, None]], axis=1)
+
+
+def slices(interfaces: Sequence[Interface]) -> dict[str, slice]:
+    """The nodes of each interface by its name among those of all, one after another."""
+    ends = itertools.accumulate((len(face.nodes) for face in interfaces), initial=0)
+    return {face.name: slice(*bounds) for face, bounds in zip(interfaces, itertools.pairwise(ends), strict=True)}
 
 
 def directions_looked_for(dim: int, interfaces: Sequence[Interface]) -> int:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
 
-from ..arrays import Array, States
+from ..arrays import Array
 
 SAFE = (1e-100, 1e100)
 """Sizes of vectors whose squares neither underflow nor overflow."""
@@ -70,54 +69,6 @@ def ball_derivative(x: Array, radius: Array) -> tuple[Array, Array]:
     return shrink[:, None, None] * (identity - along), direction
 
 
-def projection_residual(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float | Array) -> Array:
-    """Residual of the friction condition on Γ_C, zero exactly where (2.5) and (2.6) hold.
-
-    Parameters
-    ----------
-    u_t, sigma_t : (m, d-1) arrays
-        Tangential displacement [length] and traction [stress] at the contact nodes.
-    friction_bound : (m,) array
-        g >= 0 [stress].
-    rho : float
-        Robin parameter, > 0 [stress/length].
-
-    Returns
-    -------
-    (m, d-1) array
-        R_ρ(u_t, σ_t) = σ_t + [ρ u_t - σ_t]_g [stress], equation (2.10).
-
-    Raises
-    ------
-    ValueError
-        If rho is not positive or the shapes differ.
-
-    Examples
-    --------
-    Slip against the traction at the bound, and a traction beyond it:
-
-    >>> u_t, sigma_t = np.array([[0.1], [0.1]]), np.array([[-2.0], [-5.0]])
-    >>> projection_residual(u_t, sigma_t, np.array([2.0, 2.0]), 10.0).ravel()
-    array([ 0., -3.])
-    """
-    return robin_residual(lambda tau: project_ball(tau, friction_bound), u_t, sigma_t, rho)
-
-
-def robin_residual(project: Callable[[Array], Array], v: Array, sigma: Array, rho: float | Array) -> Array:
-    """σ + Π(ρv - σ) for any projection Π, (m, k) [stress].
-
-    Raises
-    ------
-    ValueError
-        If rho is not positive or the shapes differ.
-    """
-    if not (np.asarray(rho) > 0.0).all():
-        raise ValueError(f"the Robin parameter is positive, got {rho}")
-    if v.shape != sigma.shape:
-        raise ValueError(f"displacement and traction have one shape, got {v.shape} and {sigma.shape}")
-    return sigma + project(rho * v - sigma)
-
-
 def contact_norm(x: Array, weight: Array) -> float:
     """L2(Γ_C) norm of nodal vectors (m, k) with the nodes' quadrature weights (m,)."""
     total = float(np.einsum("m,mk,mk->", weight, x, x))  # which does not warn
@@ -138,10 +89,3 @@ def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, flo
     """
     u, sigma = max(contact_norm(u_t, weight), floor), contact_norm(sigma_t, weight)
     return sigma / u if u > 0.0 and sigma > 0.0 else fallback
-
-
-def contact_state(u_t: Array, sigma_t: Array, friction_bound: Array, rho: float | Array) -> States:
-    """1 where a node slips, 0 where it sticks: |σ_t - ρ u_t| > g, the set on which the projection is active."""
-    size = lengths(sigma_t - rho * u_t)
-    state: States = (size > friction_bound).astype(np.int8)
-    return state

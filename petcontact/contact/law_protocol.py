@@ -1,8 +1,8 @@
 """What a contact law is: v and σ on Γ_C satisfy a projection equation like (2.9).
 
 A law is σ + Π(τ) = 0 with τ = ρv - σ at every node, the same for every ρ > 0. Write your own with the members of
-`ContactLaw` and give it to any contact method; those of `LimitedLaw` and `BoundedLaw` are optional, and make failures and
-results say more.
+`ContactLaw` and give it to any contact method; those of `LimitedLaw` and `bound_at` (see `friction_bound`) are optional, and
+make failures and results say more.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Protocol, runtime_checkable
 import numpy as np
 
 from ..arrays import Array, States
-from .friction_law import lengths, robin_residual
+from .friction_law import lengths
 
 STICK, SLIP, OPEN = 0, 1, 2
 
@@ -105,23 +105,14 @@ class LimitedLaw(ContactLaw, Protocol):
         ...
 
 
-@runtime_checkable
-class BoundedLaw(ContactLaw, Protocol):
-    """A law that says how much friction it allows, which results show."""
-
-    def bound_at(self, sigma: Array) -> Array:
-        """g: the largest |σ_t| that is allowed beside σ_n, (m,) [stress]."""
-        ...
-
-
 def friction_bound(law: ContactLaw, sigma: Array) -> Array:
-    """`bound_at` of a law, (m,) [stress]; NaN where it has none.
+    """`bound_at(σ)` of a law, an optional method: the largest |σ_t| beside σ_n, (m,) [stress]; NaN where it has none.
 
     >>> from petcontact.contact.laws import Tresca
     >>> friction_bound(Tresca(np.array([150.0])), np.array([[20.0]]))
     array([150.])
     """
-    bound_at = getattr(law, "bound_at", None)  # of a `BoundedLaw`; isinstance takes longer than the bound
+    bound_at = getattr(law, "bound_at", None)
     return np.full(len(sigma), np.nan) if bound_at is None else np.asarray(bound_at(sigma))
 
 
@@ -151,7 +142,11 @@ def law_residual(law: ContactLaw, v: Array, sigma: Array, rho: float | Array) ->
     >>> law_residual(law, v, sigma, 10.0).ravel()
     array([0., 0., 1.])
     """
-    return robin_residual(law.project, v, sigma, rho)
+    if not (np.asarray(rho) > 0.0).all():
+        raise ValueError(f"the Robin parameter is positive, got {rho}")
+    if v.shape != sigma.shape:
+        raise ValueError(f"displacement and traction have one shape, got {v.shape} and {sigma.shape}")
+    return sigma + law.project(rho * v - sigma)
 
 
 WITHIN = 1e-6

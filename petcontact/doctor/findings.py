@@ -24,6 +24,8 @@ from .probe import PARTS
 TIMEOUT = 60.0
 PACKAGES = ("numpy", "scipy", "h5py", "mpi4py", "pydantic", "simpleeval", "meshio", "shapely", "tomli_w", "jinja2",
             "lazy_loader", "matplotlib", "threadpoolctl")  # fmt: skip
+EXTRAS = {"gmsh": ("cad", "STEP, IGES and BREP files")}
+"""Packages that petcontact does without, their extra, and what they are for."""
 VARIABLES = ("PETSC_DIR", "MPLBACKEND", "DISPLAY", "WAYLAND_DISPLAY")
 RANK_PROGRAM = "from mpi4py import MPI; print(f'size{MPI.COMM_WORLD.Get_size()};', flush=True)"
 
@@ -47,7 +49,8 @@ def gather() -> dict[str, Any]:
     """Facts of this installation: versions, libraries, launcher, environment, current folder."""
     facts: dict[str, Any] = {
         "python": platform.python_version(), "missing": [p for p in PACKAGES if importlib.util.find_spec(p) is None],
-        "versions": {name: _version(name) for name in PACKAGES}, "cores": available_cores(), "ranks": local_ranks(),
+        "versions": {name: _version(name) for name in PACKAGES},
+        "extras": {name: _version(name) for name in EXTRAS}, "cores": available_cores(), "ranks": local_ranks(),
         "environment": {name: os.environ.get(name, "") for name in VARIABLES},
         "errors": {}, "launcher": _launcher(), "folder": _folder(Path.cwd()), "kernels": native.describe(),
     }  # fmt: skip
@@ -67,6 +70,10 @@ def judge(facts: Mapping[str, Any]) -> Iterator[Finding]:
     yield Finding("packages", "ok", names)
     for name in facts["missing"]:
         yield Finding("packages", "error", f"{name} is missing", f"pip install {name}")
+    for name, version in facts["extras"].items():
+        extra, purpose = EXTRAS[name]
+        advice = "" if version else f"pip install 'petcontact[{extra}]'"
+        yield Finding("extras", "ok", f"{name} {version or 'is not installed'}, for {purpose}", advice)
     if facts["kernels"].startswith("compiled"):
         yield Finding("kernels", "ok", facts["kernels"])
     else:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
+from ..arrays import Array
 from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, field_of, kernel_for
 from ..errors import InputError
-from ..mesh.boundary_mesh import Batch, BoundaryMesh
+from ..mesh.boundary_mesh import BoundaryMesh, pieces
 from ..mesh.curve_mesh import CurveMesh
 from ..model.problem import Material
 from .joints import Joints
 from .smoothing import smoothed
+from .stress_state import Field
 
 ENTRIES = 400_000
 """Pairs of a node and a point that are taken at once, so that memory stays small."""
@@ -29,58 +29,6 @@ GROUP = 64
 
 Progress = Callable[[float], None]
 """Called with the share of a work that is done."""
-
-
-@dataclass(frozen=True)
-class Field:
-    """Displacement and stress at points of the body, and triangles between them.
-
-    Attributes
-    ----------
-    points : (n, 2) array
-        [length]
-    cells : (k, 3) array
-        Triangles, counter-clockwise.
-    u : (n, 2) array
-        Displacement [length].
-    stress : (n, 3) array
-        σ_xx, σ_yy, σ_xy [stress].
-    sigma_zz : (n,) array
-        ν(σ_xx + σ_yy) in plane strain, 0 in plane stress [stress].
-    """
-
-    points: Array
-    cells: Index
-    u: Array
-    stress: Array
-    sigma_zz: Array
-
-    @property
-    def von_mises(self) -> Array:
-        """Von Mises stress, (n,) [stress]."""
-        return von_mises(self.stress, self.sigma_zz if self.stress.shape[1] == 3 else None)
-
-    @property
-    def principal(self) -> Array:
-        """Principal stresses in the plane, (n, 2), the larger one first [stress]."""
-        return principal_stresses(self.stress)
-
-
-def von_mises(stress: Array, sigma_zz: Array | None = None) -> Array:
-    """Von Mises stress (n,) of xx, yy, zz, xy, xz, yz (n, 6), or of xx, yy, xy (n, 3) and σ_zz (n,) [stress]."""
-    if sigma_zz is not None:
-        x, y, xy = stress.T
-        stress = np.column_stack([x, y, sigma_zz, xy, np.zeros((len(x), 2))])
-    x, y, z, *shear = stress.T
-    value: Array = np.sqrt(0.5 * ((x - y) ** 2 + (y - z) ** 2 + (z - x) ** 2) + 3.0 * sum(s**2 for s in shear))
-    return value
-
-
-def principal_stresses(stress: Array) -> Array:
-    """Principal stresses (n, 2) of σ_xx, σ_yy, σ_xy (n, 3), the larger one first [stress]."""
-    x, y, xy = stress.T
-    mean, radius = 0.5 * (x + y), np.hypot(0.5 * (x - y), xy)
-    return np.column_stack([mean + radius, mean - radius])
 
 
 def normal_stress_out_of_plane(stress: Array, material: Material) -> Array:
@@ -108,12 +56,7 @@ def points_in(points: Any, dim: int) -> Array:
 
 
 def field_at(
-    mesh: BoundaryMesh,
-    u: Array,
-    traction: Array,
-    material: Material,
-    points: Array,
-    progress: Progress | None = None,
+    mesh: BoundaryMesh, u: Array, traction: Array, material: Material, points: Array, progress: Progress | None = None
 ) -> tuple[Array, Array]:
     """Displacement (m, d) and stress (m, d(d+1)/2) at points from u and traction (n, d) of one state: see `fields_at`."""
     moved, stress = fields_at(mesh, u[..., None], traction[..., None], material, points, progress)
@@ -172,7 +115,7 @@ def fields_at(
     displacement, stress = np.zeros((len(points), d, states)), np.zeros((len(points), d * (d + 1) // 2, states))
     wound = np.zeros(len(points))
     many = mesh.n_nodes * len(points) > ENTRIES
-    groups = _groups(mesh, GROUP if many else mesh.n_elements)
+    groups = list(pieces(mesh, GROUP if many else mesh.n_elements))
     for number, group in enumerate(groups):
         if progress is not None:
             progress(number / len(groups))
@@ -221,18 +164,6 @@ def _(mesh: CurveMesh, kernel: Kernel, u: Array, traction: Array, points: Array,
         stress[near.rows] += near.share[:, None, None] * change_s
 
 
-def _groups(mesh: BoundaryMesh, step: int) -> list[Batch]:
-    """All elements, `step` of one kind at a time."""
-    result = []
-    for batch in mesh.batches():
-        count = len(batch.elements.index)
-        per_element = len(batch.nodes) // count
-        for first in range(0, count, step):
-            elements = mesh.elements(batch.elements.index[first : first + step])
-            result.append(Batch(elements, batch.nodes[first * per_element : (first + step) * per_element]))
-    return result
-
-
 def field_on_grid(
     mesh: CurveMesh, u: Array, traction: Array, material: Material, resolution: tuple[int, int],
     progress: Progress | None = None,
@@ -255,4 +186,4 @@ def field_on_grid(
 
     points, cells = triangulate(mesh, resolution)
     displacement, stress = field_at(mesh, u, traction, material, points, progress)
-    return Field(points, cells, displacement, stress, normal_stress_out_of_plane(stress, material))
+    return Field(points, displacement, stress, normal_stress_out_of_plane(stress, material), cells)

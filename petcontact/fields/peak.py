@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
+from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 
 PERCENT = 99.0
@@ -43,21 +44,25 @@ class Peak:
         return f"{self.stress:.4g} at ({place}){where}; {PERCENT:g} % of the points stay below {self.usual:.4g}"
 
 
-@functools.singledispatch
-def peak_of(mesh: object, points: Array, stress: Array) -> Peak:
-    """The largest of stresses (n,) at points (n, d) of a body with a mesh of any kind; the plane's knows its corners."""
-    return Peak(float(stress.max()), float(np.percentile(stress, PERCENT)), points[int(np.argmax(stress))], "")
-
-
-@peak_of.register
-def _(mesh: CurveMesh, points: Array, stress: Array) -> Peak:
+def peak_of(mesh: BoundaryMesh, points: Array, stress: Array) -> Peak:
+    """The largest of stresses (n,) at points (n, d) of a body."""
     place = points[int(np.argmax(stress))]
+    return Peak(float(stress.max()), float(np.percentile(stress, PERCENT)), place, corner_at(mesh, place))
+
+
+@functools.singledispatch
+def corner_at(mesh: object, place: Array) -> str:
+    """The parts that meet at the corner, or the end of a part, next to a place (d,), in words; empty where none is. Corners
+    are looked for in the plane."""
+    return ""
+
+
+@corner_at.register
+def _(mesh: CurveMesh, place: Array) -> str:
     vertex, names = corners(mesh)
     distance = np.hypot(*(vertex - place).T)
-    diagonal = float(np.hypot(*np.ptp(mesh.start, axis=0)))
-    near = len(distance) > 0 and distance.min() < NEAR * diagonal
-    corner = names[int(np.argmin(distance))] if near else ""
-    return Peak(float(stress.max()), float(np.percentile(stress, PERCENT)), place, corner)
+    near = len(distance) > 0 and distance.min() < NEAR * float(np.hypot(*np.ptp(mesh.start, axis=0)))
+    return names[int(np.argmin(distance))] if near else ""
 
 
 def corners(mesh: CurveMesh) -> tuple[Array, list[str]]:

@@ -48,6 +48,8 @@ def on_arcs(start: Array, end: Array, alpha: Array | float, xi: Array, tangent: 
     size = np.hypot(chord[..., 0], chord[..., 1])[..., None]
     tangent = chord / size if tangent is None else tangent
     left = np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
+    if not np.any(alpha):  # straight ones: most bodies have no others
+        return 0.5 * (start + end) + (0.5 * size[..., 0] * xi)[:, None] * tangent, np.zeros((len(xi), 2)) - left
     half, turn = 0.5 * arc_lengths(size[..., 0], alpha), alpha * xi
     along = half * xi * np.sinc(turn / np.pi)
     # (cos αξ - cos α) a/α, to the right of the chord where the arc turns left
@@ -102,3 +104,29 @@ def divided(start: Array, end: Array, alpha: float) -> Array:
     points = on_arcs(start, end, alpha, np.linspace(-1.0, 1.0, count + 1))[0]
     points[0], points[-1] = start, end
     return points
+
+
+def perimeter(ring: Array) -> float:
+    """Of the polygon with these corners (n, 2) [length]."""
+    return float(np.hypot(*(np.roll(ring, -1, axis=0) - ring).T).sum())
+
+
+def signed_area(ring: Array) -> float:
+    """Of the polygon with these corners (n, 2), positive where it runs counter-clockwise [length²]."""
+    x, y = (ring - ring[0]).T
+    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
+
+
+def turns_left_once(ring: Array) -> bool:
+    """Whether the polygon with these corners (n, 2) is convex and runs counter-clockwise.
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> turns_left_once(square), turns_left_once(square[::-1]), turns_left_once(np.vstack([square, square]))
+    (True, False, False)
+    """
+    edge = np.roll(ring, -1, axis=0) - ring
+    before = np.roll(edge, 1, axis=0)
+    turn = np.arctan2(before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0], np.einsum("ij,ij->i", before, edge))
+    return bool(turn.min() >= 0.0 and turn.max() < 3.0 and turn.sum() < 7.0)

@@ -8,18 +8,22 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
-import shapely
-from shapely.validation import explain_validity
 
 from ..arrays import LARGEST_COORDINATE, Array, Index
 from ..errors import InputError
-from .arcs import arc_lengths, divided, half_angles, on_arcs
+from .arcs import arc_lengths, divided, half_angles, on_arcs, perimeter, signed_area, turns_left_once
+
+if TYPE_CHECKING:
+    import shapely
 
 RUNS_ON = 1e-7
 """Turn, and change of curvature over a side, within which one side goes on into the next [rad]."""
+
+HULL = 24.0
+"""Perimeter of the convex hull over the unit of length of logarithms."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,16 @@ class Side:
             return np.broadcast_to((self.end - self.start) / self._chord, (len(fraction), 2))
         nx, ny = on_arcs(self.start, self.end, self.half_angle, 2.0 * fraction - 1.0)[1].T
         return np.column_stack([-ny, nx])
+
+    def nearest(self, x: Array) -> Array:
+        """Fractions (n,) of the arc length at which the side is nearest to points (n, 2), on arcs within a radius."""
+        along, alpha = (self.end - self.start) / self._chord, self.half_angle
+        place = np.asarray((x - 0.5 * (self.start + self.end)) @ np.array([along, [-along[1], along[0]]]).T)
+        if self.curvature == 0.0:
+            return np.clip(0.5 + place[:, 0] / self._chord, 0.0, 1.0)
+        # from the centre, a distance of cos α/κ to the left of the chord
+        turn = np.arctan2(place[:, 0], math.cos(alpha) / abs(self.curvature) - math.copysign(1.0, alpha) * place[:, 1])
+        return np.clip(0.5 + 0.5 * turn / abs(alpha), 0.0, 1.0)
 
     def reversed(self) -> Side:
         """The side from its end to its start."""
@@ -148,8 +162,15 @@ class Outline:
         length is 0.083 for a thin body (whose lowest scale is 0.18 at ν = 0) and at most 0.131 for a disc (0.30 or more). It
         is 1 for both examples of the paper, whose digits depend on it through the discretisation error.
         """
-        rings = shapely.MultiPoint(np.vstack([_ring(loop, 64) for loop in self.loops]))
-        return hull_scale(rings if self.exterior else self.polygon())
+        points = np.vstack([_ring(loop, 64) for loop in self.loops])
+        if self._is_convex:
+            return perimeter(points) / HULL
+        return hull_scale(points)
+
+    @functools.cached_property
+    def _is_convex(self) -> bool:
+        """Whether there is one loop that turns left everywhere: simple, and its own convex hull."""
+        return not self.exterior and len(self.loops) == 1 and turns_left_once(_ring(self.loops[0], 64))
 
     @functools.cached_property
     def joined(self) -> Outline:
@@ -161,18 +182,43 @@ class Outline:
         loops = tuple(_joined(loop) for loop in self.loops)
         return self if sum(map(len, loops)) == len(self.sides) else Outline(loops, self.exterior)
 
+    @property
+    def offsets(self) -> list[float]:
+        """Arc length along its part at the start of each side [length]."""
+        travelled: dict[str, float] = {}
+        result = []
+        for side in self.sides:
+            result.append(travelled.get(side.part, 0.0))
+            travelled[side.part] = result[-1] + side.length
+        return result
+
     @functools.cached_property
     def neighbours(self) -> tuple[Index, Index]:
         """Numbers of the side before and of the side after each one."""
         return round_loops([len(loop) for loop in self.loops])
 
-    def polygon(self, points_per_arc: int = 64) -> shapely.Polygon:
-        """The body as a shapely polygon, arcs as chords: for tests and pictures; of an infinite plate a piece."""
+    def _rings(self, points_per_arc: int = 64) -> list[Array]:
+        """Corners of each loop, arcs as chords; of an infinite plate those of a box around come first."""
         rings = [_ring(loop, points_per_arc) for loop in self.loops]
         if not self.exterior:
-            return shapely.Polygon(rings[0], rings[1:])
+            return rings
         low, high = np.min(np.vstack(rings), axis=0), np.max(np.vstack(rings), axis=0)
-        return shapely.Polygon(shapely.box(*(2.0 * low - high), *(2.0 * high - low)).exterior, rings)
+        (left, bottom), (right, top) = 2.0 * low - high, 2.0 * high - low
+        return [np.array([[left, bottom], [right, bottom], [right, top], [left, top]]), *rings]
+
+    def polygon(self, points_per_arc: int = 64) -> shapely.Polygon:
+        """The body as a shapely polygon, arcs as chords: for tests and pictures; of an infinite plate a piece."""
+        import shapely
+
+        rings = self._rings(points_per_arc)
+        return shapely.Polygon(rings[0], rings[1:])
+
+    @functools.cached_property
+    def thickness(self) -> float:
+        """Twice the area over the perimeter: of a strip its thickness; of an infinite plate that of a piece [length]."""
+        rings = self._rings()
+        outer, *holes = (abs(signed_area(ring)) for ring in rings)
+        return 2.0 * (outer - sum(holes)) / sum(map(perimeter, rings))
 
     def _check_digits(self) -> None:
         """Squares of lengths must not vanish, nor differences of coordinates lose the digits that distinguish the sides."""
@@ -182,9 +228,11 @@ class Outline:
                              "too little for 16 digits, choose another origin or unit of length")  # fmt: skip
 
     def _check_simple(self) -> None:
-        body = self.polygon()
-        if body.is_valid:
+        if self._is_convex or (body := self.polygon()).is_valid:
             return
+        import shapely
+        from shapely.validation import explain_validity
+
         for loop in self.loops:
             ring = shapely.Polygon(_ring(loop, 64))
             if not ring.is_valid:
@@ -247,14 +295,16 @@ def _goes_on(before: Side, side: Side) -> bool:
     return turn < RUNS_ON and abs(before.curvature - side.curvature) * min(map(abs, chords)) < RUNS_ON
 
 
-def hull_scale(shape: shapely.Geometry) -> float:
-    """1/24 of the convex hull's perimeter, see `Outline.log_length` [length]."""
-    return float(shape.convex_hull.length) / 24.0
+def hull_scale(points: Array) -> float:
+    """1/24 of the perimeter of the convex hull of points (n, 2), see `Outline.log_length` [length]."""
+    import shapely
+
+    return float(shapely.MultiPoint(points).convex_hull.length) / HULL
 
 
 def oriented(loops: Sequence[Sequence[Side]], *, exterior: bool = False) -> tuple[tuple[Side, ...], ...]:
     """The loops with the largest first and counter-clockwise, the others (holes) clockwise; `exterior`: all clockwise."""
-    areas = [_signed_area(_ring(loop, 64)) for loop in loops]
+    areas = [signed_area(_ring(loop, 64)) for loop in loops]
     order = sorted(range(len(loops)), key=lambda k: -abs(areas[k]))
     turned = []
     for rank, k in enumerate(order):
@@ -262,11 +312,6 @@ def oriented(loops: Sequence[Sequence[Side]], *, exterior: bool = False) -> tupl
         loop = list(loops[k])
         turned.append(tuple(loop if areas[k] * wanted > 0 else [side.reversed() for side in reversed(loop)]))
     return tuple(turned)
-
-
-def _signed_area(ring: Array) -> float:
-    x, y = (ring - ring[0]).T
-    return 0.5 * float(x @ np.roll(y, -1) - y @ np.roll(x, -1))
 
 
 def shown(point: Array) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array
+from .ksp import SolverFront
 from .matrix_free import Krylov
 
 Map = Callable[[Array], Array]
@@ -37,7 +38,7 @@ class Elimination:
         return y - (c @ self._solved).reshape(y.shape), c
 
 
-class BorderedKrylov:
+class BorderedKrylov(SolverFront):
     """A KSP of a prefix (GMRES unless the options say otherwise), preconditioned by an inverse of A.
 
     Parameters
@@ -53,22 +54,7 @@ class BorderedKrylov:
     def __init__(self, shape: tuple[int, ...], most: int, prefix: str, comm: Any = None, text: str = "") -> None:
         self._shape, self._n = shape, math.prod(shape)
         self._size = self._n + most
-        self._krylov = Krylov((self._size,), prefix, comm, text)
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of the last solve."""
-        return self._krylov.iterations
-
-    @property
-    def reason(self) -> int:
-        """PETSc's number of how the last solve ended."""
-        return self._krylov.reason
-
-    @property
-    def kind(self) -> str:
-        """KSP and PC by their types."""
-        return self._krylov.kind
+        self._solver = Krylov((self._size,), prefix, comm, text)
 
     def solve(
         self, product: Map, inverse: Map, columns: Array, rows: Array, rhs: Array, work: Array, floor: float, rtol: float
@@ -91,10 +77,10 @@ class BorderedKrylov:
 
         right = np.zeros(self._size)
         right[:n], right[n : n + q] = rhs.ravel(), work
-        found = self._krylov.solve(whole_product, whole_inverse, right, floor, rtol)
+        found = self._solver.solve(whole_product, whole_inverse, right, floor, rtol)
         y = found[:n].reshape(shape)
         return y + eliminated(np.zeros(shape), work - flat @ y.ravel())[0], found[n : n + q]
 
     def close(self) -> None:
         """Free every PETSc object."""
-        self._krylov.close()
+        self._solver.close()

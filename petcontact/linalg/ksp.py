@@ -7,12 +7,18 @@ from typing import Any
 import numpy as np
 
 from ..errors import InputError, SolverError
-from ..runtime.petsc import has_scalapack, options_error, petsc, reason_name, solver_error
+from ..runtime.petsc import given_options, has_scalapack, options_error, petsc, reason_name, solver_error
+from ..runtime.world import of_petsc
 from .row_layout import redistribute
 
 RTOL = 1e-12
 EXACT = ("lu", "cholesky", "svd", "redundant")
 """Preconditioners that one application solves with."""
+
+
+def is_asked_for(prefix: str) -> bool:
+    """Whether options speak of the KSP of a prefix; -help is one, which lists what there is."""
+    return any(name == "help" or name.startswith((f"{prefix}ksp_", f"{prefix}pc_")) for name in given_options())
 
 
 class LinearSolver:
@@ -34,8 +40,6 @@ class LinearSolver:
         Whether LU may overwrite the operator (halves the memory of a factorisation).
     context : object, optional
         Of a preconditioner of type python.
-    rtol : float
-        Default of the relative tolerance.
 
     Raises
     ------
@@ -47,11 +51,11 @@ class LinearSolver:
 
     def __init__(
         self, comm: Any, prefix: str, stage: str, *, in_place: bool = False, ksp_type: str = "preonly", pc_type: str = "lu",
-        context: Any = None, rtol: float = RTOL,
+        context: Any = None,
     ) -> None:  # fmt: skip
         self.stage, self.iterations, self.reason = stage, 0, 0
-        self._comm, self._prefix, self._in_place, self._context = comm, prefix, in_place, context
-        self._types, self._rtol = (ksp_type, pc_type), rtol
+        self._comm, self._prefix, self._in_place, self._context = of_petsc(comm), prefix, in_place, context
+        self._types = (ksp_type, pc_type)
         self._ksp: Any = None
         self._converted: Any = None
 
@@ -76,7 +80,7 @@ class LinearSolver:
         ksp.setOptionsPrefix(self._prefix)
         ksp.setType(self._types[0])
         pc.setType(self._types[1])
-        ksp.setTolerances(rtol=self._rtol, atol=0.0, max_it=2000)
+        ksp.setTolerances(rtol=RTOL, atol=0.0, max_it=2000)
         ksp.setFromOptions()
         name = pc.getType()
         if name == "python":
@@ -96,7 +100,7 @@ class LinearSolver:
             if not database.hasName("pc_factor_in_place"):
                 _use_in_place(pc, self._prefix)
 
-    def set_operator(self, matrix: Any, preconditioner: Any = None) -> None:
+    def set_operator(self, matrix: Any) -> None:
         """Solve with this matrix from now on; LU is computed at the next solve.
 
         A dense LU over several ranks is ScaLAPACK's: the matrix is converted, which no option of PETSc does by itself.
@@ -108,7 +112,7 @@ class LinearSolver:
                 self._converted = matrix = matrix.convert("scalapack", petsc().Mat())
             else:
                 self.ksp.getPC().setType("redundant")
-        self.ksp.setOperators(matrix, preconditioner)
+        self.ksp.setOperators(matrix)
 
     def solve(self, rhs: Any, solution: Any) -> None:
         """operator · solution = rhs."""
@@ -216,3 +220,24 @@ def _use_in_place(pc: Any, prefix: str) -> None:
     database.setValue(key, "true")
     pc.setFromOptions()
     database.delValue(key)
+
+
+class SolverFront:
+    """What leaves its solves to another solver, and reports how the last one ended as that does."""
+
+    _solver: Any
+
+    @property
+    def iterations(self) -> int:
+        """Iterations of the last solve."""
+        return int(self._solver.iterations)
+
+    @property
+    def reason(self) -> int:
+        """PETSc's number of how the last solve ended."""
+        return int(self._solver.reason)
+
+    @property
+    def kind(self) -> str:
+        """KSP and PC by their types; empty as long as nothing was solved."""
+        return str(self._solver.kind)

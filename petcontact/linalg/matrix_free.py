@@ -10,14 +10,15 @@ import numpy as np
 
 from ..arrays import Array
 from ..runtime.petsc import petsc
-from .ksp import LinearSolver
+from ..runtime.world import OneRank, of_petsc
+from .ksp import LinearSolver, SolverFront
 from .row_layout import even_ranges
 
 RESTART = 200
 """Directions that GMRES keeps: its products are worth more than these vectors."""
 
 
-class Krylov:
+class Krylov(SolverFront):
     """A KSP (GMRES unless the options say otherwise) over functions of whole arrays of one shape.
 
     Parameters
@@ -32,7 +33,7 @@ class Krylov:
     """
 
     def __init__(self, shape: tuple[int, ...], prefix: str, comm: Any = None, text: str = "") -> None:
-        comm, size = petsc().COMM_SELF if comm is None else comm, math.prod(shape)
+        comm, size = of_petsc(OneRank() if comm is None else comm), math.prod(shape)
         self._shape, self._prefix, self._text = shape, prefix, text
         self._product: Callable[[Array], Array] = np.copy
         self._precondition: Callable[[Array], Array] = np.copy
@@ -45,21 +46,6 @@ class Krylov:
             comm, prefix, "iterate", ksp_type="gmres", pc_type="python", context=_Preconditioner(self)
         )
         self._x, self._b = self._matrix.createVecs()
-
-    @property
-    def iterations(self) -> int:
-        """Iterations of the last solve."""
-        return self._solver.iterations
-
-    @property
-    def reason(self) -> int:
-        """PETSc's number of how the last solve ended."""
-        return self._solver.reason
-
-    @property
-    def kind(self) -> str:
-        """KSP and PC by their types; empty as long as nothing was solved."""
-        return self._solver.kind
 
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
         """The matrix of type python."""

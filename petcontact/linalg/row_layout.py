@@ -17,11 +17,6 @@ def even_ranges(count: int, size: int) -> list[Range]:
     return list(itertools.pairwise(even_bounds(count, size).tolist()))
 
 
-def node_ranges(n_nodes: int, size: int, rows_per_node: int = 1) -> list[Range]:
-    """The rows of each rank where whole nodes are split evenly."""
-    return [(rows_per_node * a, rows_per_node * b) for a, b in even_ranges(n_nodes, size)]
-
-
 def redistribute(local: Array, owned: list[Range], wanted: list[Range], comm: Any) -> Array:
     """Rows (k, ...) of this rank, moved from one contiguous layout over the ranks to another.
 

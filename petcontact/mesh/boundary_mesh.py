@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -72,6 +73,8 @@ class BoundaryMesh(Protocol):
     def n_elements(self) -> int: ...
     @property
     def node_part(self) -> Index: ...
+    @property
+    def corner_nodes(self) -> Index: ...
 
     def nodes_of(self, part: str) -> Index:
         """Numbers of the nodes of a part, increasing."""
@@ -141,6 +144,11 @@ class Collocated:
         return len(self.order)
 
     @property
+    def corner_nodes(self) -> Index:
+        """Nodes of elements at corners whose unknowns are powers of the distance, not polynomials."""
+        return np.empty(0, dtype=np.int64)
+
+    @property
     def node_part(self) -> Index:
         """Number of the part of each node, (n,)."""
         return self.part[self.element]
@@ -148,3 +156,12 @@ class Collocated:
     def nodes_of(self, part: str) -> Index:
         """Numbers of the nodes of a part, increasing."""
         return np.flatnonzero(self.node_part == self.part_names.index(part))
+
+
+def pieces(mesh: BoundaryMesh, step: int) -> Iterator[Batch]:
+    """All elements, `step` of one kind at a time."""
+    for batch in mesh.batches():
+        per_element = len(batch.nodes) // len(batch.elements.index)
+        for first in range(0, len(batch.elements.index), step):
+            elements = mesh.elements(batch.elements.index[first : first + step])
+            yield Batch(elements, batch.nodes[first * per_element : (first + step) * per_element])

@@ -5,11 +5,10 @@ from __future__ import annotations
 import functools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy
-import shapely
 
 from ..arrays import Array, Index
 from ..errors import InputError
@@ -44,6 +43,9 @@ class CurveMesh(Collocated):
     direction : (n_elements, 2) array
         Unit vectors along the chords. Those of tiny elements lose digits in the difference of their ends: they are better
         known from the side, and by default from the ends.
+    power : (n_elements,) array
+        λ > 0 of constant elements at a corner whose unknown displacements are r^λ, and tractions r^(λ-1), r being the
+        distance from their start, -λ from their end; 0 of polynomials, and by default (`bem.kelvin2d.corner_elements`).
     x, normal : (n, 2) arrays
         Nodes and outward unit normals.
     weight : (n,) array
@@ -65,6 +67,7 @@ class CurveMesh(Collocated):
     part_names: tuple[str, ...]
     unit_length: float = 0.0
     direction: Array = field(default_factory=lambda: np.empty((0, 2)))
+    power: Array = field(default_factory=lambda: np.empty(0))
     dim: ClassVar[int] = 2
     x: Array = field(init=False)
     normal: Array = field(init=False)
@@ -85,6 +88,9 @@ class CurveMesh(Collocated):
             points, weights = gauss(int(order))
             repeat = np.count_nonzero(chosen) // len(points)
             xi[chosen], reference_weight[chosen] = np.tile(points, repeat), np.tile(weights, repeat)
+        power = np.where(self.order == 0, self.power, 0.0) if len(self.power) else np.zeros(len(counts))
+        corner = np.flatnonzero(power)
+        xi[first[corner]] = np.sign(power[corner]) * (2.0 * corner_node(np.abs(power[corner])) - 1.0)
         chord = self.end - self.start
         size = np.hypot(*chord.T)
         angle = half_angles(size, self.curvature)
@@ -92,14 +98,19 @@ class CurveMesh(Collocated):
         direction = self.direction if len(self.direction) else chord / size[:, None]
         x, normal = on_arcs(self.start[element], self.end[element], angle[element], xi, direction[element])
         values = {
-            "direction": direction,
+            "direction": direction, "power": power,
             "element": element, "first_node": first, "xi": xi, "half_angle": angle, "length": length,
             "x": x, "normal": normal, "weight": 0.5 * length[element] * reference_weight,
         }  # fmt: skip
         for name, value in values.items():
             object.__setattr__(self, name, value)
         if self.unit_length == 0.0:
-            object.__setattr__(self, "unit_length", hull_scale(shapely.MultiPoint(np.vstack([self.start, self.x]))))
+            object.__setattr__(self, "unit_length", hull_scale(np.vstack([self.start, self.x])))
+
+    @property
+    def corner_nodes(self) -> Index:
+        """As in `Collocated`."""
+        return np.asarray(self.first_node[np.flatnonzero(self.power)])
 
     @property
     def kind(self) -> Index:
@@ -213,6 +224,12 @@ class CurveMesh(Collocated):
         return points.reshape(shape), normals.reshape(shape)
 
 
+def corner_node(power: Any) -> Any:
+    """Distance of the node from the corner where an element has the power λ, over its length: λ^(1/(1-λ)), where r^(λ-1) is
+    its own mean over the element."""
+    return power ** (1.0 / (1.0 - power))
+
+
 def as_curve(mesh: BoundaryMesh) -> CurveMesh:
     """A mesh of which arc length and neighbours are asked.
 
@@ -226,7 +243,9 @@ def as_curve(mesh: BoundaryMesh) -> CurveMesh:
     return mesh
 
 
-def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index]) -> CurveMesh:
+def build_mesh(
+    outline: Outline, breaks: Sequence[Array], orders: Sequence[Index], powers: Sequence[tuple[float, float]] = ()
+) -> CurveMesh:
     """The mesh with given break points on each side.
 
     Parameters
@@ -236,9 +255,11 @@ def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index
         Fractions of the side's arc length, increasing from 0 to 1.
     orders : list of (n_k,) arrays
         Orders of the elements of each side.
+    powers : list of pairs of float, one a side, optional
+        λ of the first and the last element, where they are powers (and constant), else 0.
     """
     names = outline.parts
-    start, end, curvature, part, line, side_start, direction = [], [], [], [], [], [], []
+    start, end, curvature, part, line, side_start, direction, power = [], [], [], [], [], [], [], []
     travelled = dict.fromkeys(names, 0.0)
     numbers = line_numbers(outline)
     for number, (side, fractions) in enumerate(zip(outline.sides, breaks, strict=True)):
@@ -252,11 +273,14 @@ def build_mesh(outline: Outline, breaks: Sequence[Array], orders: Sequence[Index
         line.append(np.full(count, numbers[number]))
         side_start.append(travelled[side.part] + side.length * fractions[:-1])
         travelled[side.part] += side.length
+        power.append(np.zeros(count))
+        for place, sign, exponent in zip((0, -1), (1.0, -1.0), powers[number] if powers else (), strict=False):
+            power[-1][place] = sign * exponent if orders[number][place] == 0 else power[-1][place]
     return CurveMesh(
         start=np.vstack(start), end=np.vstack(end), curvature=np.concatenate(curvature),
         order=np.concatenate(list(orders)).astype(np.int64), part=np.concatenate(part),
         line=np.concatenate(line), side_start=np.concatenate(side_start), part_names=names,
-        unit_length=outline.log_length, direction=np.vstack(direction),
+        unit_length=outline.log_length, direction=np.vstack(direction), power=np.concatenate(power),
     )  # fmt: skip
 
 

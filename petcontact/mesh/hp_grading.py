@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import scipy
@@ -64,10 +64,13 @@ class Marks:
         Arc length along the side, increasing from 0 to its length [length].
     size : (k,) array
         Length of the smallest elements at each point, infinite where the mesh is not graded towards it [length].
+    powers : pair of float
+        λ where the first and the last element are powers of the distance to the end, 0 where they are polynomials.
     """
 
     position: Array
     size: Array
+    powers: tuple[float, float] = (0.0, 0.0)
 
 
 def graded_mesh(
@@ -101,7 +104,7 @@ def graded_mesh(
         if resolve is not None:
             breaks[k], orders[k] = resolve(k, breaks[k], orders[k])
     _smooth(outline, breaks, orders)
-    return build_mesh(outline, breaks, orders)
+    return build_mesh(outline, breaks, orders, [points.powers for points in marks])
 
 
 def graded_side(marks: Marks, grading: Grading) -> tuple[Array, Index]:
@@ -123,15 +126,26 @@ def graded_side(marks: Marks, grading: Grading) -> tuple[Array, Index]:
             orders.append(np.array([grading.order]))
         points[0], points[-1] = a, b
         pieces.append(points[1:])
-    return np.concatenate(pieces), np.concatenate(orders)
+    result = np.concatenate(orders)
+    for order, power in ((result, marks.powers[0]), (result[::-1], marks.powers[1])):
+        if power:
+            _of_corner(order, grading)
+    return np.concatenate(pieces), result
 
 
-def balanced(marks: Marks, grading: Grading) -> Marks:
-    """The marks with elements no larger than fits the shorter interval on either side of each."""
+def _of_corner(orders: Index, grading: Grading) -> None:
+    """A constant element at a corner where every distance matters alike, and full orders beside it, in place."""
+    growing = int(np.argmax(orders >= grading.order)) if np.any(orders >= grading.order) else len(orders)
+    orders[:growing] = grading.order
+    orders[0] = 0
+
+
+def balanced(marks: Marks, grading: Grading, share: float = 1.0) -> Marks:
+    """The marks with elements no larger than fits the shorter interval on either side of each, or a share of that."""
     interval = np.diff(marks.position)
     shorter = np.minimum(np.append(interval, np.inf), np.insert(interval, 0, np.inf))
-    fitting = np.minimum(marks.size, 0.5 * grading.ratio * shorter)
-    return Marks(marks.position, np.where(np.isfinite(marks.size), fitting, np.inf))
+    fitting = np.minimum(marks.size, 0.5 * grading.ratio * share * shorter)
+    return replace(marks, size=np.where(np.isfinite(marks.size), fitting, np.inf))
 
 
 def _steps(half: float, smallest: float, ratio: float) -> Array:

@@ -14,7 +14,7 @@ from .curve_mesh import CurveMesh
 from .panels import HIGHEST_ORDER
 from .surface_mesh import SurfaceMesh
 
-CURVE_ARRAYS = ("curvature", "order", "part", "line", "side_start")
+CURVE_ARRAYS, CURVE_OPTIONAL = ("curvature", "order", "part", "line", "side_start"), ("power",)
 SURFACE_ARRAYS, SURFACE_OPTIONAL = ("order", "part"), ("middles",)
 LARGEST_ORDER = 5
 
@@ -36,7 +36,7 @@ def _(mesh: CurveMesh, group: Any) -> None:
     vertices, numbers = np.unique(np.vstack([mesh.start, mesh.end]), axis=0, return_inverse=True)
     group["vertices"] = vertices
     group["elements"] = numbers.reshape(2, -1).T
-    for key in CURVE_ARRAYS:
+    for key in (*CURVE_ARRAYS, *(CURVE_OPTIONAL if mesh.power.any() else ())):
         group[key] = getattr(mesh, key)
 
 
@@ -73,7 +73,7 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
     kind = (vertices.shape[1], elements.shape[1])
     demand(kind in kinds, shown)
     keys, build = kinds[kind]
-    arrays = {key: group[key][()] for key in keys}
+    arrays = {key: group[key][()] for key in (*keys, *(key for key in CURVE_OPTIONAL if key in group))}
     names = tuple(name.decode() for name in group["part_names"][()])
     for name, values in arrays.items():
         demand(values.shape == (count,), f"{source}: mesh/{name} has shape {values.shape}, not ({count},)")
@@ -86,6 +86,8 @@ def read_mesh(group: Any, source: str) -> BoundaryMesh:
 
 def _curve(vertices: Any, elements: Any, arrays: Any, names: tuple[str, ...], unit_length: float, source: str) -> CurveMesh:
     demand_range(elements, len(vertices), f"{source}: mesh/elements")
+    powers = arrays.get("power", np.zeros(1))
+    demand(powers.dtype.kind == "f" and bool(np.all(np.abs(powers) < 1.0)), f"{source}: mesh/power must be below 1")
     start, end = vertices[elements[:, 0]], vertices[elements[:, 1]]
     demand(bool(np.all(np.any(start != end, axis=1))), f"{source}: mesh: an element has no length")
     return CurveMesh(start=start, end=end, part_names=names, unit_length=unit_length, **arrays)

@@ -12,8 +12,6 @@ from pydantic.json_schema import models_json_schema
 
 from .base import Model, models_in
 
-SCHEMA_LINE = "#:schema {name}"
-"""First line of a TOML file with which editors (Taplo, VS Code's Even Better TOML) find its schema."""
 ENTRY = re.compile(r"^(\w[\w, ]*) : .*\n((?:[ \t]+.*\n|\n)*)", re.MULTILINE)
 
 

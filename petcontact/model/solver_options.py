@@ -10,12 +10,7 @@ import pydantic
 from ..runtime.petsc_options import refused_in_config
 from .base import Model, Point, Positive, one_of
 
-METHODS = {
-    "projection": "projection",
-    "operator-robin": "operator_robin",
-    "semismooth-newton": "newton",
-    "tao": "tao",
-}
+METHODS = {"projection": "projection", "operator-robin": "operator_robin", "semismooth-newton": "newton", "tao": "tao"}
 """Methods by name, and the module of contact/methods/ whose `build` makes each."""
 DEFAULT_METHOD = "semismooth-newton"
 RULES = {

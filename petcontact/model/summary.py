@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from typing import Any
 
 from .bodies import Body, Contact, Pair
@@ -27,6 +26,8 @@ def summary(problem: Any) -> list[tuple[str, str]]:
 def html_table(caption: str, rows: list[tuple[str, str]]) -> str:
     """The rows as a table for notebooks."""
     cell = "<t{0} style='text-align:left'>{1}</t{0}>"
+    import html
+
     lines = ("".join(cell.format(*pair) for pair in zip("hd", map(html.escape, row), strict=True)) for row in rows)
     return f"<table><caption>{html.escape(caption)}</caption>{''.join(f'<tr>{line}</tr>' for line in lines)}</table>"
 

@@ -72,23 +72,3 @@ DISPATCHED void petcontact_multiply(int64_t stacks, const int64_t *entries, cons
         }
     }
 }
-
-/* y[columns] += sign · blockᵀ x[rows], likewise. */
-DISPATCHED void petcontact_multiply_transposed(int64_t stacks, const int64_t *entries, const double *x, double *y,
-                                               double sign, double *work)
-{
-    for (int64_t i = 0; i < stacks; i++) {
-        Stack s = stack_of(entries + 6 * i);
-        for (int64_t b = 0; b < s.count; b++) {
-            const int64_t *rows = s.rows + b * s.p, *columns = s.columns + b * s.q;
-            memset(work, 0, s.q * sizeof(double));
-            for (int64_t r = 0; r < s.p; r++) {
-                const double *one = s.values + (b * s.p + r) * s.q, factor = sign * x[rows[r]];
-                for (int64_t j = 0; j < s.q; j++)
-                    work[j] += factor * one[j];
-            }
-            for (int64_t j = 0; j < s.q; j++)
-                y[columns[j]] += work[j];
-        }
-    }
-}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 from ..runtime.memory import physical_memory
-from ..runtime.petsc import petsc
+from ..runtime.petsc import given_options, option
 
 SMALLEST = 1200
 """Nodes up to which operators are dense: nothing is to be gained."""
@@ -141,17 +141,24 @@ def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
     return mesh.n_nodes > SMALLEST and compressed < dense
 
 
+def has_compressed(bem: Bem, meshes: Iterable[BoundaryMesh]) -> bool:
+    """Whether operators of any body are compressed."""
+    bem = resolved_bem(bem)
+    return any(is_compressed(bem, mesh) for mesh in meshes)
+
+
 def chosen_tolerance(bem: Bem, accuracy: float) -> float:
     """Tolerance of compressed surfaces for an error of the solution; NaN where one is given, which then stays [-]."""
-    if "hmatrix_tol" in bem.model_fields_set or petsc().Options("bem_").hasName("hmatrix_tol"):
+    if "hmatrix_tol" in bem.model_fields_set or option("bem_hmatrix_tol") is not None:
         return math.nan
     return min(max(FINER * accuracy, TIGHTEST), LOOSEST)
 
 
 def resolved_bem(bem: Bem) -> Bem:
     """`[bem]` with its -bem_ options over it."""
-    database = petsc().Options("bem_")
-    given = {name: database.getString(name) for name in type(bem).model_fields if database.hasName(name)}
+    everything = given_options()
+    names = [name for name in type(bem).model_fields if f"bem_{name}" in everything]
+    given = {name: option(f"bem_{name}") or "" for name in names}
     values: dict[str, Any] = {**bem.model_dump()}
     for name, text in given.items():
         try:

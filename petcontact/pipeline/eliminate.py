@@ -18,7 +18,7 @@ from ..errors import InputError, SolverError
 from ..geometry.superelement import CondensedSurface
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
-from ..runtime.petsc import petsc
+from ..runtime.world import OneRank
 from .choice import LARGEST, check_memory, compressed_memory, is_compressed, predicted_seconds, resolved_bem
 from .discrete.discretise import Discrete
 from .discrete.load_states import body_motions
@@ -77,7 +77,7 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
             bodies[b] = eliminated_alone(discrete, b, comm)
     else:
         for b in dense[rank::size]:
-            bodies[b] = eliminated_alone(discrete, b, petsc().COMM_SELF)
+            bodies[b] = eliminated_alone(discrete, b, OneRank())
         for k, b in enumerate(dense):
             bodies[b] = comm.tompi4py().bcast(bodies[b], root=k % size)
     found = [body for body in bodies if body is not None]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import itertools
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,15 +13,18 @@ from ..arrays import Array
 from ..bem.particular.volume import volume_solution
 from ..compliance.bodies import BodiesSystem
 from ..compliance.body.base import ElasticBody
+from ..compliance.interface import slices
 from ..errors import InputError
+from ..fields.stress_state import StressState
 from ..geometry.superelement import CondensedSurface
 from ..linalg.dense_matrix import distributed
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.case import load
 from ..model.problem import Problem
-from ..results.body_fields import BodyFields, StressState
+from ..results.body_fields import BodyFields
 from ..results.records import BodyResult
-from ..runtime.petsc import options, petsc
+from ..runtime.petsc import options
+from ..runtime.world import world
 from .discrete.discretise import Discrete, discretise, without_contact
 from .discrete.interfaces import interfaces_of
 from .eliminate import eliminated, eliminated_alone
@@ -69,7 +71,6 @@ class BodyOperators:
         for batch in self.mesh.batches():
             kernel_g, kernel_h = operators.kernel.integrals(targets, batch.elements)
             for whole, kernel in ((single, kernel_g), (double, kernel_h)):
-                assert kernel is not None
                 whole[:, :, batch.nodes] = kernel.transpose(3, 0, 2, 1)
         return single.reshape(d * n, -1) / operators.traction_scale, double.reshape(d * n, -1)
 
@@ -232,7 +233,7 @@ def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
     array([[1., 0., 0.]])
     """
     problem = load(problem) if isinstance(problem, str | Path) else problem
-    comm = comm if comm is not None else petsc().COMM_WORLD
+    comm = comm if comm is not None else world()
     with options(problem.petsc):
         if not interfaces_of(problem):
             discrete, system = without_contact(problem), None
@@ -252,15 +253,13 @@ def _of(discrete: Discrete, system: BodiesSystem | None, bodies: dict[str, BodyO
         states, none = len(discrete.data[0].value), np.zeros((0, d))
         return Operators(discrete.problem, bodies, {}, none, none, np.zeros((0, d, d)), none[:, 0], none[:, 0],
                          np.zeros((states, 0, d)), none[:, :0], none[:, :0].T, np.zeros((states, 0)), None)  # fmt: skip
-    ends = np.cumsum([0, *(len(face.nodes) for face in faces)])
-    pairs = {face.name: slice(int(a), int(b)) for face, (a, b) in zip(faces, itertools.pairwise(ends), strict=True)}
     x, normal, frame = (
         np.concatenate(parts) for parts in zip(*(
             (discrete.meshes[face.body].x[face.nodes], face.normal, face.directions) for face in faces
         ), strict=True)
     )  # fmt: skip
     return Operators(
-        discrete.problem, bodies, pairs, x, normal, frame, system.weight, system.gap,
+        discrete.problem, bodies, slices(faces), x, normal, frame, system.weight, system.gap,
         system.base.reshape(len(system.base), -1, system.k), system.modes, system.balance, system.resultant, system,
     )  # fmt: skip
 

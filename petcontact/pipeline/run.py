@@ -21,9 +21,10 @@ from ..results.records import StepResult
 from ..results.solution import Solution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
-from ..runtime.petsc import options, petsc, reason_name, stage, timed
+from ..runtime.petsc import given_options, options, petsc_version, reason_name, stage, timed
 from ..runtime.signals import BrokenOff
 from ..runtime.terminal import printable
+from ..runtime.world import world
 from .discrete.discretise import Discrete, discretise
 from .eliminate import Announce, eliminated
 from .steps.cycles import wear_history
@@ -62,7 +63,7 @@ def prepare(
     SolverError
         If a body cannot be eliminated, or nothing holds the loads where that takes long.
     """
-    comm = comm if comm is not None else petsc().COMM_WORLD
+    comm = comm if comm is not None else world()
     began = time.perf_counter()
     discrete = discrete if discrete is not None else discretise(problem, law=law)
     seconds = {"mesh": time.perf_counter() - began}
@@ -144,16 +145,16 @@ def _finished(
 def petsc_options_of(table: Mapping[str, Any]) -> str:
     """All PETSc options in force, with those of a config's table."""
     with options(dict(table)):
-        return " ".join(f"-{key} {value}".strip() for key, value in sorted(petsc().Options().getAll().items()))
+        return " ".join(f"-{key} {value}".strip() for key, value in sorted(given_options().items()))
 
 
 def versions() -> str:
-    """Versions of what the digits depend on."""
+    """Versions of what the digits depend on; PETSc's where it runs."""
     import h5py
     import scipy
 
-    numbers = ".".join(str(k) for k in petsc().Sys.getVersion())
-    return (
-        f"petcontact {__version__}, PETSc {numbers}, numpy {np.__version__}, scipy {scipy.__version__}, "
-        f"h5py {h5py.__version__}, Python {platform.python_version()}"
-    )
+    used = {
+        "petcontact": __version__, "PETSc": petsc_version(), "numpy": np.__version__, "scipy": scipy.__version__,
+        "h5py": h5py.__version__, "Python": platform.python_version(),
+    }  # fmt: skip
+    return ", ".join(f"{name} {version}" for name, version in used.items() if version)

@@ -19,7 +19,8 @@ from ..mesh.surface_mesh import as_surface
 from ..model.base import nearest
 from ..results.data import SolutionData
 from ..runtime.atomic_write import temporary_name, write_text
-from ..runtime.petsc import options, petsc
+from ..runtime.petsc import options
+from ..runtime.world import world
 from .discrete.discretise import Discrete, add_volume_loads
 from .discrete.interfaces import interfaces_of
 from .discrete.load_states import boundary_data
@@ -147,7 +148,7 @@ def condensed_body(solution: SolutionData, name: str | None = None, comm: Any = 
     law, nothing = Tresca(np.zeros(0), mesh.dim - 1), np.zeros(0)
     discrete = Discrete(problem, boundaries, meshes, [], faces, law, data, [], nothing)
     with options(problem.petsc):
-        body = eliminated_alone(discrete, number, comm if comm is not None else petsc().COMM_WORLD)
+        body = eliminated_alone(discrete, number, comm if comm is not None else world())
     chosen = np.flatnonzero(np.isin(mesh.part, [mesh.part_names.index(part) for part in parts]))
     assert body.compliance is not None
     arrays = _faces(mesh, chosen, parts) | {

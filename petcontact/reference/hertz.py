@@ -21,17 +21,26 @@ def contact_modulus(young: float, poisson: float, young_2: float = np.inf, poiss
 
 
 @dataclass(frozen=True)
-class LineContact:
-    """A cylinder on a half plane (Johnson 4.42-4.45).
+class RoundContact:
+    """A round body on a flat one.
 
     Parameters
     ----------
     load : float
-        P, force per length [stress·length].
+        P [stress·length²], of a cylinder per length.
     radius : float
         R, 1/R = 1/R1 + 1/R2 [length].
     modulus : float
         E* [stress], see `contact_modulus`.
+    """
+
+    load: float
+    radius: float
+    modulus: float
+
+
+class LineContact(RoundContact):
+    """A cylinder on a half plane (Johnson 4.42-4.45); parameters load [stress·length], radius [length], modulus E* [stress].
 
     Examples
     --------
@@ -41,10 +50,6 @@ class LineContact:
     >>> round(contact.half_width, 6), round(contact.peak, 6)
     (0.680778, 9.351351)
     """
-
-    load: float
-    radius: float
-    modulus: float
 
     @property
     def half_width(self) -> float:
@@ -61,18 +66,8 @@ class LineContact:
         return self.peak * elliptic(x, self.half_width)
 
 
-@dataclass(frozen=True)
-class PointContact:
-    """A sphere on a half space (Johnson 4.22-4.24).
-
-    Parameters
-    ----------
-    load : float
-        P, a force [stress·length²].
-    radius : float
-        R, 1/R = 1/R1 + 1/R2 [length].
-    modulus : float
-        E* [stress], see `contact_modulus`.
+class PointContact(RoundContact):
+    """A sphere on a half space (Johnson 4.22-4.24); parameters load [stress·length²], radius [length], modulus E* [stress].
 
     Examples
     --------
@@ -80,10 +75,6 @@ class PointContact:
     >>> round(contact.contact_radius, 12), round(contact.approach, 12), round(contact.peak, 6)
     (1.0, 1.0, 0.63662)
     """
-
-    load: float
-    radius: float
-    modulus: float
 
     @property
     def contact_radius(self) -> float:

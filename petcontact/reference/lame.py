@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -10,8 +11,8 @@ from ..arrays import Array
 
 
 @dataclass(frozen=True)
-class Cylinder:
-    """A tube a <= r <= b under pressures inside and outside, in plane strain, or a ring in plane stress.
+class Hollow:
+    """A hollow body a <= r <= b under pressures inside and outside: σ_r = A - B/rⁿ, σ_θ = A + B/((n-1) rⁿ).
 
     Parameters
     ----------
@@ -21,7 +22,32 @@ class Cylinder:
         E [stress], ν [-].
     pressure_inside, pressure_outside : float
         [stress].
-    plane : {"strain", "stress"}
+    """
+
+    inner: float
+    outer: float
+    young: float
+    poisson: float
+    pressure_inside: float = 0.0
+    pressure_outside: float = 0.0
+    power: ClassVar[int]
+
+    @property
+    def _constants(self) -> tuple[float, float]:
+        """A and B."""
+        a, b = self.inner**self.power, self.outer**self.power
+        mean = (self.pressure_inside * a - self.pressure_outside * b) / (b - a)
+        return mean, (self.pressure_inside - self.pressure_outside) * a * b / (b - a)
+
+    def stress(self, r: Array) -> tuple[Array, Array]:
+        """σ_r and σ_θ at radii (n,) [stress]."""
+        mean, part = self._constants
+        return mean - part / r**self.power, mean + part / ((self.power - 1) * r**self.power)
+
+
+@dataclass(frozen=True)
+class Cylinder(Hollow):
+    """A tube in plane strain, or a ring in plane stress; `plane` is "strain" or "stress", the others see `Hollow`.
 
     Examples
     --------
@@ -31,25 +57,8 @@ class Cylinder:
     [-1.0, 0.0, 1.666667, 0.666667]
     """
 
-    inner: float
-    outer: float
-    young: float
-    poisson: float
-    pressure_inside: float = 0.0
-    pressure_outside: float = 0.0
     plane: str = "strain"
-
-    @property
-    def _constants(self) -> tuple[float, float]:
-        """σ_r = A - B/r², σ_θ = A + B/r²."""
-        a2, b2 = self.inner**2, self.outer**2
-        mean = (self.pressure_inside * a2 - self.pressure_outside * b2) / (b2 - a2)
-        return mean, (self.pressure_inside - self.pressure_outside) * a2 * b2 / (b2 - a2)
-
-    def stress(self, r: Array) -> tuple[Array, Array]:
-        """σ_r and σ_θ at radii (n,) [stress]."""
-        mean, part = self._constants
-        return mean - part / r**2, mean + part / r**2
+    power = 2
 
     def displacement(self, r: Array) -> Array:
         """u_r at radii (n,) [length]."""
@@ -59,18 +68,8 @@ class Cylinder:
         return u
 
 
-@dataclass(frozen=True)
-class Sphere:
-    """A hollow sphere a <= r <= b under pressures inside and outside.
-
-    Parameters
-    ----------
-    inner, outer : float
-        a < b [length].
-    young, poisson : float
-        E [stress], ν [-].
-    pressure_inside, pressure_outside : float
-        [stress].
+class Sphere(Hollow):
+    """A hollow sphere; see `Hollow`.
 
     Examples
     --------
@@ -79,24 +78,7 @@ class Sphere:
     [-7.0, 0.0, 5.0, 1.5]
     """
 
-    inner: float
-    outer: float
-    young: float
-    poisson: float
-    pressure_inside: float = 0.0
-    pressure_outside: float = 0.0
-
-    @property
-    def _constants(self) -> tuple[float, float]:
-        """σ_r = A - B/r³, σ_θ = A + B/(2r³)."""
-        a3, b3 = self.inner**3, self.outer**3
-        mean = (self.pressure_inside * a3 - self.pressure_outside * b3) / (b3 - a3)
-        return mean, (self.pressure_inside - self.pressure_outside) * a3 * b3 / (b3 - a3)
-
-    def stress(self, r: Array) -> tuple[Array, Array]:
-        """σ_r and σ_θ at radii (n,) [stress]."""
-        mean, part = self._constants
-        return mean - part / r**3, mean + 0.5 * part / r**3
+    power = 3
 
     def displacement(self, r: Array) -> Array:
         """u_r at radii (n,) [length]."""

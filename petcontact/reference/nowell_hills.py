@@ -10,21 +10,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..arrays import Array
-from .hertz import LineContact, elliptic
+from .cattaneo_mindlin import LinePartialSlip
+from .hertz import elliptic
 
 
 @dataclass(frozen=True)
-class FrettingContact:
+class FrettingContact(LinePartialSlip):
     """A specimen pulled by σ along x, and pushed towards -x by the shear Q of the contact: x = a is the trailing edge.
 
     Parameters
     ----------
-    contact : LineContact
-        Of P.
-    friction : float
-        µ [-].
-    force : float
-        0 <= Q < µP [stress·length].
+    contact, friction, force
+        P, µ and Q < µP, see `LinePartialSlip`.
     bulk : float
         σ >= 0 far away [stress].
 
@@ -37,26 +34,18 @@ class FrettingContact:
     --------
     A pad of R = 10 on aluminium, after Kosec and others (2019):
 
-    >>> from petcontact.reference.hertz import contact_modulus
+    >>> from petcontact.reference.hertz import LineContact, contact_modulus
     >>> pad = LineContact(135.75, 10.0, contact_modulus(72100.0, 0.33, 72100.0, 0.33))
     >>> fretting = FrettingContact(pad, friction=0.3, force=38.75, bulk=100.0)
     >>> round(fretting.stick_half_width, 6), round(fretting.stick_offset, 6), round(fretting.trailing_stress, 2)
     (0.045519, 0.041197, 345.75)
     """
 
-    contact: LineContact
-    friction: float
-    force: float
     bulk: float
 
     def __post_init__(self) -> None:
         if self.stick_half_width + abs(self.stick_offset) > self.contact.half_width:
             raise ValueError("the stick zone reaches beyond the contact: the bulk stress is too large for this solution")
-
-    @property
-    def stick_half_width(self) -> float:
-        """c = a √(1 - Q/(µP)) [length]."""
-        return self.contact.half_width * float(np.sqrt(1.0 - self.force / (self.friction * self.contact.load)))
 
     @property
     def stick_offset(self) -> float:

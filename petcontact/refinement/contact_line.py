@@ -7,6 +7,7 @@ between the nodes, as long as they do not reach over a point where the solution 
 
 from __future__ import annotations
 
+import functools
 import itertools
 from dataclasses import dataclass, field
 
@@ -44,6 +45,8 @@ class ContactLine:
         0 where a node sticks, else the sign of u_t.
     kinks : (j,) array
         Ends of elements at which g has a kink or a jump: no polynomial reaches over them [length].
+    powers : pair of float
+        λ where u_t is r^λ in the first and the last element, r being the distance to the end of the side, else 0.
     """
 
     s: Array
@@ -55,11 +58,17 @@ class ContactLine:
     bound: Array
     sign: Index
     kinks: Array = field(default_factory=lambda: np.empty(0))
+    powers: tuple[float, float] = (0.0, 0.0)
 
-    @property
+    @functools.cached_property
     def cuts(self) -> Index:
         """Places k with different states at the nodes k - 1 and k."""
         return np.flatnonzero(np.diff(self.sign)) + 1
+
+    @functools.cached_property
+    def transitions(self) -> list[float]:
+        """Arc length at which states meet at each cut in the exact solution, estimated [length]."""
+        return [transition(self, k) for k in self.cuts]
 
     def zones(self) -> list[slice]:
         """Runs of nodes of one state."""
@@ -73,33 +82,19 @@ class ContactLine:
 
 
 def displacement(line: ContactLine, s: Array) -> Array:
-    """u_t between the nodes of a contact side, zero in stick zones, (n,) [length].
+    """u_t between the nodes of a contact side, by polynomials through those of neighbouring elements; 0 in stick zones, and
+    powers of the distance where elements at corners are.
 
     Parameters
     ----------
     line : ContactLine
     s : (n,) array
         Arc lengths, increasing [length].
-    """
-    return between_nodes(line, line.u_t, s)
-
-
-def between_nodes(line: ContactLine, values: Array, s: Array, everywhere: bool = False) -> Array:
-    """A field on a contact side between its nodes, by polynomials through the nodes of neighbouring elements.
-
-    Parameters
-    ----------
-    line : ContactLine
-    values : (k,) array
-        The field at the nodes.
-    s : (n,) array
-        Arc lengths, increasing [length].
-    everywhere : bool
-        Whether the field is other than zero where the nodes have state 0, too.
 
     Returns
     -------
     (n,) array
+        [length]
     """
     pieces = line.pieces()
     borders = [_border(line, piece.start) for piece in pieces] + [float(line.breaks[-1])]
@@ -109,13 +104,17 @@ def between_nodes(line: ContactLine, values: Array, s: Array, everywhere: bool =
     # cells: what an element has of a piece, from `low`, and the run of nodes whose polynomial holds there
     low, run = [], []
     for piece, start in zip(pieces, borders, strict=False):
-        shown = everywhere or line.sign[piece.start] != 0
         for e in range(element[piece.start], element[piece.stop - 1] + 1):
             low.append(max(start, breaks[e]))
             inside = max(piece.start, first[e] - NEIGHBOURS), min(piece.stop, first[e + 1] + NEIGHBOURS)
-            run.append(inside if shown else (inside[0], inside[0]))
+            run.append(inside if line.sign[piece.start] else (inside[0], inside[0]))
     cell = np.maximum(np.searchsorted(low, s, side="right") - 1, 0)
-    return _interpolate(line.s, values, np.array(run), cell, s)
+    u = _interpolate(line.s, line.u_t, np.array(run), cell, s)
+    for power, node, end, inside in ((line.powers[0], 0, line.breaks[0], s < line.breaks[1]),
+                                     (line.powers[1], -1, line.breaks[-1], s > line.breaks[-2])):  # fmt: skip
+        if power > 0.0:
+            u[inside] = line.u_t[node] * np.abs((s[inside] - end) / (line.s[node] - end)) ** power
+    return u
 
 
 def _border(line: ContactLine, k: int) -> float:
@@ -219,6 +218,25 @@ def transition(line: ContactLine, k: int) -> float:
     if not abs(root) < 1.0:
         return border
     return border + direction * root * scale
+
+
+def grading_points(line: ContactLine) -> list[tuple[float, bool]]:
+    """Arc lengths of the transition points, and whether slip changes its sign there [length].
+
+    Between slip of opposite sign there is a stick zone, which may be narrower than any element: the smooth part A of du_t/ds
+    is balanced by that of a jump 2g of σ_t, c g ln(L/w), so that its width w is about L exp(-A/cg). From far away the slip
+    beside it is no power 3/2, and the ends that are extrapolated from its two sides come in the wrong order: it is one point
+    then, where u_t vanishes.
+    """
+    result: list[tuple[float, bool]] = []
+    for place, before, k in zip(line.transitions, [0, *line.cuts.tolist()], line.cuts.tolist(), strict=False):
+        if result and line.sign[before] == 0 and place <= result[-1][0]:
+            a, b = line.u_t[before - 1], line.u_t[k]
+            share = a / (a - b) if a * b < 0.0 else 0.5
+            result[-1] = float(line.s[before - 1] + share * (line.s[k] - line.s[before - 1])), a * b < 0.0
+        else:
+            result.append((place, bool(line.sign[k - 1] * line.sign[k])))
+    return result
 
 
 def slip_at_end(line: ContactLine, last: bool) -> float:

@@ -46,8 +46,10 @@ def corner_exponent(angle: float, kappa: float, first: SideKind, second: SideKin
     first, second : CLAMPED, FREE, SLIDING or another angle
         The side at θ = 0 and that at θ = angle.
     """
-    if first == second == SLIDING and abs(angle - math.pi) < STRAIGHT:
-        return 1.0
+    if first == second == SLIDING:
+        # closed form: the zeros of sin((λ ± 1) angle)
+        turns = [abs(k * math.pi / angle - 1.0) for k in range(1, 4)]
+        return 1.0 if abs(angle - math.pi) < STRAIGHT else min(1.0, *turns)
 
     def determinant(power: Complex) -> Complex:
         rows = np.concatenate([_conditions(power, 0.0, kappa, first), _conditions(power, angle, kappa, second)], axis=1)

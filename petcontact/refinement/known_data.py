@@ -99,7 +99,7 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
     """
     found: list[list[Field]] = [[] for _ in outline.sides]
     sizes: dict[str, float] = {}
-    for k, (side, offset) in enumerate(zip(outline.sides, offsets(outline), strict=True)):
+    for k, (side, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
         at = functools.partial(variables, side, offset)
         for kind, given, values in _conditions(problem, side, at):
             size = float(np.linalg.norm(values(MIDDLE)))
@@ -120,16 +120,6 @@ def _shown(
     every = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
     switches = np.unique(np.concatenate([np.empty(0), *(part.switches for part in parts)]))
     return switches[np.append(True, np.diff(switches) > SMALLEST)[: len(switches)]], every, values(every)
-
-
-def offsets(outline: Outline) -> list[float]:
-    """Arc length along its part at the start of each side [length]."""
-    travelled: dict[str, float] = {}
-    result = []
-    for side in outline.sides:
-        result.append(travelled.get(side.part, 0.0))
-        travelled[side.part] = result[-1] + side.length
-    return result
 
 
 def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:

@@ -10,6 +10,8 @@ from ..mesh.hp_grading import Grading
 
 MOST_GAIN = 40.0
 """Ratio of the errors of two neighbouring levels beyond which it is chance."""
+ROUND_OFF = 1e-12
+"""Differences below it say nothing of the pace: where nothing moves on one mesh and round-off on the next, nothing grows."""
 MARGIN = 1.3
 """How far below the wanted error a level's typical error is when it is tried first."""
 
@@ -85,9 +87,9 @@ def believed(differences: list[float]) -> float:
     if len(differences) < 2:
         return math.inf
     before, last = differences[-2:]
-    return max(last, before / MOST_GAIN, last**2 / before if before > 0.0 else 0.0)
+    return max(last, before / MOST_GAIN, last**2 / max(before, ROUND_OFF))
 
 
 def growing(differences: list[float]) -> bool:
-    """Whether one of the last two differences is larger than the one before."""
-    return any(after > before > 0.0 for before, after in itertools.pairwise(differences[-3:]))
+    """Whether one of the last two differences is larger than the one before, and than round-off."""
+    return any(after > max(before, ROUND_OFF) for before, after in itertools.pairwise(differences[-3:]))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -14,7 +14,7 @@ from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
 from ..mesh.hp_grading import Grading, Marks, balanced, graded_mesh
 from ..model.problem import Contact, Problem
-from .contact_line import ContactLine, slip_at_end, transition
+from .contact_line import ContactLine, grading_points, slip_at_end
 from .gap_minima import gap_minima
 from .known_data import Field, fields, resolved
 from .levels import REFINEMENT_LEVELS, Level, first_level
@@ -23,6 +23,8 @@ from .singular_points import corner_exponents
 MILDEST, STRONGEST = 0.7, 2.0
 """Bounds of 1/(2λ), the power of the error with which elements shrink at corners: the lower one is that of a right angle
 clamped on one side and free on the other (λ = 0.71, ν = 0.3)."""
+WEAK = 0.3
+"""Exponents below which elements at corners are powers: only where two sides slide they are as small."""
 CORNER_SIZE = 0.015 ** (1.0 / MILDEST)
 """Size of the smallest elements, in thicknesses of the body, that leaves an error of 1e-4 at a corner of power 1."""
 SMALLEST = 1e-10
@@ -41,6 +43,8 @@ TOUCH = 1e-6
 """Smallest elements where a gap is least, of a side, while nobody knows how much of it closes."""
 NEAR_END = 1e-4
 """Distance of such places from the ends of a side and from one another, of the side, below which they count as one."""
+IN_ZONES = 0.25
+"""Power of a level's error with which elements shrink at the ends of narrow zones, relative to these."""
 CLOSEST = 1e-9
 """Distance of marks, of a side, below which they are one."""
 ON_KINK = 1e-3
@@ -66,6 +70,8 @@ class Body:
         Whether the start and the end of each side are corners or places where parts meet.
     exponents : list of pairs of float
         λ there, see `singular_points.corner_exponents`.
+    powers : list of pairs of float, optional
+        λ where elements at corners are powers of the distance, else 0.
     """
 
     outline: Outline
@@ -75,6 +81,7 @@ class Body:
     data: list[list[Field]]
     singular: list[tuple[bool, bool]]
     exponents: list[tuple[float, float]]
+    powers: list[tuple[float, float]] = field(default_factory=list)
 
     @staticmethod
     def of(problem: Problem, outline: Outline) -> Body:
@@ -83,14 +90,21 @@ class Body:
             raise InputError(f"mesh: {len(outline.sides)} graded sides give more than {LARGEST_MESH:.0e} nodes; "
                              "name an element_size, or describe the body by fewer sides")  # fmt: skip
         parts = {condition.part for condition in problem.boundary if isinstance(condition, Contact)}
-        polygon = outline.polygon()
         given = [side.length * f for side, f in zip(outline.sides, points_on_sides(outline, problem.mesh), strict=True)]
-        scale = 2.0 * polygon.area / polygon.length
         contact = [side.part in parts for side in outline.sides]
         return Body(
-            outline, scale, contact, given, fields(problem, outline), singular_ends(outline),
+            outline, outline.thickness, contact, given, fields(problem, outline), singular_ends(outline),
             corner_exponents(problem, outline),
         )  # fmt: skip
+
+    def with_powers(self) -> Body:
+        """The body with elements that are powers at corners where no polynomial is small enough.
+
+        What they leave of the next term, of the order r, is as at a corner whose exponent is (1 + λ)/2.
+        """
+        powers = [(a if a < WEAK else 0.0, b if b < WEAK else 0.0) for a, b in self.exponents]
+        exponents = [(0.5 * (1.0 + a) if a < WEAK else a, 0.5 * (1.0 + b) if b < WEAK else b) for a, b in self.exponents]
+        return replace(self, exponents=exponents, powers=powers)
 
     @functools.cached_property
     def kinks(self) -> list[Array]:
@@ -200,24 +214,32 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
     """
     # truncation errors fall with the square of the size at transition points (measured on the paper's examples)
     at_transition = 0.06 * body.scale * (resolved / 1e-4) ** 0.5
+    # where slip changes its sign they fall with the size itself
+    turning = min(1.0, (resolved / 1e-4) ** 0.5)
+    # in zones narrower than these sizes the elements of one level are no copies of those of the one before, or what
+    # both miss there would be no part of their difference
+    first = REFINEMENT_LEVELS[0]
+    share = min(1.0, (resolved / first.resolved) ** IN_ZONES * first.grading.ratio / grading.ratio)
     lines = iter(shown or [])
     marks = []
     for k, side in enumerate(body.outline.sides):
         line = next(lines, None) if body.contact[k] else None
         # points that are given on contact sides stand for transition points, until a solution shows them
-        found = [transition(line, cut) for cut in line.cuts] if line is not None else []
+        found = grading_points(line) if line is not None else []
         given = body.given[k] if line is None else np.empty(0)
         closest = CLOSEST * side.length
         kinks = body.kinks[k]
         apart = max(closest, ON_KINK * at_transition)
-        inner = np.array([s for s in sorted(found) if closest < s < side.length - closest
-                          and not np.any(np.abs(kinks - s) < apart)])  # fmt: skip
+        found = [(s, turns) for s, turns in found
+                 if closest < s < side.length - closest and not np.any(np.abs(kinks - s) < apart)]  # fmt: skip
+        inner = np.array([s for s, _ in found])
         inside = given[(given > closest) & (given < side.length - closest)]
         ends = [singular or float(s) in given for singular, s in zip(body.singular[k], (0.0, side.length), strict=True)]
         points = np.concatenate([[0.0], inside, inner, kinks, [side.length]])
         sizes = np.full(len(points), at_transition)
         if not body.contact[k]:
             sizes[1 : 1 + len(inside)] = body.corner_size(1.0, resolved)
+        sizes[1 + len(inside) : 1 + len(inside) + len(found)] *= [turning if turns else 1.0 for _, turns in found]
         sizes[[0, -1]] = [body.corner_size(exponent, resolved) for exponent in body.exponents[k]]
         order = np.argsort(points, kind="stable")
         points, sizes = points[order], sizes[order]
@@ -232,7 +254,7 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
             elif body.contact[k]:
                 # small enough to show how the traction grows towards the end
                 sizes[place] = min(sizes[place], 0.015 * body.scale)
-        marks.append(balanced(Marks(points, sizes), grading))
+        marks.append(balanced(Marks(points, sizes, body.powers[k] if body.powers else (0.0, 0.0)), grading, share))
     return _equal_at_corners(body.outline, marks)
 
 
@@ -244,7 +266,7 @@ def _with_points(marks: Marks, inner: list[tuple[float, float]], grading: Gradin
     kept[[0, -1]] = True
     position, size = np.append(marks.position[kept], places), np.append(marks.size[kept], sizes)
     order = np.argsort(position)
-    return balanced(Marks(position[order], size[order]), grading)
+    return balanced(replace(marks, position=position[order], size=size[order]), grading)
 
 
 def _equal_at_corners(outline: Outline, marks: list[Marks]) -> list[Marks]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
@@ -81,9 +82,11 @@ def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
 @_mesh.register(RevolvedSurface)
 def _(boundary: RoundSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
-    for key in ("element_sizes", "exponent"):
-        if _is_given(problem.mesh, key):
-            raise InputError(f"mesh.{key}: is for boxes; panels of round bodies are of one size, mesh.element_size")
+    _refuse(
+        problem.mesh,
+        ("element_sizes", "exponent"),
+        "is for boxes; panels of round bodies are of one size, mesh.element_size",
+    )
     size = problem.mesh.element_size or boundary.usual_size
     _check_size(boundary.area / size**2 * (order + 1) ** 2)
     return round_mesh(boundary, size, order)
@@ -92,9 +95,8 @@ def _(boundary: RoundSurface, problem: Problem) -> SurfaceMesh:
 @_mesh.register
 def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
-    for key in ("element_size", "element_sizes", "exponent"):
-        if _is_given(problem.mesh, key):
-            raise InputError(f"mesh.{key}: the facets of a surface from a file are its panels; mesh it finer in Gmsh")
+    keys = ("element_size", "element_sizes", "exponent")
+    _refuse(problem.mesh, keys, "the facets of a surface from a file are its panels; mesh it finer in Gmsh")
     _check_size(len(boundary.facets) * (order + 1) ** 2)
     return facet_mesh(boundary, order)
 
@@ -102,9 +104,9 @@ def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
 @_mesh.register
 def _(boundary: CadSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
-    for key in ("element_sizes", "exponent"):
-        if _is_given(problem.mesh, key):
-            raise InputError(f"mesh.{key}: is for boxes; panels of CAD files are of one size, mesh.element_size")
+    _refuse(
+        problem.mesh, ("element_sizes", "exponent"), "is for boxes; panels of CAD files are of one size, mesh.element_size"
+    )
     size = problem.mesh.element_size or boundary.usual_size
     _check_size(2.0 * boundary.area / size**2 * (order + 1) * (order + 2) / 2)
     facets = boundary.facets(size)
@@ -114,9 +116,7 @@ def _(boundary: CadSurface, problem: Problem) -> SurfaceMesh:
 
 @_mesh.register
 def _(boundary: CondensedSurface, problem: Problem) -> BoundaryMesh:
-    for key in MeshOptions.model_fields:
-        if _is_given(problem.mesh, key):
-            raise InputError(f"mesh.{key}: the faces of a superelement are its elements")
+    _refuse(problem.mesh, MeshOptions.model_fields, "the faces of a superelement are its elements")
     return _faces(boundary)
 
 
@@ -141,9 +141,7 @@ def _faces(surface: CondensedSurface) -> BoundaryMesh:
 
 def _order(options: MeshOptions) -> int:
     """The order of panels, by default 2."""
-    for key in PLANE_KEYS:
-        if _is_given(options, key):
-            raise InputError(f"mesh.{key}: is for plane bodies; meshes of boxes are graded by mesh.exponent")
+    _refuse(options, PLANE_KEYS, "is for plane bodies; meshes of boxes are graded by mesh.exponent")
     if options.accuracy is not None and not options.automatic:
         raise InputError("mesh.accuracy: is for adaptive meshes, which name no element_size, order or grading")
     if options.order is not None and options.order > HIGHEST_ORDER:
@@ -156,6 +154,8 @@ def _check_size(nodes: float) -> None:
         raise InputError(f"mesh: about {nodes:.3g} nodes, at most {LARGEST_MESH} fit; choose a larger mesh.element_size")
 
 
-def _is_given(options: MeshOptions, key: str) -> bool:
-    """Whether a key has another value than it has by default: `Problem.toml` writes defaults, too."""
-    return bool(getattr(options, key) != MeshOptions.model_fields[key].get_default(call_default_factory=True))
+def _refuse(options: MeshOptions, keys: Iterable[str], why: str) -> None:
+    """Of keys that say nothing of a body none may differ from its default: `Problem.toml` writes defaults, too."""
+    for key in keys:
+        if getattr(options, key) != MeshOptions.model_fields[key].get_default(call_default_factory=True):
+            raise InputError(f"mesh.{key}: {why}")

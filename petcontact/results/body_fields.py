@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index
+from ..bem.kelvin import COMPONENTS
 from ..bem.particular.inside import InsideLoads
 from ..bem.particular.volume import VolumeSolution
 from ..errors import InputError
 from ..fields.boundary.places import ON, located, sizes
 from ..fields.boundary.stress import BoundaryField
-from ..fields.interior import Progress, fields_at, normal_stress_out_of_plane, points_in, principal_stresses, von_mises
+from ..fields.interior import Progress, fields_at, normal_stress_out_of_plane, points_in
+from ..fields.stress_state import StressState
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
@@ -23,64 +25,9 @@ from ..model.shapes.files import Superelement
 from .records import BodyResult
 
 
-@dataclass(frozen=True)
-class StressState:
-    """Displacement and stress at points.
-
-    Attributes
-    ----------
-    x, u : (n, d) arrays
-        Points and displacement [length].
-    stress : (n, d(d+1)/2) array
-        xx, yy, xy, in space xx, yy, zz, xy, xz, yz [stress].
-    sigma_zz : (n,) array
-        Also in the plane [stress].
-    """
-
-    x: Array
-    u: Array
-    stress: Array
-    sigma_zz: Array
-
-    @property
-    def tensor(self) -> Array:
-        """σ of space, (n, 3, 3) [stress]."""
-        result = np.zeros((len(self.x), 3, 3))
-        if self.stress.shape[1] == 3:
-            (xx, yy, xy), zz = self.stress.T, self.sigma_zz
-        else:
-            xx, yy, zz, xy, xz, yz = self.stress.T
-            result[:, 0, 2] = result[:, 2, 0] = xz
-            result[:, 1, 2] = result[:, 2, 1] = yz
-        result[:, 0, 0], result[:, 1, 1], result[:, 2, 2] = xx, yy, zz
-        result[:, 0, 1] = result[:, 1, 0] = xy
-        return result
-
-    @property
-    def von_mises(self) -> Array:
-        """Von Mises stress at the points, (n,) [stress]."""
-        return von_mises(self.stress, self.sigma_zz if self.stress.shape[1] == 3 else None)
-
-    @property
-    def first_principal(self) -> Array:
-        """Largest principal stress, (n,) [stress]."""
-        if self.stress.shape[1] == 3:
-            return np.asarray(np.maximum(principal_stresses(self.stress)[:, 0], self.sigma_zz))
-        return np.asarray(self.principal[:, 0])
-
-    @property
-    def principal(self) -> Array:
-        """All three principal stresses, the largest first, (n, 3) [stress]."""
-        return np.linalg.eigvalsh(self.tensor)[:, ::-1]
-
-
-PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""xx, yy, zz, xy, xz, yz."""
-
-
 def quantities(dim: int) -> list[str]:
     """What `quantity` knows of a body in so many dimensions."""
-    stresses = [f"sigma_{'xyz'[i]}{'xyz'[j]}" for i, j in PAIRS if dim == 3 or i == j or (i, j) == (0, 1)]
+    stresses = [f"sigma_{'xyz'[i]}{'xyz'[j]}" for i, j in sorted({*COMPONENTS[dim], (2, 2)}, key=COMPONENTS[3].index)]
     return ["von_mises", "principal_1", "principal_2", "principal_3", *stresses, "u", *(f"u{axis}" for axis in "xyz"[:dim])]
 
 

@@ -14,10 +14,11 @@ from ..bem.particular.volume import VolumeSolution, volume_solution
 from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
 from ..fields.interior import Progress
+from ..fields.stress_state import StressState
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
-from .body_fields import BodyFields, StressState, states_at
+from .body_fields import BodyFields, states_at
 from .records import StepResult
 
 

@@ -161,10 +161,6 @@ def write_tables(
     steps : sequence of int, optional
         Increments from 1 on, all by default.
 
-    Returns
-    -------
-    list of Path
-
     Raises
     ------
     InputError

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from ..errors import PetcontactError
 from .mpi import all_meet
-from .petsc import failure_comm, solver_error
+from .petsc import failure_comm, is_petsc_error, solver_error
 from .signals import Interrupted, install
 from .terminal import mend_streams, printable, silence_output
 
@@ -73,7 +73,7 @@ def _described(error: BaseException) -> tuple[str, int]:
         return f"interrupted by {error}", error.exit_status
     if isinstance(error, KeyboardInterrupt):
         return "interrupted by SIGINT; nothing was written", 130
-    if type(error).__module__.startswith("petsc4py"):
+    if is_petsc_error(error):
         return str(solver_error("PETSc", error)), 1
     frames = traceback.extract_tb(error.__traceback__)
     place = f" ({Path(frames[-1].filename).name}:{frames[-1].lineno})" if frames else ""

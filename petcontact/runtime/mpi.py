@@ -27,7 +27,7 @@ def shared(world: Any, produce: Callable[[], T]) -> T:
     return result  # type: ignore[no-any-return]
 
 
-def all_meet(world: Any, patience: float | None = None, meanwhile: Callable[[], None] | None = None) -> bool:
+def all_meet(world: Any, patience: float | None = None) -> bool:
     """A barrier that sleeps, so that a rank that waits takes no core from those that work.
 
     Returns
@@ -40,7 +40,5 @@ def all_meet(world: Any, patience: float | None = None, meanwhile: Callable[[], 
     while not request.Test():
         if patience is not None and time.monotonic() - since > patience:
             return False
-        if meanwhile is not None:
-            meanwhile()
         time.sleep(POLL)
     return True

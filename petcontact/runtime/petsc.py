@@ -1,15 +1,17 @@
-"""The only place that initialises PETSc; the differences between PETSc releases live here too."""
+"""The only place that initialises PETSc; the differences between PETSc releases live here too.
+
+PETSc and MPI start where options, ranks or a solver ask for them: a small serial solve does without.
+"""
 
 from __future__ import annotations
 
 import contextlib
-import ctypes
+import functools
 import os
 import sys
-import tempfile
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ..errors import InputError, MissingPetscError, SolverError
 from .memory import check_address_space
@@ -17,16 +19,16 @@ from .petsc_options import OF_THE_PROGRAM, check, files_first
 from .signals import reinstall
 from .threads import cap_blas_threads
 
-if TYPE_CHECKING:
-    from petsc4py import PETSc
-
 _failures: list[Any] = []
 """A communicator of all ranks on which nothing else is sent, so that a failed rank can ask whether the others failed too."""
 _clocks: list[dict[str, float]] = []
 """What `timed` blocks have noted so far, the innermost last."""
 _from_tables: dict[str, bool] = {}
 """Options that `[petsc]` tables have set so far, and whether an object used them."""
-_LAUNCHED = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS", "SLURM_PROCID")
+_LAUNCHED = (
+    "OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS", "MV2_COMM_WORLD_SIZE", "PALS_RANKID",
+    "SLURM_PROCID",
+)  # fmt: skip
 """Variables of which a launcher of ranks sets one."""
 _SINGLETON = {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0", "OMPI_MCA_pml": "ob1"}
 """No daemon; no folder, which without a daemon would be one for all that start and end at that moment; no network."""
@@ -85,13 +87,15 @@ def _told_in_one_line(asked: bool) -> Iterator[None]:
     if not asked:
         yield
         return
+    import tempfile
+
     with tempfile.TemporaryFile() as page:
         kept, refused = os.dup(2), False
         os.dup2(page.fileno(), 2)
         try:
             yield
         except Exception as error:
-            if not type(error).__module__.startswith("petsc4py"):
+            if not is_petsc_error(error):
                 raise
             refused = True
         finally:
@@ -112,7 +116,7 @@ def _local() -> Iterator[None]:
     clock for 0.2 s; nor, for a process that no launcher started, run a daemon. Who has set any of it keeps that."""
     ours = dict[str, str]()
     if not any(name in os.environ for name in _SINGLETON):
-        if not any(name in os.environ for name in _LAUNCHED):
+        if not _launched():
             ours = _SINGLETON
         elif os.environ.get("OMPI_COMM_WORLD_SIZE") == os.environ.get("OMPI_COMM_WORLD_LOCAL_SIZE", ""):
             ours = {"OMPI_MCA_pml": "ob1"}
@@ -122,6 +126,25 @@ def _local() -> Iterator[None]:
     finally:
         for name in ours:
             del os.environ[name]  # an mpiexec that we start shall not see them
+
+
+def _launched() -> bool:
+    """Whether a launcher of ranks started this process."""
+    return any(name in os.environ for name in _LAUNCHED)
+
+
+def is_asked_for() -> bool:
+    """Whether PETSc runs, or has to: ranks were launched, or there are options that it reads when it starts."""
+    if "petsc4py.PETSc" in sys.modules or "mpi4py.MPI" in sys.modules or _launched():
+        return True
+    return any(map(os.environ.get, ("PETSC_OPTIONS", "PETSC_OPTIONS_YAML"))) or _has_file_of_options(os.getcwd())
+
+
+@functools.cache
+def _has_file_of_options(folder: str) -> bool:
+    """Whether PETSc would read one when it starts in a folder; asked for often, looked for once."""
+    places = (os.path.join(folder, ".petscrc"), os.path.join(folder, "petscrc"), os.path.expanduser("~/.petscrc"))
+    return any(map(os.path.exists, places))
 
 
 def failure_comm() -> Any:
@@ -144,6 +167,9 @@ def options(table: Mapping[str, str | int | float | bool]) -> Iterator[None]:
 
     The data base of PETSc is global: what one case of a sweep sets must not reach the next one.
     """
+    if not table:
+        yield
+        return
     database = petsc().Options()
     known = database.getAll()  # hasName would count as a use
     inserted = [key for key in table if key not in known]
@@ -158,10 +184,20 @@ def options(table: Mapping[str, str | int | float | bool]) -> Iterator[None]:
             database.delValue(key)
 
 
+def given_options() -> dict[str, str]:
+    """All options in force by name; none counts as used."""
+    return dict(petsc().Options().getAll()) if is_asked_for() else {}
+
+
+def option(name: str) -> str | None:
+    """The value of an option, which counts as used; None where it is not given."""
+    database = petsc().Options() if is_asked_for() else None
+    return str(database.getString(name)) if database is not None and database.hasName(name) else None
+
+
 def unused_options() -> list[str]:
     """Names of the PETSc options that no object has asked for: command line, options file, environment and tables."""
-    database = petsc().Options()
-    given = {name: _used(name) for name in database.getAll()} | _from_tables
+    given = {name: _used(name) for name in given_options()} | _from_tables
     return [f"-{name}" for name, used in given.items() if not used and not name.startswith(OF_THE_PROGRAM)]
 
 
@@ -170,10 +206,18 @@ def _used(name: str) -> bool:
     database = petsc().Options()
     if hasattr(database, "used"):
         return bool(database.used(name))
+    import ctypes
+
     # petsc4py before 3.20 has no such call; the symbol is in the PETSc library that its module is linked to
     answer = ctypes.c_int(0)
     ctypes.CDLL(petsc().__file__).PetscOptionsUsed(None, name.encode(), ctypes.byref(answer))
     return answer.value != 0
+
+
+def petsc_version() -> str:
+    """Of the PETSc that runs; empty where none does."""
+    module = sys.modules.get("petsc4py.PETSc")
+    return "" if module is None else ".".join(map(str, module.Sys.getVersion()))
 
 
 def has_scalapack() -> bool:
@@ -204,21 +248,29 @@ def timed() -> Iterator[dict[str, float]]:
 @contextlib.contextmanager
 def stage(name: str) -> Iterator[None]:
     """A named stage of `-log_view`, timed by `timed`; a PETSc error inside becomes a `SolverError` that names it."""
-    module = petsc()
-    began = time.perf_counter()
-    log = module.Log.Stage(name)
-    log.push()
+    module, began = sys.modules.get("petsc4py.PETSc"), time.perf_counter()
+    log = None if module is None else module.Log.Stage(name)
+    if log is not None:
+        log.push()
     try:
         yield
-    except module.Error as error:
+    except Exception as error:
+        if not is_petsc_error(error):
+            raise
         raise solver_error(name, error) from error
     finally:
-        log.pop()
+        if log is not None:
+            log.pop()
         if _clocks:
             _clocks[-1][name] = _clocks[-1].get(name, 0.0) + time.perf_counter() - began
 
 
-def solver_error(name: str, error: PETSc.Error, prefix: str = "") -> SolverError:
+def is_petsc_error(error: BaseException) -> bool:
+    """Whether PETSc raised an exception, asked without loading PETSc."""
+    return type(error).__module__.startswith("petsc4py")
+
+
+def solver_error(name: str, error: Any, prefix: str = "") -> SolverError:
     """What a PETSc error code means for the user of a solver, whose options have a prefix."""
     if error.ierr == 71:
         return SolverError(name, "zero pivot in LU (PETSC_ERR_MAT_LU_ZRPVT)", "the matrix is singular: is the body fixed?")
@@ -235,11 +287,11 @@ def solver_error(name: str, error: PETSc.Error, prefix: str = "") -> SolverError
                        f"see -help and -{prefix}ksp_error_if_not_converged")  # fmt: skip
 
 
-def options_error(prefix: str, error: PETSc.Error) -> InputError:
+def options_error(prefix: str, error: Any) -> InputError:
     """A PETSc option with a value that its object refuses."""
     return InputError(f"PETSc options -{prefix}ksp_..., -{prefix}pc_...: {_last_line(error)} (-help lists what there is)")
 
 
-def _last_line(error: PETSc.Error) -> str:
+def _last_line(error: Any) -> str:
     lines = [line.split("] ", 1)[-1] for line in str(error).splitlines() if line.strip()]
     return lines[-1].strip() if lines else "no message"

@@ -1,4 +1,4 @@
-"""Problems of a sweep: what a group shares is prepared once, and each of its cases is run on it."""
+"""Problems of a sweep: which of them share a preparation, and one of them run on it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import Any
 from ..contact.methods.registry import method_of
 from ..model.problem import Problem
 from ..pipeline.discrete.discretise import with_laws_of
-from ..pipeline.run import prepare, run
+from ..pipeline.run import run
 from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 
@@ -32,17 +32,7 @@ def shares_elimination(key: str, value: Any) -> bool:
     return key == "title" or MOTIONS.fullmatch(key) is not None
 
 
-def prepare_group(case: Problem, comm: Any, cases: int) -> PreparedProblem:
-    """Discretise and eliminate for so many cases that share it."""
-    return prepare(case, comm, cases=cases)
-
-
 def run_case(shared: PreparedProblem, case: Problem) -> Solution:
-    """One case of the group."""
+    """One case on the preparation of its group."""
     discrete = with_laws_of(shared.discrete, case)
     return run(dataclasses.replace(shared, discrete=discrete, method=method_of(case.method)))
-
-
-def release(shared: PreparedProblem) -> None:
-    """Free every PETSc object."""
-    shared.close()

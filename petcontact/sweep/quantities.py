@@ -5,124 +5,62 @@ from __future__ import annotations
 import importlib
 import sys
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, States
+from ..contact.law_protocol import OPEN, SLIP
 from ..errors import InputError
 from ..model.problem import Problem
 from ..results.solution import Solution
 from .published import published_count
 
 Quantity = Callable[[Solution], float]
-OPEN, SLIP = 2, 1
+QUANTITIES = ("max_u_t", "slip_length", "slip_share", "contact_area", "tension_share", "dissipated_energy")
 
 
-@dataclass(frozen=True)
-class ContactState:
-    """What quantities are made of: the nodes of all contact parts and interfaces below one another, after the last step.
+def contact_quantities(solution: Solution) -> dict[str, float]:
+    """Scalars of all contact parts and interfaces together, after the last step.
 
-    Attributes
-    ----------
-    weight : (m,) array
-        Quadrature weights [length^(dim-1)].
-    slip, sigma_t : (m, dim-1) arrays
-        u_t, or the relative tangential displacement of two bodies [length], and the tangential traction [stress].
-    sigma_n : (m,) array
-        Normal traction, negative in compression [stress].
-    state : (m,) array
-        0 stick, 1 slip, 2 open.
-    force : dict of str to (dim,) array
-        On the body (of a pair: the secondary), by part or interface [stress · length^(dim-1)].
-    dissipated : float
-        What friction took, in all steps [stress · length^dim].
-    worn : dict of str to (2,) array
-        Volume and largest depth of wear, of both sides together, by interface that wears [length^dim], [length].
+    Returns
+    -------
+    dict of str to float
+        max_u_t: largest |u_t|, between bodies the largest slip, at a node [length]; slip_length, slip_share: length (in
+        space: area) of what slips, and its share; contact_area: length (area) of what is not open; tension_share: share that
+        is pulled, σ_n > 0, where a foundation would let go [-]; dissipated_energy: what friction took in all steps, of a
+        single one -∫ σ_t·u_t [stress · length^dim].
     """
-
-    weight: Array
-    slip: Array
-    sigma_t: Array
-    sigma_n: Array
-    state: States
-    force: dict[str, Array]
-    dissipated: float
-    worn: dict[str, Array]
-
-
-def contact_of(solution: Solution) -> ContactState:
-    """The contact state that a solution ends with."""
     columns = solution.columns()
+    weight, state, sigma_n = columns["weight"], columns["state"], columns["sigma_n"]
+    length, slips = float(weight.sum()) or 1.0, float(weight[state == SLIP].sum())
+    pulled = sigma_n > 1e-9 * float(np.abs(sigma_n).max(initial=0.0))
     steps = solution.steps or solution.tried
-    return ContactState(
-        columns["weight"],
-        columns["slip"],
-        columns["sigma_t"],
-        columns["sigma_n"],
-        columns["state"],
-        {name: pair.force for name, pair in solution.pairs.items()},
+    found = (
+        float(np.linalg.norm(columns["slip"], axis=1).max(initial=0.0)), slips, slips / length,
+        float(weight[state != OPEN].sum()), float(weight[pulled].sum()) / length,
         sum(pair.dissipated for step in steps for pair in step.pairs.values()),
-        {
-            name: np.array([pair.worn_volume.sum(), pair.worn_depth])
-            for name, pair in solution.pairs.items()
-            if pair.wear is not None
-        },
-    )
+    )  # fmt: skip
+    return dict(zip(QUANTITIES, found, strict=True))
 
 
-def max_u_t(contact: ContactState) -> float:
-    """Largest |u_t|, between bodies the largest slip, at a node [length]."""
-    return float(np.linalg.norm(contact.slip, axis=1).max(initial=0.0))
-
-
-def slip_length(contact: ContactState) -> float:
-    """Length (in space: area) of what slips."""
-    return float(contact.weight[contact.state == SLIP].sum())
-
-
-def slip_share(contact: ContactState) -> float:
-    """Share of the contact parts that slips [-]."""
-    return slip_length(contact) / (float(contact.weight.sum()) or 1.0)
-
-
-def contact_area(contact: ContactState) -> float:
-    """Length (in space: area) of what is not open."""
-    return float(contact.weight[contact.state != OPEN].sum())
-
-
-def tension_share(contact: ContactState) -> float:
-    """Share that is pulled, σ_n > 0 [-]: bilateral contact cannot open, a real one would there."""
-    level = 1e-9 * float(np.abs(contact.sigma_n).max(initial=0.0))
-    return float(contact.weight[contact.sigma_n > level].sum()) / (float(contact.weight.sum()) or 1.0)
-
-
-def dissipated_energy(contact: ContactState) -> float:
-    """What friction takes, of a single load step -∫ σ_t·u_t [stress · length^dim]."""
-    return contact.dissipated
-
-
-def resultants(contact: ContactState) -> dict[str, float]:
-    """∫ σ n by component: force_x, force_y; of several parts or interfaces with their names, force_x_bottom."""
-    single = len(contact.force) == 1
+def resultants(solution: Solution) -> dict[str, float]:
+    """∫ σ n on the body (of a pair: the secondary) by component: force_x, force_y; of several parts or interfaces with their
+    names, force_x_bottom."""
+    single = len(solution.pairs) == 1
     return {f"force_{axis}" + ("" if single else f"_{name}"): float(value)
-            for name, force in contact.force.items() for axis, value in zip("xyz", force, strict=False)}  # fmt: skip
+            for name, pair in solution.pairs.items() for axis, value in zip("xyz", pair.force, strict=False)}  # fmt: skip
 
 
-def wear(contact: ContactState) -> dict[str, float]:
-    """worn_volume, worn_depth and max_pressure where anything wears; of several interfaces that do with their names."""
-    found = {f"{key}_{name}" if len(contact.worn) > 1 else key: float(value) for name, values in contact.worn.items()
-             for key, value in zip(("worn_volume", "worn_depth"), values, strict=True)}  # fmt: skip
-    return {**found, "max_pressure": float(-contact.sigma_n.min(initial=0.0))} if found else {}
+def wear(solution: Solution) -> dict[str, float]:
+    """worn_volume and worn_depth of both sides together, and max_pressure, where anything wears; of several interfaces that
+    do with their names."""
+    worn = {name: pair for name, pair in solution.pairs.items() if pair.wear is not None}
+    found = {f"{key}_{name}" if len(worn) > 1 else key: float(value) for name, pair in worn.items()
+             for key, value in (("worn_volume", pair.worn_volume.sum()), ("worn_depth", pair.worn_depth))}  # fmt: skip
+    return {**found, "max_pressure": float(-solution.columns()["sigma_n"].min(initial=0.0))} if found else {}
 
 
-QUANTITIES = {
-    function.__name__: function
-    for function in (max_u_t, slip_length, slip_share, contact_area, tension_share, dissipated_energy)
-}
-"""Of every case."""
 COLUMNS = ("id", "problem", "variant", "status", "published", "iterations", "final_rho", "residual", "elastic_residual",
            "iterate_seconds", "reason", "digest", "keep", "bytes", "sum")  # fmt: skip
 """What else a row of a sweep has, in its log and in its table."""
@@ -187,10 +125,9 @@ def row_of(
     points: Sequence[Sequence[float]] = (), more: Mapping[str, Quantity] | None = None,
 ) -> dict[str, Any]:  # fmt: skip
     """A row of the table: coordinates, how the solve ended, and the quantities; von Mises stress at `points`, and `more`."""
-    contact = contact_of(solution)
     return {
         "id": id_, **coordinates, "status": solution.status, **_facts(solution), "reason": solution.reason,
-        **{name: function(contact) for name, function in QUANTITIES.items()}, **resultants(contact), **wear(contact),
+        **contact_quantities(solution), **resultants(solution), **wear(solution),
         **von_mises_at(solution, points), **{name: float(function(solution)) for name, function in (more or {}).items()},
     }  # fmt: skip
 

@@ -10,14 +10,15 @@ from typing import Any
 import numpy as np
 
 from ..errors import PetcontactError
+from ..pipeline.run import prepare
 from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 from ..runtime.mpi import all_meet, shared
-from ..runtime.petsc import petsc
+from ..runtime.petsc import given_options
 from ..runtime.signals import Interrupted
 from .design.identity import Identity, identify
 from .design.sweep import Sweep
-from .problems import prepare_group, release, run_case
+from .problems import run_case
 from .progress import DONE, FAILED, Progress, Summary
 from .quantities import Quantity, failed_row, row_of, users
 from .schedule.cost import Cost, estimate
@@ -85,7 +86,7 @@ def run_sweep(
         chosen = [place for place in chosen if shares[place] % part[1] == part[0] - 1]
     more = users(sweep.file.quantities, Path(sweep.source).parent, sweep.coordinate_names)
     place, name = SweepFolder(folder), f"{shared(world, time.time_ns):x}"
-    identity = shared(world, lambda: identify(sweep, petsc().Options().getAll(), more))
+    identity = shared(world, lambda: identify(sweep, given_options(), more))
     running, remarks = shared(world, lambda: place.open(name))
     found = set() if force else _finished(sweep, identity, place, world)
     to_do = [k for k in chosen if k not in found]
@@ -186,12 +187,12 @@ class _Worker:
         if group == self._group:
             return
         if self._prepared is not None:
-            release(self._prepared)
+            self._prepared.close()
         self._group, self._prepared, self._reason = group, None, ""
         if group < 0:
             return
         first, size = int(self.groups.first[group]), int(self.groups.size[group])
-        self._prepared, self._reason = self.team.attempt(lambda: prepare_group(self.sweep[first].case, self.team.comm, size))
+        self._prepared, self._reason = self.team.attempt(lambda: prepare(self.sweep[first].case, self.team.comm, cases=size))
         if self._prepared is not None:
             self._took(self._prepared.timings)
 

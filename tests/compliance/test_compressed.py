@@ -14,9 +14,10 @@ from prepared import Posed, operators
 from petcontact import InputError, MeshOptions, Method, SolverError, load, solve
 from petcontact.model.solver_options import Bem
 from petcontact.pipeline.choice import resolved_bem
+from petcontact.pipeline.run import prepare
 from petcontact.runtime.petsc import options, petsc
 from petcontact.sweep.design.sweep import read_sweep
-from petcontact.sweep.problems import prepare_group, run_case
+from petcontact.sweep.problems import run_case
 from petcontact.sweep.schedule.groups import make_groups
 
 CONFIGS = Path(__file__).parents[2] / "configs"
@@ -146,7 +147,7 @@ def test_all_cases_of_the_tables_take_the_iterations_of_the_dense_operators():
         cases = [sweep[place].case for place in np.flatnonzero(groups.of_case == group)]
         found = []
         for bem in (Bem(mat_type="dense"), Bem(mat_type="hodlr", hodlr_leaf=16)):
-            prepared = prepare_group(cases[0].model_copy(update={"bem": bem}), petsc().COMM_SELF, len(cases))
+            prepared = prepare(cases[0].model_copy(update={"bem": bem}), petsc().COMM_SELF, cases=len(cases))
             found.append([run_case(prepared, case) for case in cases])
             prepared.close()
         for dense, small in zip(*found, strict=True):

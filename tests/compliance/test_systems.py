@@ -10,6 +10,7 @@ from prepared import Posed, filled
 from petcontact import MeshOptions, Method, SolverError
 from petcontact.compliance.contact_compliance import DenseCompliance, ProductCompliance
 from petcontact.contact.system import Modes
+from petcontact.linalg.dense_solver import LapackSolver
 from petcontact.runtime.petsc import options, petsc
 
 CASE = example(2, mesh=MeshOptions(element_size=0.5, order=1))
@@ -68,20 +69,37 @@ def test_a_ksp_that_fails_raises_with_petscs_reason(case, comm):
         system.robin(1e4, np.ones_like(system.u_0))
 
 
-def test_lu_is_factored_again_only_when_rho_changes(comm):
-    module = petsc()
+@pytest.mark.parametrize("given", [{}, {"ksp_type": "preonly"}], ids=["LAPACK", "KSP"])
+def test_lu_is_factored_again_only_when_rho_changes(given, comm, monkeypatch):
+    module, calls = petsc(), []
+    factor = LapackSolver.factor
+    monkeypatch.setattr(LapackSolver, "factor", lambda solver: (calls.append(1), factor(solver)))
     module.Log.begin()
     posed = Posed(CASE, comm)
     event = module.Log.Event("MatLUFactor")
     f = np.ones_like(posed.system.u_0)
 
     def factorisations(rho):
-        before = event.getPerfInfo()["count"]
+        before = event.getPerfInfo()["count"] + len(calls)
         posed.system.robin(rho, f)
-        return event.getPerfInfo()["count"] - before
+        return event.getPerfInfo()["count"] + len(calls) - before
 
-    assert [factorisations(rho) for rho in (10.0, 10.0, 20.0, 20.0, 10.0)] == [1, 0, 1, 0, 1]
+    with options(given):
+        assert [factorisations(rho) for rho in (10.0, 10.0, 20.0, 20.0, 10.0)] == [1, 0, 1, 0, 1]
+    assert len(calls) == (0 if given else 3)
     posed.close()
+
+
+def test_lapack_and_the_ksp_solve_the_same(comm):
+    f = np.random.default_rng(1).standard_normal((40, 1))
+    found = []
+    for given in ({}, {"ksp_type": "preonly"}):
+        with options(given):
+            posed = Posed(CASE, comm)
+            found.append((*posed.system.robin(3e4, f[: len(posed.system.u_0)]), posed.bodies.describe()))
+            posed.close()
+    assert all(np.abs(a - b).max() <= 1e-11 * np.abs(a).max() for a, b in zip(found[0][:2], found[1][:2], strict=True))
+    assert (found[0][2], found[1][2]) == ("condensed, dense", "condensed, dense; KSP preonly, PC lu")
 
 
 class Diagonal:

@@ -36,7 +36,7 @@ def test_rows_to_the_tolerance(name, tol, rng):
     matrix = compressed(operator, tol)
     # many small loops close together are sampled at the limit
     assert row_error(matrix, dense(operator)) <= (25 if name == "holes" else 5) * tol
-    assert len(matrix.ranks()) >= 2
+    assert 0 < matrix.rank < matrix.shape[0]
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -70,14 +70,13 @@ def test_an_operator_beside_another_shares_its_rows(name, threads, rng):
         assert mine.row_combine is level.row_combine
 
 
-def test_transpose_and_several_columns(rng):
+def test_several_columns(rng):
     operator = Mixed(case("star", rng))
     matrix, exact = compressed(operator), dense(operator)
     x = rng.standard_normal((len(exact), 70))
     scale = np.linalg.norm(exact, 2) * np.linalg.norm(x, axis=0).max()
-    assert np.linalg.norm(matrix.mult_transpose(x) - exact.T @ x, axis=0).max() <= 1e-8 * scale
+    assert np.linalg.norm(matrix @ x - exact @ x, axis=0).max() <= 1e-8 * scale
     assert np.allclose(matrix.mult(x)[:, 69], matrix.mult(x[:, 69]), rtol=0, atol=1e-14 * scale)
-    assert np.allclose(x[:, 0] @ (matrix @ x[:, 1]), x[:, 1] @ matrix.mult_transpose(x[:, 0]), rtol=1e-10)
 
 
 def test_rectangular_with_nodes_without_columns(rng):
@@ -88,8 +87,6 @@ def test_rectangular_with_nodes_without_columns(rng):
     matrix, exact = compressed(operator), dense(operator)
     assert matrix.shape == exact.shape == (880, 123)
     assert row_error(matrix, exact) <= 5e-8
-    y = rng.standard_normal(880)
-    assert np.linalg.norm(matrix.mult_transpose(y) - exact.T @ y) <= 1e-8 * np.linalg.norm(exact) * np.linalg.norm(y)
     with pytest.raises(ValueError, match="as many columns as rows"):
         factor(matrix)
 
@@ -117,10 +114,9 @@ def test_solver_inverts_what_is_compressed(name, tol, rng):
     inverse = factor(matrix)
     b = rng.standard_normal((matrix.shape[0], 3))
     backward = 1e-11 * np.linalg.norm(matrix @ np.eye(matrix.shape[0]), 2)
-    for solve, product in ((inverse.solve, matrix.mult), (inverse.solve_transpose, matrix.mult_transpose)):
-        x = solve(b)
-        assert np.all(np.linalg.norm(product(x) - b, axis=0) <= backward * np.linalg.norm(x, axis=0))
-        assert np.linalg.norm(solve(b[:, 1]) - x[:, 1]) <= 1e-8 * np.linalg.norm(x[:, 1])
+    x = inverse.solve(b)
+    assert np.all(np.linalg.norm(matrix @ x - b, axis=0) <= backward * np.linalg.norm(x, axis=0))
+    assert np.linalg.norm(inverse.solve(b[:, 1]) - x[:, 1]) <= 1e-8 * np.linalg.norm(x[:, 1])
 
 
 def test_solution_of_the_exact_system(rng):
@@ -149,7 +145,6 @@ def test_pivots_that_wait(rng):
     assert np.abs(matrix @ np.eye(len(exact)) - exact).max() <= 1e-12
     inverse, b = factor(matrix), rng.standard_normal(len(exact))
     assert np.abs(inverse.solve(b) - np.linalg.solve(exact, b)).max() <= 1e-12
-    assert np.abs(inverse.solve_transpose(b) - np.linalg.solve(exact.T, b)).max() <= 1e-12
 
 
 @pytest.mark.parametrize("n", [1, 2, 9, 24, 25])
@@ -167,10 +162,7 @@ def test_threads_agree(threads, rng):
     one, several = compressed(operator), compressed(operator, threads=threads)
     x = rng.standard_normal(one.shape[1])
     assert np.linalg.norm(several @ x - one @ x) <= 1e-8 * np.linalg.norm(one @ x)
-    assert np.linalg.norm(several.mult_transpose(x) - one.mult_transpose(x)) <= 1e-8 * np.linalg.norm(x)
-    solved = factor(several)
-    for solve, product in ((solved.solve, several.mult), (solved.solve_transpose, several.mult_transpose)):
-        assert np.linalg.norm(product(solve(x)) - x) <= 1e-10 * np.linalg.norm(x)
+    assert np.linalg.norm(several @ factor(several).solve(x) - x) <= 1e-10 * np.linalg.norm(x)
 
 
 def test_the_same_again_is_the_same(rng):
@@ -184,18 +176,15 @@ def test_probe_confirms_a_right_matrix_and_detects_a_wrong_one(rng):
     matrix = compressed(operator, 1e-9)
     exact = dense(operator)
     estimate = matrix.error_estimate(operator, rng, probes=len(operator.nodes))
-    assert estimate.product <= 1e-8
-    entry = np.abs(matrix @ np.eye(len(exact)) - exact).max() / np.linalg.norm(exact, axis=1).max()
-    assert estimate.entry == pytest.approx(entry, rel=1e-3)
+    wrong_rows = np.linalg.norm(matrix @ np.eye(len(exact)) - exact, axis=1).max() / np.linalg.norm(exact, axis=1).max()
+    assert 0.8 * wrong_rows < estimate < 1.3 * wrong_rows
 
     def wrong(rows, columns):
         block = operator(rows, columns)
         block[:, np.repeat(columns == 311, 2)] *= 1.001
         return block
 
-    estimate = matrix.error_estimate(wrong, rng)
-    assert estimate.product > 1e-7
-    assert estimate.entry > 1e-7
+    assert matrix.error_estimate(wrong, rng) > 1e-7
 
 
 def test_memory_grows_almost_linearly():

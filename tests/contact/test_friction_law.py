@@ -8,7 +8,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from petcontact.contact.friction_law import balanced_rho, contact_norm, contact_state, project_ball, projection_residual
+from petcontact.contact.friction_law import balanced_rho, contact_norm, project_ball
+from petcontact.contact.law_protocol import law_residual
+from petcontact.contact.laws import Tresca
 
 # squares of numbers below 1e-60 underflow in any norm
 sizes = st.one_of(st.just(0.0), st.floats(1e-60, 1e6))
@@ -50,16 +52,16 @@ def test_lemma_2_1_friction_condition_gives_zero_residual(data, rho):
     slips = size[:, 0] > 0.0
     # slip: σ_t = -g u/|u|; stick: u = 0 with any |σ_t| <= g
     direction = np.divide(x, size, out=np.zeros_like(x), where=size > 0)
-    residual = projection_residual(x, -bound[:, None] * direction, bound, rho)
+    residual = law_residual(Tresca(bound), x, -bound[:, None] * direction, rho)
     assert np.abs(residual[slips]).max(initial=0.0) <= 1e-9 * (1.0 + bound.max())
     sigma = project_ball(x, bound)
-    assert np.abs(projection_residual(np.zeros_like(x), sigma, bound, rho)).max() <= 1e-9 * (1.0 + bound.max())
+    assert np.abs(law_residual(Tresca(bound), np.zeros_like(x), sigma, rho)).max() <= 1e-9 * (1.0 + bound.max())
 
 
 @given(vectors(2), st.floats(1e-3, 1e3))
 def test_lemma_2_1_zero_residual_gives_the_friction_condition(data, rho):
     u, sigma, bound = data
-    zero = np.linalg.norm(projection_residual(u, sigma, bound, rho), axis=1) == 0.0
+    zero = np.linalg.norm(law_residual(Tresca(bound), u, sigma, rho), axis=1) == 0.0
     # beside a large σ round-off swallows a small u
     moving = zero & (rho * np.linalg.norm(u, axis=1) > 1e-9 * np.linalg.norm(sigma, axis=1))
     assert np.all(np.linalg.norm(sigma[zero], axis=1) <= bound[zero] * (1 + 1e-9) + 1e-9)
@@ -68,29 +70,29 @@ def test_lemma_2_1_zero_residual_gives_the_friction_condition(data, rho):
 
 
 def test_zero_bound_means_no_traction():
-    residual = projection_residual(np.array([[1.0]]), np.array([[3.0]]), np.zeros(1), 2.0)
+    residual = law_residual(Tresca(np.zeros(1)), np.array([[1.0]]), np.array([[3.0]]), 2.0)
     assert residual.tolist() == [[3.0]]
 
 
 @pytest.mark.parametrize("rho", [0.0, -1.0, np.nan])
 def test_residual_refuses_rho(rho):
     with pytest.raises(ValueError, match="positive"):
-        projection_residual(np.zeros((2, 1)), np.zeros((2, 1)), np.ones(2), rho)
+        law_residual(Tresca(np.ones(2)), np.zeros((2, 1)), np.zeros((2, 1)), rho)
 
 
 def test_shapes_are_checked():
     with pytest.raises(ValueError, match="shape"):
-        projection_residual(np.zeros((2, 1)), np.zeros((3, 1)), np.ones(2), 1.0)
+        law_residual(Tresca(np.ones(2)), np.zeros((2, 1)), np.zeros((3, 1)), 1.0)
     with pytest.raises(ValueError, match="radii"):
         project_ball(np.zeros(3), np.ones(3))
     with pytest.raises(ValueError, match="negative"):
         project_ball(np.zeros((1, 1)), -np.ones(1))
 
 
-def test_norm_balance_and_state():
+def test_norm_and_balance():
     weight = np.array([0.5, 1.5])
     u, sigma = np.array([[2.0], [0.0]]), np.array([[-6.0], [1.0]])
     assert contact_norm(u, weight) == pytest.approx(np.sqrt(2.0))
     assert balanced_rho(u, sigma, weight, 7.0) == pytest.approx(np.sqrt((18.0 + 1.5) / 2.0))
     assert balanced_rho(0 * u, sigma, weight, 7.0) == 7.0
-    assert contact_state(u, sigma, np.array([6.0, 6.0]), 3.0).tolist() == [1, 0]
+    assert Tresca(np.array([6.0, 6.0])).states(3.0 * u - sigma).tolist() == [1, 0]

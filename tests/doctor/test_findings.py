@@ -13,6 +13,7 @@ from petcontact.doctor.findings import gather, judge
 
 HEALTHY = {
     "python": "3.11.2", "missing": [], "versions": {"numpy": "1.24.2"}, "cores": 4, "ranks": 1, "errors": {},
+    "extras": {"gmsh": ""},
     "environment": {"PETSC_DIR": "", "MPLBACKEND": "", "DISPLAY": "", "WAYLAND_DISPLAY": ""},
     "launcher": "/usr/bin/mpiexec", "folder": (True, 5e9), "petsc": "3.18.5", "petsc4py": "3.18.5",
     "kernels": "compiled (x86-64-v3)",
@@ -55,6 +56,12 @@ def test_each_defect_is_found(changes, level, message):
     findings = [finding for finding in judge(HEALTHY | changes) if finding.level != "ok"]
     assert [finding.level for finding in findings] == [level]
     assert message in findings[0].text and findings[0].advice
+
+
+@pytest.mark.parametrize(("version", "text", "advice"), [("", "not installed", "petcontact[cad]"), ("4.15.2", "4.15.2", "")])
+def test_gmsh_is_named_or_how_to_get_it(version, text, advice):
+    (found,) = (finding for finding in judge(HEALTHY | {"extras": {"gmsh": version}}) if finding.subject == "extras")
+    assert found.level == "ok" and text in found.text and advice in found.advice and bool(advice) == bool(found.advice)
 
 
 def test_64_bit_integers_are_named():

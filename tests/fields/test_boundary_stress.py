@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from facets import quartered
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from smooth_field import STEEL, boundary_data, exact, meshed
@@ -16,7 +17,6 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
-from petcontact.refinement.panels.quartering import quartered
 from petcontact.results.body_fields import BodyFields
 from petcontact.results.records import BodyResult
 

@@ -21,9 +21,10 @@ from petcontact import (
     solve,
     write_solution,
 )
-from petcontact.fields.interior import Field, field_at, field_on_grid, principal_stresses, von_mises
+from petcontact.fields.interior import field_at, field_on_grid
 from petcontact.fields.interior_grid import triangulate
 from petcontact.fields.smoothing import smoothed
+from petcontact.fields.stress_state import Field, StressState
 from petcontact.results.figures.stress import deformed_figure
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.inside import write_vtu
@@ -175,8 +176,10 @@ def test_von_mises_and_principal_stresses():
     zz = np.array([0.0, 0.0, 80.0, 6.0])
     full = np.array([[[s[0], s[2], 0], [s[2], s[1], 0], [0, 0, z]] for s, z in zip(stress, zz, strict=True)])
     deviator = full - np.einsum("nii->n", full)[:, None, None] / 3.0 * np.eye(3)
-    assert np.allclose(von_mises(stress, zz), np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2))))
-    assert np.allclose(principal_stresses(stress), np.linalg.eigvalsh(full[:, :2, :2])[:, ::-1])
+    state = StressState(stress[:, :2], stress[:, :2], stress, zz)
+    assert np.allclose(state.tensor, full)
+    assert np.allclose(state.von_mises, np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2))))
+    assert np.allclose(state.principal_in_plane, np.linalg.eigvalsh(full[:, :2, :2])[:, ::-1])
 
 
 def test_field_on_a_grid_and_its_file(tmp_path):

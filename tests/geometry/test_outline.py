@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 import pytest
+import shapely
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -228,3 +229,21 @@ def test_a_body_of_many_lines_has_the_default_mesh_of_its_shape():
     assert one.n_elements == other.n_elements and np.allclose(one.x, other.x, atol=1e-12)
     # an element size asks for elements of about that size on every line
     assert _mesh(cut(whole, 10), problem.model_copy(update={"mesh": MeshOptions(element_size=9.0)})).n_elements == 40
+
+
+@pytest.mark.parametrize("exterior", [False, True])
+def test_sizes_are_those_of_the_polygon(exterior):
+    """Convex outlines are measured without shapely, all others with it."""
+    loops = {
+        "square": [[0, 0], [4, 0], [4, 2], [0, 2]], "notched": [[0, 0], [4, 0], [2, 1], [4, 2], [0, 2]],
+        "collinear": [[0, 0], [2, 0], [4, 0], [3, 2]],
+    }  # fmt: skip
+    for name, corners in loops.items():
+        points = np.array(corners, dtype=float)
+        sides = [Side(a, b, "side") for a, b in zip(points, np.roll(points, -1, axis=0), strict=True)]
+        outline = Outline(oriented([sides], exterior=exterior), exterior)
+        polygon = outline.polygon()
+        assert outline.thickness == pytest.approx(2.0 * polygon.area / polygon.length, rel=1e-14), name
+        hull = shapely.MultiPoint(points).convex_hull
+        assert outline.log_length == pytest.approx(hull.length / 24.0, rel=1e-14), name
+        assert outline._is_convex == (name != "notched" and not exterior)

@@ -16,6 +16,7 @@ from petcontact import OutlineSide as Side
 from petcontact.mesh.panelling import round_mesh
 from petcontact.model.base import parse
 from petcontact.reference.lame import Sphere
+from petcontact.refinement.panels.quartering import cut
 
 PI = np.pi
 MATERIAL = {"young_modulus": 1.0, "poisson_ratio": 0.3}
@@ -52,6 +53,23 @@ def test_area_and_volume_are_those_of_quadratic_panels(name):
     order = np.log(coarse / fine) / np.log(4.0)
     assert fine < 3e-4 and (order > (1.5 if name == "cone" else 2.0) or coarse < 2e-4)  # a tip has eight panels
     assert body.outline().area == pytest.approx(exact[0], rel=2e-3)
+
+
+@pytest.mark.parametrize("name", ["ball", "cone", "cylinder"])
+def test_cut_panels_stay_on_the_surface(name):
+    """Area and volume fall as they do for panels of half the size that are made anew, and rims stay circles."""
+    body, *exact = CASES[name]
+    surface, error = body.outline(), []
+    mesh = round_mesh(surface, 0.8, 2)
+    for _ in range(3):
+        volume = float(np.sum(mesh.x * mesh.normal * mesh.weight[:, None]) / 3.0)
+        error.append(np.abs(np.array([mesh.weight.sum(), volume]) / exact - 1.0).max())
+        mesh = cut(mesh, np.ones((mesh.n_elements, 2), dtype=bool), surface)
+    fourth, second = (0.3, 0.08) if name == "cone" else (0.11, 0.03)  # the tip of a cone
+    assert error[2] < fourth * error[1] < second * error[0]
+    points = np.concatenate([mesh.corners, mesh.middles], axis=1)
+    again = surface.onto(mesh.part, points)
+    assert np.nanmax(np.abs(again - points)) < 1e-14 * surface.diameter
 
 
 @pytest.mark.parametrize("name", CASES)

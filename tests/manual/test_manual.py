@@ -22,6 +22,7 @@ MANUAL = ROOT / "petcontact" / "manual"
 PAGES = [ROOT / "README.md", *sorted(MANUAL.rglob("*.md"))]
 FENCE = re.compile(r"^```(\w+)([^\n]*)\n(.*?)^```", re.MULTILINE | re.DOTALL)
 LINK = re.compile(r"\]\(([^)#\s]+)\)")
+RANKS = re.compile(r"mpiexec -n \d+ ")
 MODULE = re.compile(r"(?:`(\w+)`\s+of\s+)?`((?:\w+/)+\w+\.py)(?:::(\w+))?`")
 
 
@@ -37,24 +38,34 @@ def run(program: list[str], folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run(program, cwd=folder, env=environment, capture_output=True, text=True, timeout=300)
 
 
-def with_ranks(page: Path) -> bool:
-    """Whether a command of the page starts ranks."""
-    return any("mpiexec" in text for words, text in blocks(page, "sh") if "slow" not in words)
+def commands(page: Path) -> list[tuple[str, bool]]:
+    """Lines of the blocks of `sh` in order, and whether they must be refused; without `sh slow`, which takes minutes."""
+    return [(line, "fails" in words) for words, text in blocks(page, "sh") if "slow" not in words
+            for line in (line.partition("   #")[0].strip() for line in text.splitlines()) if line]  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "page", [pytest.param(page, id=page.stem, marks=[pytest.mark.mpi] if with_ranks(page) else [])
-             for page in PAGES if blocks(page, "sh")]
-)  # fmt: skip
+def check(line: str, fails: bool, folder: Path) -> None:
+    done = run(["bash", "-c", line], folder)
+    assert (done.returncode != 0) == fails, f"{line}\n{done.stdout}{done.stderr}"
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.stem)
 def test_every_fenced_command_runs(page, tmp_path):
-    """Blocks of `sh`, in order; those of `sh fails` must be refused; those of `sh slow` take minutes, not here."""
+    """On one rank; on those of its own each is run by the next test."""
     shutil.copytree(ROOT / "configs", tmp_path / "configs")
-    for words, text in blocks(page, "sh"):
-        if "slow" in words:
-            continue
-        for line in filter(None, (line.partition("   #")[0].strip() for line in text.splitlines())):
-            done = run(["bash", "-c", line], tmp_path)
-            assert (done.returncode != 0) == ("fails" in words), f"{line}\n{done.stdout}{done.stderr}"
+    for line, fails in commands(page):
+        check(RANKS.sub("", line), fails, tmp_path)
+
+
+@pytest.mark.mpi
+@pytest.mark.parametrize("page", [page for page in PAGES if any(RANKS.match(line) for line, _ in commands(page))],
+                         ids=lambda page: page.stem)  # fmt: skip
+def test_every_fenced_command_on_ranks_runs(page, tmp_path):
+    """And those that write the files for it."""
+    shutil.copytree(ROOT / "configs", tmp_path / "configs")
+    for line, fails in commands(page):
+        if RANKS.match(line) or line.startswith("petcontact init"):
+            check(line, fails, tmp_path)
 
 
 @pytest.mark.parametrize("page", [page for page in PAGES if blocks(page, "python")], ids=lambda page: page.stem)

@@ -66,6 +66,14 @@ def limit_torque(solution):
     return -moments[-1], 2.0 * np.pi * 0.2 * 1.974
 
 
+def two_solutions(solution):
+    """What jams, with a warning; from the frictionless start the one that has parted."""
+    assert any("with Coulomb's law there are two here" in text for text in solution.info["warnings"])
+    parted = solve(load(ROOT / "configs/recipes/two_solutions.toml", {"method.start": "frictionless"}))
+    assert parted.converged and not parted.pairs["bottom"].force.any() and not parted.info["warnings"]
+    return solution.pairs["bottom"].force, [-0.00120, 0.00153]
+
+
 def mesh_in_space(solution):
     return solution.pairs["bottom"].force[[0, 2]], [-1.8649, 10.748]
 

@@ -35,30 +35,31 @@ BLOCKS = (
 KEYS = ("mesh.element_size=2.0", "mesh.order=1", "method.rule=modified", "method.rho=1000.0")
 
 
-@pytest.fixture(scope="module")
-def results(tmp_path_factory):
-    """A folder of results by number of ranks: three share neither the 160 nodes nor the 32 contact nodes evenly."""
-    folder = tmp_path_factory.mktemp("space")
-    (folder / "blocks.toml").write_text(BLOCKS)
+def test_ranks_agree(tmp_path: Path) -> None:
+    """Three share neither the 160 nodes nor the 32 contact nodes evenly; one of two bodies is held by contact only."""
+    (tmp_path / "blocks.toml").write_text(BLOCKS)
     for ranks in (1, 3):
-        commands = [("solve", str(CONFIG), "-o", str(folder / f"{ranks} {formulation}.h5"), "--no-figures",
+        commands = [("solve", str(CONFIG), "-o", str(tmp_path / f"{ranks} {formulation}.h5"), "--no-figures",
                      *(word for key in (*KEYS, f"method.formulation={formulation}") for word in ("--set", key)))
                     for formulation in ("condensed", "full")]  # fmt: skip
-        commands += [("solve", str(folder / "blocks.toml"), "-o", str(folder / f"{ranks} blocks.h5"), "--no-figures")]
+        commands += [("solve", str(tmp_path / "blocks.toml"), "-o", str(tmp_path / f"{ranks} blocks.h5"), "--no-figures")]
         assert [status for status, _ in launch.series(ranks, *commands, timeout=300.0)] == [0, 0, 0]
-    return folder
-
-
-@pytest.mark.parametrize("formulation", ["condensed", "full"])
-def test_ranks_agree(formulation: str, results: Path) -> None:
-    found = []
+    for formulation in ("condensed", "full"):
+        found = []
+        for ranks in (1, 3):
+            with h5py.File(tmp_path / f"{ranks} {formulation}.h5") as file:
+                found.append((file["boundary/u"][()], file["contact/sigma_t"][()], int(file.attrs["iterations"])))
+        (u, sigma, count), (other_u, other_sigma, other_count) = found
+        assert count == other_count, formulation
+        np.testing.assert_allclose(other_u, u, atol=1e-9 * np.abs(u).max())
+        np.testing.assert_allclose(other_sigma, sigma, atol=1e-7 * np.abs(sigma).max())
+    bodies = []
     for ranks in (1, 3):
-        with h5py.File(results / f"{ranks} {formulation}.h5") as file:
-            found.append((file["boundary/u"][()], file["contact/sigma_t"][()], int(file.attrs["iterations"])))
-    (u, sigma, count), (other_u, other_sigma, other_count) = found
-    assert count == other_count
-    np.testing.assert_allclose(other_u, u, atol=1e-9 * np.abs(u).max())
-    np.testing.assert_allclose(other_sigma, sigma, atol=1e-7 * np.abs(sigma).max())
+        with h5py.File(tmp_path / f"{ranks} blocks.h5") as file:
+            pair = file["steps/1/contact/pair"]
+            bodies.append((pair["pressure"][()], pair["sigma_t"][()], file["steps/1/body/upper/u"][()]))
+    for one, other in zip(*bodies, strict=True):
+        np.testing.assert_allclose(other, one, atol=1e-4 * np.abs(one).max())
 
 
 def test_ranks_share_an_h_matrix(tmp_path: Path) -> None:
@@ -74,16 +75,5 @@ def test_ranks_share_an_h_matrix(tmp_path: Path) -> None:
         assert "hmatrix 1e-05" in done.stdout
         with h5py.File(output) as file:
             found.append((file["boundary/u"][()], file["contact/sigma_t"][()]))
-    for one, other in zip(*found, strict=True):
-        np.testing.assert_allclose(other, one, atol=1e-4 * np.abs(one).max())
-
-
-def test_ranks_share_the_matrices_of_two_bodies(results: Path) -> None:
-    """One of them is held by contact only, on panels that do not match."""
-    found = []
-    for ranks in (1, 3):
-        with h5py.File(results / f"{ranks} blocks.h5") as file:
-            pair = file["steps/1/contact/pair"]
-            found.append((pair["pressure"][()], pair["sigma_t"][()], file["steps/1/body/upper/u"][()]))
     for one, other in zip(*found, strict=True):
         np.testing.assert_allclose(other, one, atol=1e-4 * np.abs(one).max())

@@ -13,7 +13,8 @@ from conftest import example
 from prepared import operators
 
 from petcontact import Displacement, MeshOptions, native
-from petcontact.bem import operators as bem_operators
+from petcontact.bem import kernels as bem_kernels
+from petcontact.bem.column_fillers import CompiledFiller, PlainFiller
 from petcontact.bem.kelvin2d import integrals as module
 from petcontact.bem.kelvin2d.integrals import Elements, Targets, integrals
 from petcontact.geometry.arcs import half_angles, on_arcs
@@ -53,19 +54,14 @@ def elements_and_targets(unit, order=0):
 
 @compiled
 @pytest.mark.parametrize("unit", [1.0, 1e-4, 1e5])
-@pytest.mark.parametrize("wanted", [(True, True), (True, False), (False, True)])
-def test_constant_elements_agree_with_numpy(monkeypatch, unit, wanted):
+def test_constant_elements_agree_with_numpy(monkeypatch, unit):
     elements, targets = elements_and_targets(unit)
-    options = {"displacement": wanted[0], "traction": wanted[1]}
-    ours = integrals(targets, elements, 0.3, 2.0 * unit, **options)
+    ours = integrals(targets, elements, 0.3, 2.0 * unit)
     monkeypatch.setattr(module, "available", lambda: False)
-    theirs = integrals(targets, elements, 0.3, 2.0 * unit, **options)
-    for one, other, asked in zip(ours, theirs, wanted, strict=True):
-        assert (one is not None) == (other is not None) == asked
-        if one is not None:
-            size = np.abs(other).max(axis=(0, 1))
-            # within 1e-6 of an end point numpy's distances carry the round-off of coordinates, in both alike
-            assert np.all(np.abs(one - other) <= 2e-13 * size)
+    theirs = integrals(targets, elements, 0.3, 2.0 * unit)
+    for one, other in zip(ours, theirs, strict=True):
+        # within 1e-6 of an end point numpy's distances carry the round-off of coordinates, in both alike
+        assert np.all(np.abs(one - other) <= 2e-13 * np.abs(other).max(axis=(0, 1)))
 
 
 @compiled
@@ -114,18 +110,14 @@ def test_arcs_agree_with_numpy(monkeypatch, order, bulge):
 @compiled
 @pytest.mark.parametrize("order", range(6))
 def test_digits_do_not_depend_on_the_company(order):
-    """One target or many, one element or many, G alone, H alone: the same bits."""
+    """One target or many, one element or many: the same bits."""
     elements, targets = elements_and_targets(1.0, order)
     whole = integrals(targets, elements, 0.3, 1.0)
     for rows in (slice(0, 1), slice(3, 5), slice(40, 110), slice(7, None, 9)):
         some = Targets(targets.point[rows], targets.line[rows], targets.element[rows], targets.xi[rows])
         for one, all_ in zip(integrals(some, elements, 0.3, 1.0), whole, strict=True):
             assert np.array_equal(one, all_[..., rows])
-    last = elements.take(np.array([12, 3]))
-    alone = (
-        integrals(targets, last, 0.3, 1.0, traction=False)[0], integrals(targets, last, 0.3, 1.0, displacement=False)[1],
-    )  # fmt: skip
-    for one, all_ in zip(alone, whole, strict=True):
+    for one, all_ in zip(integrals(targets, elements.take(np.array([12, 3])), 0.3, 1.0), whole, strict=True):
         blocks = all_.reshape(2, 2, -1, order + 1, len(targets.line))[:, :, [12, 3]]
         assert np.array_equal(one, blocks.reshape(one.shape))
 
@@ -160,10 +152,10 @@ def test_columns_agree_with_numpy(monkeypatch, number, lift, order):
     case = example(number, mesh=MeshOptions(element_size=0.25 * (order + 1), order=order))
     top = tuple(Displacement(part="top", value=lift) if b.part == "top" else b for b in case.boundary)
     quick, slow = (operators(case.model_copy(update={"boundary": top})) for _ in range(2))
-    monkeypatch.setattr(bem_operators, "column_filler", lambda *_: None)
-    assert slow._filler is None
+    monkeypatch.setattr(bem_kernels, "COLUMN_FILLERS", {})
+    assert isinstance(slow._filler, PlainFiller)
     monkeypatch.undo()
-    assert quick._filler is not None
+    assert isinstance(quick._filler, CompiledFiller)
     every, rng = np.arange(quick.mesh.n_nodes), np.random.default_rng(3)
     monkeypatch.setattr(module, "available", lambda: False)
     pieces = [(every, every), *((np.sort(rng.permutation(every)[:k]), every[a::3]) for k, a in ((5, 0), (40, 1)))]

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from facets import box as facet_box
+from facets import quartered
 
 from petcontact import InputError, Problem, adapt, solve
 from petcontact.mesh.pairs.box_faces import grid_lines
@@ -20,7 +21,7 @@ from petcontact.pipeline.run import prepare, run
 from petcontact.reference.half_space import elliptic_load
 from petcontact.reference.hertz import elliptic
 from petcontact.refinement.panels.marks import largest, too_large
-from petcontact.refinement.panels.quartering import quartered
+from petcontact.refinement.panels.tail import Tails
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 
@@ -205,6 +206,22 @@ def test_a_ball_adapts_itself_and_stays_a_ball(ball):
     assert pair.pressure.max() * area / (pair.weight @ pair.pressure) == pytest.approx(1.5, abs=0.2)
 
 
+def test_a_turned_half_circle_is_the_ball(ball):
+    """The same ball as a body of revolution adapts itself, and is pressed alike: its halves are held, not sixths."""
+    profile = [("bottom", (1.0, 0.0), 1.0), ("top", (0.0, 1.0), 1.0), ("axis", (0.0, -1.0), None)]
+    sides = [{"part": part, "to": to, "radius": radius} for part, to, radius in profile]
+    data = ball_on_block()
+    data["body"][1]["geometry"] = {"shape": "revolved", "loops": [sides], "centre": [0.0, 0.0, 1.0]}
+    problem = parse(Problem, data, "ball")
+    assert adapts_itself(problem)
+    solution = adapt(problem, 0.5)
+    mesh = solution.meshes["ball"]
+    points = np.concatenate([mesh.corners, mesh.middles], axis=1)
+    assert solution.converged and len(solution.info["levels"]) > 1
+    assert np.nanmax(np.abs(np.linalg.norm(points - [0.0, 0.0, 1.0], axis=2) - 1.0)) < 1e-14
+    assert solution.pairs["pair"].force[2] == pytest.approx(ball.pairs["pair"].force[2], rel=0.2)
+
+
 def test_cut_curved_panels_on_compressed_operators(ball):
     """The same meshes by H-matrices: the same pressure."""
     meshes = list(ball.meshes.values())
@@ -244,6 +261,44 @@ def test_a_large_error_is_warned_of():
     solution = solve(parse(Problem, data, "hertz"))
     assert solution.converged and solution.info["estimated_error"] > 0.1
     assert any("the error is estimated to be" in text for text in solution.info["warnings"])
+
+
+@pytest.mark.parametrize(("order", "beside"), [(1, 1), (2, 2)])
+def test_the_error_of_slip_is_seen_from_other_faces_too(order, beside):
+    """Estimated over true error of u_t, the faces beside the contact meshed alike or twice as coarsely."""
+
+    def solved(size, order, beside):
+        mesh = {"element_size": beside * size, "element_sizes": {"bottom": size}, "order": order, "exponent": 1.0}
+        sides = [{"part": part, "condition": "traction", "value": [1.0 if part == "left" else 0.0, 0.5, 0.0]}
+                 for part in ("left", "front", "back", "top")]  # fmt: skip
+        return solve(parse(Problem, {
+            "material": SOFT, "mesh": mesh, "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.5, 1.0, 1.0]},
+            "boundary": [{"part": "bottom", "condition": "contact", "friction_bound": 0.2}, *sides,
+                         {"part": "right", "condition": "displacement", "value": [0.0] * 3}]}, "block"))  # fmt: skip
+
+    coarse, fine = solved(0.5, order, beside), solved(0.3, 2, 1)
+    numbers, faces = coarse.mesh.faces("bottom")
+    x = fine.contact.x
+    hits = faces.cast(x - [0.0, 0.0, 1.0], np.tile([0.0, 0.0, 1.0], (len(x), 1)))
+    u = coarse.mesh.basis_at(numbers[hits.face], hits.place) @ coarse.u
+    apart = np.einsum("mc,mtc->mt", u, fine.contact.tangent) - fine.contact.u_t
+    true = np.sqrt(
+        fine.contact.weight @ np.sum(apart**2, axis=1) / (fine.contact.weight @ np.sum(fine.contact.u_t**2, axis=1))
+    )
+    assert 0.9 < coarse.info["estimated_error"] / true < 4.0
+
+
+def test_few_panels_have_no_small_error():
+    """A spot on one panel: all of p is uncertain; on three, a half."""
+    box = parse(Problem, hertz(), "hertz").body[0].geometry.outline()
+    mesh = box_mesh(box, lambda part: 1.0, 1, 1.0)
+    nodes = mesh.nodes_of("top")
+    tails = Tails(mesh, nodes)
+    element = np.unique(mesh.element[nodes], return_inverse=True)[1]
+    for loaded, share in ((1, 1.0), (3, 0.5), (9, 0.0)):
+        p = np.where(element < loaded, 1.0, 0.0)
+        error, weight = tails.of_pressure(p, p == 0.0) if loaded < 9 else tails.of_pressure(p, p > 0.0), mesh.weight[nodes]
+        assert np.sqrt(weight @ error**2 / (weight @ p**2)) == pytest.approx(share, abs=1e-12)
 
 
 def test_marks():

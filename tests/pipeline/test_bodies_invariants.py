@@ -2,60 +2,34 @@
 
 from __future__ import annotations
 
-import tomllib
+import re
 
 import numpy as np
 import pytest
+from problems import block, contact_pair, load_step, obstacle, posed
 
 from petcontact import InputError, Problem, solve
 from petcontact.model.base import parse
 
-TWO = """
-[[body]]
-name = "lower"
-material = {{ young_modulus = {e}, poisson_ratio = 0.3 }}
-geometry = {{ shape = "rectangle", lower_left = [{x0}, {y0}], upper_right = [{x1}, {y1}] }}
-mesh = {{ element_size = {h}, order = 2 }}
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0]
-[[body]]
-name = "upper"
-material = {{ young_modulus = {e2}, poisson_ratio = 0.2 }}
-geometry = {{ shape = "rectangle", lower_left = [{x0}, {y1}], upper_right = [{x1}, {y2}] }}
-mesh = {{ element_size = {h}, order = 2 }}
-[[body.boundary]]
-part = "top"
-condition = "displacement"
-value = [0.0, 0.0]
-[[contact]]
-name = "pair"
-secondary = "{secondary}"
-primary = "{primary}"
-gap = "(x - {middle})**2/{radius}"
-friction_coefficient = 0.4
-[[step]]
-increments = {press}
-[[step.boundary]]
-body = "upper"
-part = "top"
-value = [0.0, {down}]
-[[step]]
-increments = {push}
-[[step.boundary]]
-body = "upper"
-part = "top"
-value = [{right}, {down}]
-"""
 USUAL = {"e": 1.0, "e2": 3.0, "x0": -2.0, "x1": 2.0, "y0": -2.0, "y1": 0.0, "y2": 1.5, "h": 0.25, "middle": 0.1,
          "radius": 2.0, "down": -0.3, "right": 0.1, "press": 1, "push": 1,
          "secondary": "lower.top", "primary": "upper.bottom"}  # fmt: skip
 
 
+def two(mu=0.4, **changes):
+    v = {**USUAL, **changes}
+    mesh = f"element_size = {v['h']}, order = 2"
+    return (
+        block("lower", [v["x0"], v["y0"]], [v["x1"], v["y1"]], v["e"], 0.3, mesh, bottom=[0.0, 0.0])
+        + block("upper", [v["x0"], v["y1"]], [v["x1"], v["y2"]], v["e2"], 0.2, mesh, top=[0.0, 0.0])
+        + contact_pair("pair", v["secondary"], v["primary"], mu, f"(x - {v['middle']})**2/{v['radius']}")
+        + load_step(increments=v["press"], upper={"top": [0.0, v["down"]]})
+        + load_step(increments=v["push"], upper={"top": [v["right"], v["down"]]})
+    )
+
+
 def solved(**changes):
-    text = TWO.format(**{**USUAL, **changes})
-    solution = solve(parse(Problem, tomllib.loads(text), "test"))
+    solution = solve(posed(two(**changes)))
     assert solution.converged, solution.reason
     return solution
 
@@ -89,43 +63,19 @@ def test_units_change_nothing(length, stress):
 
 def test_a_far_larger_friction_than_needed_is_bonding():
     """With a closed bilateral contact: Coulomb's bound does not matter where it is never reached."""
-    flat = TWO.replace('gap = "(x - {middle})**2/{radius}"\nfriction_coefficient = 0.4', 'normal = "{normal}"{friction}')
-    pressures = []
-    for normal, friction in (("bonded", ""), ("bilateral", "\nfriction_bound = 1e6")):
-        text = flat.format(**{**USUAL, "normal": normal, "friction": friction})
-        pressures.append(fields(solve(parse(Problem, tomllib.loads(text), "test"))))
+    law, pressures = re.compile(r'gap = ".*"\nfriction_coefficient = 0.4'), []
+    for given in ('normal = "bonded"', 'normal = "bilateral"\nfriction_bound = 1e6'):
+        pressures.append(fields(solve(posed(law.sub(given, two())))))
     for a, b in zip(*pressures, strict=True):
         assert np.allclose(a, b, atol=1e-9 * np.abs(a).max())
 
 
 def test_bonded_blocks_are_one_block():
     """Two halves of one material, bonded, against the exact field of uniaxial compression with lateral sliding."""
-    text = """
-[[body]]
-name = "a"
-material = { young_modulus = 10.0, poisson_ratio = 0.25 }
-geometry = { shape = "rectangle", lower_left = [0, 0], upper_right = [3, 1] }
-mesh = { element_size = 0.5, order = 2 }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = ["free", 0.0]
-[[body]]
-name = "b"
-material = { young_modulus = 10.0, poisson_ratio = 0.25 }
-geometry = { shape = "rectangle", lower_left = [0, 1], upper_right = [3, 2] }
-mesh = { element_size = 0.4, order = 1 }
-[[body.boundary]]
-part = "top"
-condition = "traction"
-pressure = 2.0
-[[contact]]
-name = "glue"
-secondary = "a.top"
-primary = "b.bottom"
-normal = "bonded"
-"""
-    solution = solve(parse(Problem, tomllib.loads(text), "test"))
+    text = block("a", [0, 0], [3, 1], 10.0, 0.25, "element_size = 0.5, order = 2", bottom=["free", 0.0])
+    text += block("b", [0, 1], [3, 2], 10.0, 0.25, "element_size = 0.4, order = 1", top=("traction", [0.0, -2.0]))
+    text += '[[contact]]\nname = "glue"\nsecondary = "a.top"\nprimary = "b.bottom"\nnormal = "bonded"\n'
+    solution = solve(posed(text))
     assert solution.converged and solution.info["motions"] == {"a": 1, "b": 3}
     pair = solution.last.pairs["glue"]
     assert np.allclose(pair.pressure, 2.0, atol=1e-9) and np.allclose(pair.sigma_t, 0.0, atol=1e-9)
@@ -134,27 +84,18 @@ normal = "bonded"
     assert np.allclose(u[:, 1], -solution.meshes["b"].x[:, 1] * 2.0 * (1 - 0.25**2) / 10.0, atol=1e-9)
 
 
-STAMP = """
-[[body]]
-name = "base"
-material = { young_modulus = 500.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [-1, -1], upper_right = [1, 0] }
-mesh = { element_size = 0.2, order = 1 }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0, 0]
-[[obstacle]]
-name = "stamp"
-displacement = ["free", "free"]
-rotation = "free"
-force = [0.1, -2.0]
+BASE = block("base", [-1, -1], [1, 0], 500.0, 0.3, "element_size = 0.2, order = 1", bottom=[0, 0])
+STAMP = (
+    BASE
+    + obstacle("stamp", ["free", "free"], 'rotation = "free"\nforce = [0.1, -2.0]')
+    + """
 [[contact]]
 name = "foot"
 secondary = "base.top"
 primary = "stamp"
 LAW
 """
+)
 
 
 ROOF = """
@@ -179,8 +120,7 @@ gap = "0.02 - 0.02*x"
 
 def test_two_obstacles_on_one_part():
     """Where both might close at a node, the steps' equations are singular; the answer is not."""
-    base = STAMP[: STAMP.index("[[obstacle]]")].replace("0.2, order", "0.1, order")
-    solution = solve(parse(Problem, tomllib.loads(base + ROOF), "test"))
+    solution = solve(posed(BASE.replace("0.2, order", "0.1, order") + ROOF))
     assert solution.converged, solution.reason
     left, right = (solution.last.pairs[name] for name in "lr")
     assert np.allclose(left.force, right.force, rtol=1e-9) and left.force[1] < 0.0
@@ -193,23 +133,18 @@ def test_two_obstacles_on_one_part():
     'secondary = "base.top"\nprimary = "lid.bottom"',
 ])  # fmt: skip
 def test_a_couple_is_stated_once(second):
-    lid = """
-[[body]]
-name = "lid"
-material = { young_modulus = 500.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [-1, 0], upper_right = [1, 1] }
-"""
     first = '[[contact]]\nname = "first"\nsecondary = "base.top"\nprimary = "lid.bottom"\n'
-    text = lid + STAMP.replace("LAW", "") + first + f'[[contact]]\nname = "again"\n{second}\n'
+    text = block("lid", [-1, 0], [1, 1], 500.0) + STAMP.replace("LAW", "") + first
+    text += f'[[contact]]\nname = "again"\n{second}\n'
     with pytest.raises(InputError, match=r"contact\[2\]: .* are in contact already, as '(first|foot)'"):
-        parse(Problem, tomllib.loads(text), "test")
+        posed(text)
 
 
 @pytest.mark.parametrize("law", ['normal = "bonded"',
                                  'normal = "bilateral"\nfriction_bound = 5.0', "friction_coefficient = 0.9"])  # fmt: skip
 def test_a_free_obstacle_may_stick_everywhere(law):
     """v = 0 and u_0 = 0: the problem is linear, and nothing but Sσ says how large a displacement is."""
-    solution = solve(parse(Problem, tomllib.loads(STAMP.replace("LAW", law)), "test"))
+    solution = solve(posed(STAMP.replace("LAW", law)))
     assert solution.converged, solution.reason
     assert solution.iterations <= 2
     assert np.allclose(solution.last.pairs["foot"].force, [0.1, -2.0], rtol=1e-12)
@@ -229,12 +164,12 @@ def test_random_loads_and_coefficients(seed):
     """Laws hold at every node, and both sides feel the same force, whatever the data."""
     rng = np.random.default_rng(seed)
     mu = float(rng.uniform(0.0, 2.0))
-    text = TWO.format(**{
-        **USUAL, "e2": float(10.0 ** rng.uniform(-1, 1)), "middle": float(rng.uniform(-1, 1)),
-        "radius": float(rng.uniform(1.0, 6.0)), "down": float(rng.uniform(-0.4, -0.1)),
-        "right": float(rng.uniform(-0.3, 0.3)), "press": int(rng.integers(1, 3)), "push": int(rng.integers(1, 4)),
-    }).replace("friction_coefficient = 0.4", f"friction_coefficient = {mu!r}")  # fmt: skip
-    solution = solve(parse(Problem, tomllib.loads(text), "test"))
+    changes = {
+        "e2": float(10.0 ** rng.uniform(-1, 1)), "middle": float(rng.uniform(-1, 1)), "radius": float(rng.uniform(1.0, 6.0)),
+        "down": float(rng.uniform(-0.4, -0.1)), "right": float(rng.uniform(-0.3, 0.3)), "press": int(rng.integers(1, 3)),
+        "push": int(rng.integers(1, 4)),
+    }  # fmt: skip
+    solution = solve(posed(two(mu, **changes)))
     assert solution.converged, solution.reason
     for step in solution.steps:
         pair = step.pairs["pair"]

@@ -8,7 +8,7 @@ from pathlib import Path
 import h5py
 import numpy as np
 import pytest
-from problems import block, contact_pair, load_step, obstacle
+from problems import block, contact_pair, load_step, obstacle, posed
 
 from petcontact import InputError, Problem, adapt, read_result, solve, write_solution
 from petcontact.commands.main import main
@@ -277,9 +277,9 @@ def test_a_file_of_another_mesh_is_refused(tmp_path):
 def test_a_wedge_that_jams_is_told():
     """Driven and let go: the warning names the pair; while a load is left there is none."""
     text = (ROOT / "configs" / "wedge.toml").read_text().replace("levels = 6, order = 3", "levels = 4, order = 2")
-    told = solve(parse(Problem, tomllib.loads(text), "wedge")).info["warnings"]
+    told = solve(posed(text)).info["warnings"]
     assert len(told) == 2 and all("stays pressed after step 'let go'" in line and "jams" in line for line in told)
-    held = parse(Problem, tomllib.loads(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]")), "wedge")
+    held = posed(text.replace("value = [0.0, 0.0]", "value = [0.0, -1.0]"))
     assert solve(held).info["warnings"] == []
 
 

@@ -131,3 +131,21 @@ def test_a_body_that_is_held_all_around_has_a_solution(loads):
     pair, wanted = solution.last.pairs["rim"], [0.0, 0.01 * ("point_force" in loads)]
     assert np.abs(solution.last.bodies["body"].u).max() < 1e-15 and pair.force == pytest.approx(wanted, abs=1e-14)
     assert 0.003 < np.abs(pair.pressure).max() < 0.004 or pair.pressure == pytest.approx(1.3 * 9e-5 / 0.52, rel=0.02)
+
+
+@pytest.mark.parametrize("up", [1e-3, 0.5])
+def test_a_block_that_is_raised_with_its_floor_is_pressed_alike(up):
+    """Elements down to 1e-8 of the block: what it moves as a whole leaves no noise in p on them."""
+
+    def pressure(height):
+        bottom = {"secondary": "block.bottom", "primary": "floor", "gap": f"y - {height!r}", "friction_coefficient": 0.3}
+        block = {
+            "name": "block", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+            "mesh": {"order": 5, "element_size": 0.5, "levels": 8, "grading": 0.15},
+            "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.1, 1.0]},
+            "boundary": [{"part": "top", "condition": "displacement", "value": [0.0, height - 1e-3]}],
+        }  # fmt: skip
+        data = {"body": [block], "obstacle": [{"name": "floor"}], "contact": [{"name": "pair", **bottom}]}
+        return solve(parse(Problem, data, "raised")).last.pairs["pair"].pressure
+
+    assert np.abs(pressure(up) - pressure(0.0)).max() < 1e-7 * pressure(0.0).mean()

@@ -15,6 +15,8 @@ SINGLE = [path for path in CONFIGS if "problems" not in tomllib.loads(path.read_
 
 
 SLOW = ("space_bearing",)
+DRAWN = ("example1", "stack", "pin", "heated_disc", "fretting_specimen", "gallery_toe", "space_a", "space_stack")
+"""Of each kind one; figures take longer than most solves."""
 
 
 @pytest.mark.parametrize(
@@ -22,11 +24,15 @@ SLOW = ("space_bearing",)
 )
 def test_config_runs(path, tmp_path, capfd, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    status, printed = main(["solve", str(path), "-o", str(tmp_path / "result.h5")]), capfd.readouterr()
+    figures = path.stem in DRAWN
+    words = ["solve", str(path), "-o", str(tmp_path / "result.h5"), *(["--no-figures"] if not figures else [])]
+    status, printed = main(words), capfd.readouterr()
     assert status == 0, printed.err + printed.out
-    assert "converged:" in printed.out and printed.err == ""
+    # meshes of a solve that takes seconds, as on a loaded machine, are announced
+    assert "converged:" in printed.out
+    assert [line for line in printed.err.splitlines() if not line.startswith("petcontact: mesh ")] == []
     assert max(len(line) for line in printed.out.splitlines()) <= 80 + len(str(tmp_path))
-    assert len(list(tmp_path.glob("result-*.png"))) >= 4
+    assert (len(list(tmp_path.glob("result-*.png"))) >= 4) == figures
     with h5py.File(tmp_path / "result.h5") as file:
         assert file.attrs["status"] == "converged"
         last = file[f"steps/{len(file['steps'])}"]
@@ -40,4 +46,4 @@ def test_config_runs(path, tmp_path, capfd, monkeypatch):
 
 
 def test_there_are_configs():
-    assert {"example1", "example2"} <= {path.stem for path in SINGLE}
+    assert {"example1", "example2", *DRAWN} <= {path.stem for path in SINGLE}

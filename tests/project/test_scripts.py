@@ -326,7 +326,7 @@ def test_test_runs_every_step_and_names_the_failed_one(checks, tmp_path):
     setup, ruff, style, mypy, serial, parallel = (checks / "calls").read_text().splitlines()
     assert (setup, ruff, style, mypy) == ("setup ", "ruff check", "ruff format --check", "mypy ")
     assert serial.startswith("python -m pytest -n ") and serial.endswith("-m not mpi and not slow")
-    assert parallel == "python -m pytest -m mpi and not slow"
+    assert parallel == "python -m pytest -n 2 --dist worksteal -m mpi and not slow"
 
 
 def test_test_reports_a_failed_pytest_and_ends_with_its_summary_when_all_passed(checks):

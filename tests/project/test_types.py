@@ -90,6 +90,7 @@ def test_a_plane_solve_without_figures_imports_nothing_for_other_work(tmp_path):
     loaded = set(done.stdout.splitlines()[-1].split())
     assert {"numpy", "petcontact.pipeline.solve", "petcontact.results.hdf5"} <= loaded, done.stdout + done.stderr
     others = {"matplotlib", "meshio", "pandas", "polars", "rich", "xml", "multiprocessing", "concurrent.futures", "gmsh",
+              "petsc4py", "mpi4py", "shapely", "scipy.spatial", "scipy.special",
               "scipy.optimize", "scipy.stats", "scipy.fft", "scipy.interpolate", "scipy.integrate", "numpy.typing",
               "petcontact.sweep", "petcontact.fatigue", "petcontact.convert", "petcontact.compare", "petcontact.doctor",
               "petcontact.compression.hodlr", "petcontact.compression.hmatrix", "petcontact.results.vtu",

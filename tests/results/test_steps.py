@@ -10,9 +10,9 @@ import h5py
 import meshio
 import numpy as np
 import pytest
+from problems import posed
 
 from petcontact import Problem, Solution, read_result, solve
-from petcontact.bem.kelvin2d import point_force
 from petcontact.bem.kelvin2d.kernel import Kelvin2D
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.model.base import parse
@@ -51,20 +51,20 @@ force = [0.0, -0.02]
 
 def test_stress_of_a_point_force_is_hookes_law_of_its_displacement():
     material, at, force = Material(young_modulus=2.0, poisson_ratio=0.3), np.array([[0.1, 0.2]]), np.array([[0.3, -1.0]])
-    x, h = np.array([[1.0, 0.7], [-0.4, 2.0]]), 1e-6
+    kernel, x, h = Kelvin2D(material, 1.0), np.array([[1.0, 0.7], [-0.4, 2.0]]), 1e-6
     grad = np.stack([
-        (point_force.displacement(x + h * e, at, force, material, 1.0)
-         - point_force.displacement(x - h * e, at, force, material, 1.0)) / (2.0 * h) for e in np.eye(2)
+        (kernel.point_displacement(x + h * e, at, force)
+         - kernel.point_displacement(x - h * e, at, force)) / (2.0 * h) for e in np.eye(2)
     ], axis=2)  # fmt: skip
     mu = material.shear_modulus
     spread = 2.0 * mu * 0.3 / 0.4 * (grad[:, 0, 0] + grad[:, 1, 1])
     wanted = [spread + 2 * mu * grad[:, 0, 0], spread + 2 * mu * grad[:, 1, 1], mu * (grad[:, 0, 1] + grad[:, 1, 0])]
-    assert np.allclose(point_force.stress(x, at, force, material), np.column_stack(wanted), rtol=1e-7)
+    assert np.allclose(kernel.point_stress(x, at, force), np.column_stack(wanted), rtol=1e-7)
 
 
 @pytest.fixture(scope="module")
 def disc():
-    return solve(parse(Problem, tomllib.loads(DISC), "test"))
+    return solve(posed(DISC))
 
 
 def test_increments_together_are_those_one_by_one_for_the_integrals_of_one(disc, monkeypatch):
@@ -146,7 +146,7 @@ def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
     """One body in unilateral contact: uniform pressure on a whole floor; open nodes carry 0.0, not -0.0, and are no zone."""
     whole, broken = BLOCK.replace("PLANE", plane).replace("where(x < 1.5, 0, 1)", "0"), BLOCK.replace("PLANE", plane)
     for text, name in ((whole, "whole.h5"), (broken, "broken.h5")):
-        solution = solve(parse(Problem, tomllib.loads(text), "test"))
+        solution = solve(posed(text))
         write_solution(tmp_path / name, solution)
     with h5py.File(tmp_path / "whole.h5") as file:
         contact, boundary, x = file["contact"], file["boundary"], file["boundary/x"][()]
@@ -167,7 +167,7 @@ def test_a_block_on_a_floor_as_h5py_shows_it(tmp_path, plane):
 def test_the_verdict_of_an_increment_that_failed():
     """A load that pulls the block off the floor: where it failed is not called reached, and nothing that is 0 has a sign."""
     text = BLOCK.replace("PLANE", "strain").replace("pressure = 1.0", "pressure = -1.0")
-    solution = solve(parse(Problem, tomllib.loads(text), "test"))
+    solution = solve(posed(text))
     verdict = " ".join(solution.verdict().split())
     assert solution.status == "not converged" and "along +y beyond what contact and friction allow" in verdict
     assert "failed at" in verdict and "reached" not in verdict and "-0" not in verdict.replace("e-0", "")
@@ -207,5 +207,5 @@ def test_tractions_beyond_the_law_are_not_converged():
         state.sigma[:, 0] = 1.01 * np.abs(state.sigma[:, 1]) + 1e-3
         return state
 
-    solution = solve(parse(Problem, tomllib.loads(BLOCK.replace("PLANE", "strain")), "test"), method=beyond)
+    solution = solve(posed(BLOCK.replace("PLANE", "strain")), method=beyond)
     assert solution.status == "not converged" and "exceed what contact allows" in solution.reason

@@ -22,7 +22,7 @@ CODE = {
     "pc_type": "python", "elastic_pc_type": "python", "ksp_type": "Python", "sub_ksp_type": "python",
     "mat_type": "python", "pc_python_type": "os.system", "elastic_ksp_python_type": "x", "tao_python_type": "m.C",
     "SNES_Python_Type": "m", "ksp_monitor_python": "m", "pc_composite_pcs": "lu,python", "python": "",
-    "dll_append": "evil.so", "dll_prepend": "evil", "elastic_pc_factor_mat_solver_type": "/tmp/evil.so:make",
+    "dll_append": "evil.so", "dll_prepend": "evil", "elastic_pc_factor_mat_solver_type": "evil.so:make",
     "ksp_guess_type": "evil.so:f", "pc_shell_library": "evil", "start_in_debugger": "gdb",
     "on_error_attach_debugger": "noxterm", "stop_for_debugger": True, "debugger_nodes": 0, "on_error_emacs": "x",
     "mpi_linear_solver_server": "", "fp_trap": True, "malloc_debug": True,

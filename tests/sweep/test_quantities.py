@@ -10,11 +10,11 @@ from sweep_files import quietly, sweep_file
 
 from petcontact import load_case
 from petcontact.fields.interior import field_at
+from petcontact.pipeline.run import prepare
 from petcontact.pipeline.solve import solve
-from petcontact.sweep import problems
 from petcontact.sweep import run as running
 from petcontact.sweep.design.sweep import read_sweep
-from petcontact.sweep.quantities import QUANTITIES, contact_of, resultants, row_of, von_mises_at
+from petcontact.sweep.quantities import contact_quantities, resultants, row_of, von_mises_at
 from petcontact.sweep.store.case_table import read_case_table
 
 
@@ -24,7 +24,7 @@ def solution(comm):
 
 
 def test_of_example_1(solution):
-    found = {name: function(contact_of(solution)) for name, function in QUANTITIES.items()}
+    found = contact_quantities(solution)
     c = solution.contact
     assert found["max_u_t"] == pytest.approx(np.abs(c.u_t).max(), rel=1e-12)
     # 80 nodes of weight 0.1
@@ -40,7 +40,7 @@ def test_the_resultant_balances_all_other_forces(solution):
     mesh = solution.mesh
     others = np.setdiff1d(np.arange(mesh.n_nodes), solution.contact.nodes)
     rest = mesh.weight[others] @ solution.traction[others]
-    found = resultants(contact_of(solution))
+    found = resultants(solution)
     # 400 on the left side, 4 long, is 1600; collocation holds equilibrium to the error of the elements
     np.testing.assert_allclose([found["force_x"], found["force_y"]], -rest, atol=0.01 * 1600.0)
 
@@ -108,7 +108,7 @@ keep = "all"
 "step.1.obstacle.0.displacement.0" = [0.001, 0.03]
 """))  # fmt: skip
     calls = []
-    monkeypatch.setattr(running, "prepare_group", lambda *words: calls.append(words) or problems.prepare_group(*words))
+    monkeypatch.setattr(running, "prepare", lambda *words, **more: calls.append(words) or prepare(*words, **more))
     assert quietly(sweep, tmp_path / "out").exit_status == 0
     assert len(calls) == 1
     for place in range(len(sweep)):
@@ -125,7 +125,7 @@ def test_friction_bounds_of_the_papers_body_share_one_elimination(tmp_path, comm
     text = 'problems = ["example1.toml"]\nkeep = "all"\n[set]\nelement_size = 0.4\n[cross]\n'
     sweep = read_sweep(sweep_file(tmp_path, text + '"boundary.0.friction_bound" = [100.0, 150.0, 300.0]\n'))
     calls = []
-    monkeypatch.setattr(running, "prepare_group", lambda *words: calls.append(words) or problems.prepare_group(*words))
+    monkeypatch.setattr(running, "prepare", lambda *words, **more: calls.append(words) or prepare(*words, **more))
     assert quietly(sweep, tmp_path / "out").exit_status == 0 and len(calls) == 1
     for place in range(3):
         alone, kept = solve(sweep[place].case, comm=comm), load_case(tmp_path / "out", sweep.ids[place])

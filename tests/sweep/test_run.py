@@ -17,6 +17,7 @@ from petcontact.errors import InputError, ResultError, SolverError
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import solve
 from petcontact.sweep import problems
+from petcontact.sweep import run as running
 from petcontact.sweep.design.sweep import build_sweep, read_sweep
 from petcontact.sweep.design.sweep_file import read_files
 from petcontact.sweep.schedule import cost as costs
@@ -72,7 +73,7 @@ def test_a_body_that_cannot_be_meshed_costs_nothing(small, monkeypatch):
 
 def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(small, tmp_path, monkeypatch, comm):
     calls = []
-    monkeypatch.setattr(problems, "prepare", lambda *words, cases: calls.append(cases) or prepare(*words, cases=cases))
+    monkeypatch.setattr(running, "prepare", lambda *words, cases: calls.append(cases) or prepare(*words, cases=cases))
     folder = tmp_path / "new" / "out"
     summary = quietly(small, folder)
     assert (summary.computed, summary.reused, summary.failed, summary.exit_status) == (8, 0, {}, 0)
@@ -312,7 +313,7 @@ def test_a_group_that_cannot_be_prepared_fails_case_by_case(small, tmp_path, mon
             raise SolverError("factor", "zero pivot", "fix the body")
         return prepare(case, comm, cases=cases)
 
-    monkeypatch.setattr(problems, "prepare", failing)
+    monkeypatch.setattr(running, "prepare", failing)
     summary = quietly(small, tmp_path)
     assert len(summary.failed) == 4
     assert all(id_.endswith("h0.8") and "zero pivot" in reason for id_, reason in summary.failed.items())

@@ -11,6 +11,7 @@ import tomllib
 
 import numpy as np
 import pytest
+from problems import block, contact_pair
 
 from petcontact import Problem, Step
 from petcontact.model.base import parse
@@ -25,30 +26,11 @@ E, NU, MU, A, C = 1.0, 0.3, 0.4, 1.0, 0.6
 PAIR = LineContact(0.125 * np.pi / (1.0 - NU**2), 1.0, contact_modulus(E, NU, E, NU))
 SHEAR = LinePartialSlip(PAIR, MU, MU * PAIR.load * (1.0 - C**2))
 P_0, G = PAIR.peak, E / (2.0 * (1.0 + NU))
-TEXT = """
-[[body]]
-name = "lower"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [-3, -3], upper_right = [3, 0] }
-[[body.boundary]]
-part = "bottom"
-condition = "displacement"
-value = [0.0, 0.0]
-[[body]]
-name = "upper"
-material = { young_modulus = 1.0, poisson_ratio = 0.3 }
-geometry = { shape = "rectangle", lower_left = [-3, 0], upper_right = [3, 3] }
-[[body.boundary]]
-part = "top"
-condition = "displacement"
-value = [0.0, 0.0]
-[[contact]]
-name = "pair"
-secondary = "lower.top"
-primary = "upper.bottom"
-gap = "x**2/2"
-friction_coefficient = 0.4
-"""
+TEXT = (
+    block("lower", [-3, -3], [3, 0], bottom=[0.0, 0.0])
+    + block("upper", [-3, 0], [3, 3], top=[0.0, 0.0])
+    + contact_pair("pair", "lower.top", "upper.bottom", 0.4, "x**2/2")
+)
 
 
 def exact(x, push=1.0):

@@ -13,7 +13,7 @@ from ...arrays import Array, Index
 from ...mesh.basis import gauss, lagrange_coefficients, product_weights
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
-from ..compiled_filler import CompiledFiller, data_members
+from ..column_fillers import CompiledFiller, data_members
 from ..kernel import ColumnData
 from .arcs import MIDDLE, Arcs, counts, series
 from .moments import RULES
@@ -124,9 +124,9 @@ def available() -> bool:
 
 
 def compiled_integrals(
-    targets: Targets, elements: Elements, poisson_ratio: float, length: float, kernel_g: Array | None, kernel_h: Array | None
+    targets: Targets, elements: Elements, poisson_ratio: float, length: float, kernel_g: Array, kernel_h: Array
 ) -> None:
-    """Fill `integrals`' results (2, 2, n, p+1, m), G and H or one of them."""
+    """Fill `integrals`' results (2, 2, n, p+1, m)."""
     assert _integrals is not None
     record = native.Record(*_elements(elements, elements.index, poisson_ratio, length, 1.0))
     points = native.Record(*_points(targets))

@@ -18,22 +18,16 @@ from ...mesh.basis import gauss
 from ...mesh.elements import Elements, Targets
 from .arcs import Arcs
 from .compiled import available, compiled_integrals
-from .constant_elements import constant
 from .segments import Segments
 from .tensors import Result
 
 __all__ = ["Elements", "Targets", "integrals"]
 
-CHUNK = 16384
-"""Pairs of one temporary: a dozen of them nearly fit a core's second-level cache, and calls cost little in them."""
-POINT_CHUNK = 6 * CHUNK
-"""The same with Gauss points, of which fewer temporaries are needed."""
+POINT_CHUNK = 98_304
+"""Pairs of a Gauss point and a target in one temporary: a few of them nearly fit a core's second-level cache."""
 
 
-def integrals(
-    targets: Targets, elements: Elements, poisson_ratio: float, length: float, *, displacement: bool = True,
-    traction: bool = True,
-) -> tuple[Array | None, Array | None]:  # fmt: skip
+def integrals(targets: Targets, elements: Elements, poisson_ratio: float, length: float) -> tuple[Array, Array]:
     """Both kernels integrated over elements against their Lagrange bases, at targets.
 
     Parameters
@@ -46,46 +40,33 @@ def integrals(
         ν of plane strain; for plane stress pass ν/(1+ν).
     length : float
         Length that scales the argument of the logarithm [length].
-    displacement, traction : bool
-        What is wanted.
 
     Returns
     -------
-    G : (2, 2, n(p+1), m) array or None
+    G : (2, 2, n(p+1), m) array
         2µ ∫ U_ij L_b ds [length], i the component at the target, j the component at the element; element after element
         on the third axis.
-    H : (2, 2, n(p+1), m) array or None
+    H : (2, 2, n(p+1), m) array
         ∫ T_ij L_b ds [-]; the principal value, without the free term, at a node of the element itself.
     """
     n, nodes, m = len(elements.index), elements.order + 1, len(targets.line)
-    result = Result(
-        np.empty((2, 2, n, nodes, m)) if displacement else None, np.empty((2, 2, n, nodes, m)) if traction else None,
-        poisson_ratio, length,
-    )  # fmt: skip
+    kernel_g, kernel_h = (np.empty((2, 2, n, nodes, m)) for _ in range(2))
+    result = Result(kernel_g, kernel_h, poisson_ratio, length)
     curved = elements.curved
     if n == 0 or m == 0:
         pass
     elif available():
-        compiled_integrals(targets, elements, poisson_ratio, length, result.kernel_g, result.kernel_h)
+        compiled_integrals(targets, elements, poisson_ratio, length, kernel_g, kernel_h)
     elif curved.any() and not curved.all():
         for chosen in (np.flatnonzero(~curved), np.flatnonzero(curved)):
-            parts = integrals(
-                targets, elements.take(chosen), poisson_ratio, length, displacement=displacement, traction=traction
-            )
-            for whole, part in zip((result.kernel_g, result.kernel_h), parts, strict=True):
-                if whole is not None and part is not None:
-                    whole[:, :, chosen] = part.reshape(2, 2, len(chosen), nodes, m)
-    elif elements.order == 0 and not curved.any():
-        _constant(targets, elements, result)
+            parts = integrals(targets, elements.take(chosen), poisson_ratio, length)
+            for whole, part in zip((kernel_g, kernel_h), parts, strict=True):
+                whole[:, :, chosen] = part.reshape(2, 2, len(chosen), nodes, m)
     else:
         _polynomial(targets, elements, result)
-        if elements.order == 0 and result.kernel_h is not None:
-            _add_slopes(targets, elements, result.kernel_h, poisson_ratio)
-    shape = (2, 2, n * nodes, m)
-    return (
-        None if result.kernel_g is None else result.kernel_g.reshape(shape),
-        None if result.kernel_h is None else result.kernel_h.reshape(shape),
-    )
+        if elements.order == 0 and curved.any():
+            _add_slopes(targets, elements, kernel_h, poisson_ratio)
+    return kernel_g.reshape(2, 2, n * nodes, m), kernel_h.reshape(2, 2, n * nodes, m)
 
 
 def _add_slopes(targets: Targets, elements: Elements, kernel_h: Array, poisson_ratio: float) -> None:
@@ -123,36 +104,19 @@ def _off_line(targets: Targets, line: Index) -> Array | None:
     return None if apart.all() else apart.astype(np.float64)
 
 
-def _constant(targets: Targets, elements: Elements, result: Result) -> None:
-    """Straight elements of order 0: closed form for all pairs."""
-    own_element, own_column = _pairs(targets.element, elements)
-    for rows in _chunks(len(elements.index), len(targets.line), CHUNK):
-        inside = (own_element >= rows.start) & (own_element < rows.stop)
-        column = own_column[inside]
-        constant(
-            None if result.kernel_g is None else result.kernel_g[:, :, rows, 0],
-            None if result.kernel_h is None else result.kernel_h[:, :, rows, 0],
-            elements.start[rows], elements.end[rows], targets.point, _off_line(targets, elements.line[rows]),
-            (own_element[inside] - rows.start, column), targets.xi[column], result.poisson_ratio, result.length,
-        )  # fmt: skip
-
-
-def _chunks(n: int, per_row: int, size: int) -> list[slice]:
-    step = max(1, size // max(1, per_row))
-    return [slice(first, min(first + step, n)) for first in range(0, n, step)]
-
-
 def _polynomial(targets: Targets, elements: Elements, result: Result) -> None:
     """Elements of any order and shape: Gauss quadrature for all pairs, then what is not far enough once more."""
     order = elements.order
     point = targets.point[:, 0] + 1j * targets.point[:, 1]
     shape = shape_of(elements)
     near: list[tuple[Index, Index]] = []
-    for rows in _chunks(len(elements.index), shape.far_points(order) * len(point), POINT_CHUNK):
+    step = max(1, POINT_CHUNK // (shape.far_points(order) * len(point)))
+    for first in range(0, len(elements.index), step):
+        rows = slice(first, first + step)
         some = shape.take(rows)
         part, turn, (element, column) = some.far(order, point, _off_line(targets, elements.line[rows]))
         result.write(rows, part, some.half, turn, gauss(order)[1][:, None])
-        near.append((element + rows.start, column))
+        near.append((element + first, column))
     element, column = (np.concatenate(part) for part in zip(*near, strict=True))
     if len(element):
         _near(targets, elements, shape, element, column, result)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,38 +15,27 @@ from .moments import Moments
 class Result:
     """The arrays (2, 2, n, p+1, m) that take G and H, and the constants of the kernels."""
 
-    kernel_g: Array | None
-    kernel_h: Array | None
+    kernel_g: Array
+    kernel_h: Array
     poisson_ratio: float
     length: float
 
     def write(self, rows: slice, part: Moments, half: Array, turn: Complex, weight: Array) -> None:
         """Moments (k, p+1, m) of elements `rows`; half and turn (k,), see `_combine_g`."""
-        turn = turn[:, None, None]
-        if self.kernel_g is not None:
-            half = half[:, None, None]
-            log_unit = np.log(half / self.length)
-            _combine_g(self.kernel_g[:, :, rows], part, self.poisson_ratio, half, turn, weight, log_unit)
-        if self.kernel_h is not None:
-            _combine_h(self.kernel_h[:, :, rows], part, self.poisson_ratio, turn)
+        half, turn = half[:, None, None], turn[:, None, None]
+        _combine_g(self.kernel_g[:, :, rows], part, self.poisson_ratio, half, turn, weight, np.log(half / self.length))
+        _combine_h(self.kernel_h[:, :, rows], part, self.poisson_ratio, turn)
 
     def scatter(self, element: Index, column: Index, part: Moments, half: Array, turn: Complex, weight: Array) -> None:
         """Moments (p+1, k) of k pairs of an element and a target; half and turn (k,)."""
-        place = None
-        for kernel in (self.kernel_g, self.kernel_h):
-            if kernel is None:
-                continue
-            values = np.empty((2, 2, *part.log.shape))
-            if kernel is self.kernel_g:
-                _combine_g(values, part, self.poisson_ratio, half, turn, weight, np.log(half / self.length))
-            else:
-                _combine_h(values, part, self.poisson_ratio, turn)
-            nodes, m = kernel.shape[-2:]
-            if place is None:
-                place = (element * nodes + np.arange(nodes)[:, None]) * m + column
-            for i in range(2):
-                for j in range(2):
-                    kernel[i, j].reshape(-1)[place] = values[i, j]
+        g, h = np.empty((2, 2, 2, *part.log.shape))
+        _combine_g(g, part, self.poisson_ratio, half, turn, weight, np.log(half / self.length))
+        _combine_h(h, part, self.poisson_ratio, turn)
+        nodes, m = self.kernel_g.shape[-2:]
+        place = (element * nodes + np.arange(nodes)[:, None]) * m + column
+        for whole, values in ((self.kernel_g, g), (self.kernel_h, h)):
+            for i, j in itertools.product(range(2), repeat=2):
+                whole[i, j].reshape(-1)[place] = values[i, j]
 
 
 def _combine_g(out: Array, part: Moments, poisson_ratio: float, half: Array, turn: Complex, weight: Array,

@@ -14,7 +14,7 @@ from ...mesh.basis import gauss
 from ...mesh.curved_panels import CurvedPanels, reference_rule
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
-from ..compiled_filler import CompiledFiller, data_members
+from ..column_fillers import CompiledFiller, data_members
 from ..kernel import ColumnData
 from .polar import digits, tables
 from .rules import COUNTS, MOST_POINTS, degrees, least_log_rho, tolerance_of
@@ -102,10 +102,10 @@ def available() -> bool:
 
 
 def compiled_integrals(
-    points: Array, panels: AnyPanels, poisson_ratio: float, tolerance: float, most: tuple[int, ...], kernel_g: Array | None,
-    kernel_h: Array | None,
+    points: Array, panels: AnyPanels, poisson_ratio: float, tolerance: float, most: tuple[int, ...], kernel_g: Array,
+    kernel_h: Array,
 ) -> None:  # fmt: skip
-    """Fill `integrals`' results (3, 3, n k, m), G and H or one of them; `most` are the Gauss points of far panels."""
+    """Fill `integrals`' results (3, 3, n k, m); `most` are the Gauss points of far panels."""
     assert _panels is not None
     points, records, kind = native.contiguous(points), _records(panels), _kind(panels)
     family = native.Record(kind, _rules(tolerance, most), _weights(kind, tolerance), poisson_ratio)

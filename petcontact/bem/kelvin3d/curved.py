@@ -10,7 +10,7 @@ from ...arrays import Array, Index
 from ...mesh.curved_panels import CurvedPanels, reference_rule
 from .polar import Rule, digits, polar_rule
 from .rules import MOST_POINTS, point_counts
-from .tensors import Wanted, kernels
+from .tensors import Result, kernels
 
 CHUNK = 1 << 16
 """Pairs of a source point and a target at once."""
@@ -47,7 +47,7 @@ def sources(panels: CurvedPanels, number: int, rule: Rule) -> tuple[Array, Array
     return y[0], normal / area[:, None], panel.basis(rule.local[None])[0].T * (area * rule.weight)
 
 
-def fill(points: Array, panels: CurvedPanels, tolerance: float, result: Wanted) -> None:
+def fill(points: Array, panels: CurvedPanels, tolerance: float, result: Result) -> None:
     """All pairs of a curved panel and a point."""
     for number, rows, rule in quadrature(points, panels, tolerance):
         y, normal, weight = sources(panels, number, rule)

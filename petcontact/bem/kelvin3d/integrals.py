@@ -25,7 +25,7 @@ from . import curved
 from .compiled import available, compiled_integrals
 from .moments import FLAT, Moments
 from .rules import MOST_POINTS, point_counts, tolerance_of
-from .tensors import Wanted, kernels
+from .tensors import Result, kernels
 
 NEAR_CHUNK = 4096
 """Pairs of a panel and a target whose closed forms are worked out at once."""
@@ -34,9 +34,8 @@ FAR_CHUNK = 1 << 16
 
 
 def integrals(
-    points: Array, panels: Panels | CurvedPanels, poisson_ratio: float, *, displacement: bool = True, traction: bool = True,
-    tolerance: float | None = None,
-) -> tuple[Array | None, Array | None]:  # fmt: skip
+    points: Array, panels: Panels | CurvedPanels, poisson_ratio: float, *, tolerance: float | None = None
+) -> tuple[Array, Array]:
     """Both kernels integrated over panels against their bases, at target points.
 
     Parameters
@@ -46,32 +45,29 @@ def integrals(
     panels : Panels or CurvedPanels
         n panels of k nodes.
     poisson_ratio : float
-    displacement, traction : bool
-        What is wanted.
     tolerance : float, optional
         Of the quadrature, of flat panels where they are far; by default `rules.TOLERANCE`.
 
     Returns
     -------
-    G : (3, 3, n k, m) array or None
+    G : (3, 3, n k, m) array
         2µ ∫ U_ij L_b dS [length], i the component at the target, j the component at the panel; panel after panel on the
         third axis.
-    H : (3, 3, n k, m) array or None
+    H : (3, 3, n k, m) array
         ∫ T_ij L_b dS [-]; the principal value, without the free term, at a node of the panel itself.
     """
     shape = (3, 3, len(panels.index), panels.n_nodes, len(points))
-    flat = (3, 3, shape[2] * shape[3], shape[4])
-    kernel_g, kernel_h = (np.empty(flat) if wanted else None for wanted in (displacement, traction))
+    kernel_g, kernel_h = (np.empty((3, 3, shape[2] * shape[3], shape[4])) for _ in range(2))
     tolerance = tolerance_of(panels, tolerance)
     if available():
         compiled_integrals(points, panels, poisson_ratio, tolerance, MOST_POINTS[type(panels)], kernel_g, kernel_h)
         return kernel_g, kernel_h
-    whole_g, whole_h = (None if k is None else k.reshape(shape) for k in (kernel_g, kernel_h))
-    BY_NUMPY[type(panels)](points, panels, tolerance, Wanted(whole_g, whole_h, poisson_ratio))
+    whole = Result(kernel_g.reshape(shape), kernel_h.reshape(shape), poisson_ratio)
+    BY_NUMPY[type(panels)](points, panels, tolerance, whole)
     return kernel_g, kernel_h
 
 
-def _fill(points: Array, panels: Panels, tolerance: float, result: Wanted) -> None:
+def _fill(points: Array, panels: Panels, tolerance: float, result: Result) -> None:
     """All pairs of a flat panel and a point."""
     near: list[tuple[Index, Index]] = [(np.empty(0, dtype=np.int64),) * 2]
     for element in range(len(panels.index) if len(points) else 0):
@@ -89,36 +85,33 @@ def _fill(points: Array, panels: Panels, tolerance: float, result: Wanted) -> No
         _near(points[columns[some]], panels, elements[some], columns[some], result)
 
 
-BY_NUMPY: dict[type, Callable[[Array, Any, float, Wanted], None]] = {Panels: _fill, CurvedPanels: curved.fill}
+BY_NUMPY: dict[type, Callable[[Array, Any, float, Result], None]] = {Panels: _fill, CurvedPanels: curved.fill}
 """What fills the results where nothing was compiled, by the kind of panel."""
 
 
-def _far(points: Array, panels: Panels, element: int, target: Index, counts: tuple[int, int], result: Wanted) -> None:
+def _far(points: Array, panels: Panels, element: int, target: Index, counts: tuple[int, int], result: Result) -> None:
     """Gauss points of one panel as sources."""
     x, weight = panels.take(slice(element, element + 1)).rule(counts)
     step = max(1, FAR_CHUNK // x.shape[1])
     for first in range(0, len(target), step):
         rows = target[first : first + step]
         g, h = kernels(x[0][:, None] - points[rows], panels.frame[element, 2], result.poisson_ratio)
-        parts = (None if whole is None else np.einsum("bq,ijqm->ijbm", weight[0], kernel, optimize=True)
-                 for whole, kernel in ((result.kernel_g, g), (result.kernel_h, h)))  # fmt: skip
-        result.write(element, rows, *parts)
+        result.write(element, rows, *(np.einsum("bq,ijqm->ijbm", weight[0], kernel, optimize=True) for kernel in (g, h)))
 
 
-def _near(x: Array, panels: Panels, element: Index, target: Index, result: Wanted) -> None:
+def _near(x: Array, panels: Panels, element: Index, target: Index, result: Result) -> None:
     """Pairs of a panel and a target in closed form."""
     frame, size = panels.frame[element], panels.size[element]
     local, w = local_targets(x, panels, element)
     degree = int(panels.exponents.sum(axis=1).max())
-    moments = Moments.of(panels.polygon[element], local[:2].T, w, panels.order, degree, traction=result.kernel_h is not None)
+    moments = Moments.of(panels.polygon[element], local[:2].T, w, panels.order, degree)
     basis = to_basis(panels, element, local[:2])
-    for whole, build, power in ((result.kernel_g, _displacement, 1), (result.kernel_h, _traction, 0)):
-        if whole is None:
-            continue
+    built = []
+    for build, power in ((_displacement, 1), (_traction, 0)):
         values = np.array([build(moments, w, int(a), int(b), result.poisson_ratio) for a, b in panels.exponents])
         nodal = np.einsum("nbq,qijn->ijnb", basis, values, optimize=True) * (size**power)[:, None]
-        rotated = np.einsum("nai,abnk,nbj->ijnk", frame, nodal, frame, optimize=True)
-        result.write(element, target, *((rotated, None) if power else (None, rotated)))
+        built.append(np.einsum("nai,abnk,nbj->ijnk", frame, nodal, frame, optimize=True))
+    result.write(element, target, *built)
 
 
 def local_targets(x: Array, panels: Panels, element: Index) -> tuple[Array, Array]:

@@ -132,12 +132,12 @@ class Moments:
     w_q: Array
 
     @classmethod
-    def of(cls, polygon: Array, origin: Array, w: Array, highest: int, degree: int, *, traction: bool) -> Moments:
-        """Moments up to a, b <= highest + 2, a + b <= degree + 2 (M_1: highest, degree); Q where the traction is wanted."""
+    def of(cls, polygon: Array, origin: Array, w: Array, highest: int, degree: int) -> Moments:
+        """Moments up to a, b <= highest + 2, a + b <= degree + 2 (M_1: highest, degree)."""
         edges = Edges.of(polygon, origin, w)
-        powers = edges.powers((1, 3) if traction else (1,), degree + 1)
+        powers = edges.powers((1, 3), degree + 1)
         u_1, v_1, s_1 = edges.tables(powers[0], highest + 2, degree + 1)
-        u_3, v_3, s_3 = edges.tables(powers[1], highest + 2, degree + 1) if traction else ({}, {}, {})
+        u_3, v_3, s_3 = edges.tables(powers[1], highest + 2, degree + 1)
         p: Table = {(0, 0): solid_angle(edges)}
         m_1: Table = {}
         m_3: Table = {}
@@ -151,10 +151,10 @@ class Moments:
                     else:
                         m_3[a, b] = -v_1[a, b - 1] + ((b - 1) * m_1[a, b - 2] if b > 1 else 0.0)
                     p[a, b] = w * m_3[a, b]
-                    if traction and a:
+                    if a:
                         q[a, b] = -w * u_3[a - 1, b] + ((a - 1) * p[a - 2, b] if a > 1 else 0.0)
-                    elif traction:
+                    else:
                         q[a, b] = -w * v_3[a, b - 1] + ((b - 1) * p[a, b - 2] if b > 1 else 0.0)
                 if total <= degree:
                     m_1[a, b] = (s_1[a, b] - w * p[a, b]) / (total + 1)
-        return cls(m_1, m_3, p, q, p[0, 0] + w * s_3[0, 0] if traction else w)
+        return cls(m_1, m_3, p, q, p[0, 0] + w * s_3[0, 0])

@@ -18,6 +18,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...mesh.curved_panels import CurvedPanels
 from ...mesh.panels import Panels
+from ..kelvin import COMPONENTS
 from .curved import quadrature, sources
 from .integrals import NEAR_CHUNK, local_targets, to_basis
 from .moments import Edges, Table, solid_angle
@@ -29,8 +30,6 @@ LOW = 0.3
 """Below this fraction of the distance the height over the plane is small, and the recursion for [0, 0] runs backward."""
 BACKWARD = 14
 """Steps of that."""
-COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
-"""xx, yy, zz, xy, xz, yz."""
 Integral = Callable[[int, tuple[int, ...]], Array]
 """∫ r_i r_j .../r^k times what is to be integrated, by k and the indices."""
 
@@ -113,7 +112,7 @@ def _tensors(integral: Integral, normal: Array, poisson_ratio: float) -> tuple[A
     one_2nu = 1.0 - 2.0 * nu
     axes = [c for c in range(3) if np.any(normal[c] != 0.0)]
     d, s = [], []
-    for (i, j), k in itertools.product(COMPONENTS, range(3)):
+    for (i, j), k in itertools.product(COMPONENTS[3], range(3)):
         d_ki, d_kj, d_ij = float(k == i), float(k == j), float(i == j)
         d.append(scale * (one_2nu * (d_ki * integral(3, (j,)) + d_kj * integral(3, (i,)) - d_ij * integral(3, (k,)))
                           + 3.0 * integral(5, (i, j, k))))  # fmt: skip
@@ -162,10 +161,10 @@ def _near(x: Array, panels: Panels, element: Index, poisson_ratio: float) -> tup
     values = [np.einsum("nbq,qckn->ckbn", basis, np.array(part), optimize=True) for part in zip(*parts, strict=True)]
     full = [np.empty((3, 3, 3, *value.shape[2:])) for value in values]
     for whole, value in zip(full, values, strict=True):
-        for c, (i, j) in enumerate(COMPONENTS):
+        for c, (i, j) in enumerate(COMPONENTS[3]):
             whole[i, j] = whole[j, i] = value[c]
     rotated = [np.einsum("nai,nbj,nck,abcmn->ijknm", frame, frame, frame, whole, optimize=True) for whole in full]
-    d, s = (np.array([whole[i, j] for i, j in COMPONENTS]).transpose(2, 0, 1, 3) for whole in rotated)
+    d, s = (np.array([whole[i, j] for i, j in COMPONENTS[3]]).transpose(2, 0, 1, 3) for whole in rotated)
     return d, s / size[:, None, None, None]
 
 

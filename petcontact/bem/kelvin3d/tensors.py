@@ -10,20 +10,18 @@ from ...arrays import Array, Index
 
 
 @dataclass(frozen=True)
-class Wanted:
-    """The arrays to fill, (3, 3, n, k, m), or None, and ν."""
+class Result:
+    """The arrays (3, 3, n, k, m) that take G and H, and ν."""
 
-    kernel_g: Array | None
-    kernel_h: Array | None
+    kernel_g: Array
+    kernel_h: Array
     poisson_ratio: float
 
-    def write(self, element: Index | int, target: Index, g: Array | None, h: Array | None) -> None:
+    def write(self, element: Index | int, target: Index, g: Array, h: Array) -> None:
         """Values (3, 3, pairs, k), or (3, 3, k, targets) of one element."""
+        axes = (3, 0, 1, 2) if isinstance(element, int) else (2, 0, 1, 3)
         for whole, part in ((self.kernel_g, g), (self.kernel_h, h)):
-            if whole is not None and part is not None and isinstance(element, int):
-                whole[:, :, element, :, target] = part.transpose(3, 0, 1, 2)
-            elif whole is not None and part is not None:
-                whole[:, :, element, :, target] = part.transpose(2, 0, 1, 3)
+            whole[:, :, element, :, target] = part.transpose(axes)
 
 
 def kernels(r: Array, normal: Array, poisson_ratio: float) -> tuple[Array, Array]:

@@ -67,10 +67,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
 def _superelement(arguments: argparse.Namespace, solution: Any, petsc_words: list[str]) -> None:
     from ...pipeline.superelement import condensed_body
-    from ...runtime.petsc import initialise, petsc
+    from ...runtime.world import world
 
-    initialise(petsc_words)
-    comm = petsc().COMM_WORLD
+    comm = world(petsc_words)
     body = condensed_body(solution, arguments.body, comm)
     if comm.getRank() == 0:
         body.save(arguments.superelement)

@@ -14,6 +14,8 @@ from ..contact_compliance import ContactCompliance, MakeSurrogate
 
 PROBED = 24
 """Nodes at which the integral equations are checked."""
+SWALLOWED = 1e-8
+"""Least displacement, over a rigid motion that was taken out of the data, that residuals are measured by."""
 HELD = 1e-3
 """Displacement over what the mean traction would do to a body that nothing holds, below which it is compared with that."""
 PROBE_SEED = 20190
@@ -110,7 +112,8 @@ class ElasticBody(abc.ABC):
         """
         count = min(PROBED, self.mesh.n_nodes)
         rows = np.sort(np.random.default_rng(PROBE_SEED).choice(self.mesh.n_nodes, count, replace=False))
-        u = u if self.data.rigid is None else u - np.tensordot(shares, self.data.rigid, 1)
+        rigid = np.zeros_like(u) if self.data.rigid is None else np.tensordot(shares, self.data.rigid, 1)
+        u = u - rigid
         held = u - self.modes @ alpha if alpha.size else u
         if self.data.volume is not None:
             u_p, t_p = np.tensordot(shares, self.data.volume[:2], (0, 1))
@@ -120,7 +123,9 @@ class ElasticBody(abc.ABC):
             defect = defect + self.modes[rows] @ self.unknowns(shares, sigma)[self.operators.n_unknowns :]
         if self.data.point.size:
             defect = defect - self.operators.point_displacement(rows, np.tensordot(shares, self.data.force, 1))
-        return float(np.abs(defect).max()) / (self.displaced(u, traction) or 1.0)
+        # u has lost what is below the round-off of a rigid motion
+        least = SWALLOWED * float(np.abs(rigid).max(initial=0.0))
+        return float(np.abs(defect).max()) / (max(self.displaced(u, traction), least) or 1.0)
 
     def displaced(self, u: Array, traction: Array) -> float:
         """The largest displacement, at least `HELD` of what the mean traction would do: where all nodes are held, u = 0.

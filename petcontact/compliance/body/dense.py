@@ -10,9 +10,10 @@ from ...arrays import Array, Index
 from ...bem.dense_assembly import fill_dense
 from ...bem.operators import BoundaryOperators
 from ...linalg.elimination import Elimination
-from ...linalg.ksp import LinearSolver
-from ...linalg.row_layout import node_ranges
+from ...linalg.ksp import LinearSolver, is_asked_for
+from ...linalg.row_layout import even_ranges
 from ...runtime.petsc import petsc, stage
+from ...runtime.world import of_petsc
 from .base import ElasticBody, gauge
 from .conditioning import forward_error, known_solution
 
@@ -44,7 +45,7 @@ class DenseBody(ElasticBody):
             system = DenseRows(operators, modes, comm)
         kept = operators.data.contact_unknowns
         with stage("factor"):
-            by_ksp = comm.getSize() > 1 or _wants_ksp()
+            by_ksp = comm.getSize() > 1 or is_asked_for(PREFIX)
             self._solved: Elimination | _ByKSP = _ByKSP(system, comm) if by_ksp else Elimination(*system.transposed, kept)
             influence, at_rest = self._solved.influence, self._solved.at_rest
             if isinstance(self._solved, _ByKSP):
@@ -89,7 +90,7 @@ class DenseRows:
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
         mesh, data, (n, d, r) = operators.mesh, operators.data, modes.shape
         rank, ranks = comm.getRank(), comm.getSize()
-        first, last = node_ranges(n, ranks)[rank]
+        first, last = even_ranges(n, ranks)[rank]
         inner, border = d * (last - first), r if rank == ranks - 1 else 0
         self._first, self._last, self.size = d * first, d * last, d * n + r
         rows = inner + border
@@ -129,7 +130,7 @@ class _ByKSP:
 
     def __init__(self, rows: DenseRows, comm: Any) -> None:
         self._mpi = comm.tompi4py() if comm.getSize() > 1 else None
-        module, local = petsc(), rows.system.shape[1]
+        module, comm, local = petsc(), of_petsc(comm), rows.system.shape[1]
         columns = rows.contact.shape[0] + rows.loads.shape[0]
         system = module.Mat().createDense(((local, rows.size), (local, rows.size)), array=rows.system.T, comm=comm)
         both = np.asfortranarray(np.vstack([rows.contact, rows.loads]).T)
@@ -154,8 +155,3 @@ class _ByKSP:
     def unknowns(self, shares: Array, y: Array) -> Array:
         """All unknowns of the body, as `Elimination.unknowns`."""
         return self.everywhere(self.at_rest @ shares + self.influence @ y)
-
-
-def _wants_ksp() -> bool:
-    """Whether options speak of the KSP, -help among them, which lists what there is."""
-    return any(name == "help" or name.startswith(PREFIX) for name in petsc().Options().getAll())

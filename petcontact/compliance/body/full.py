@@ -11,6 +11,7 @@ from ...bem.operators import BoundaryOperators
 from ...contact.system import Modes
 from ...linalg.ksp import LinearSolver
 from ...runtime.petsc import petsc, stage
+from ...runtime.world import of_petsc
 from ..contact_compliance import ContactCompliance, MakeSurrogate
 from .base import ElasticBody
 from .dense import DenseRows
@@ -29,7 +30,8 @@ class FullBody(ElasticBody):
 
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
         super().__init__(operators, modes)
-        self._comm, self._mpi = comm, comm.tompi4py() if comm.getSize() > 1 else None
+        comm = of_petsc(comm)
+        self._mpi = comm.tompi4py() if comm.getSize() > 1 else None
         with stage("assemble"):
             self._rows = DenseRows(operators, modes, comm)
             # the columns that ρ changes, kept: A(ρ) is written anew and not updated, which would lose digits

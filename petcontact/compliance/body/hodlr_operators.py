@@ -12,7 +12,7 @@ from ...compression.hodlr import HODLR, compress, factor
 from ...errors import SolverError
 from ...mesh.curve_mesh import as_curve
 from ...model.solver_options import Bem
-from ...runtime.malloc import trim_heap
+from ...runtime.memory import trim_heap
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread, threads_per_rank
 from ..contact_vectors import ContactVectors
@@ -89,9 +89,8 @@ class CompressedOperators:
 
     def describe(self) -> str:
         """A line for the verdict: tolerance, leaf size, ranks and memory."""
-        rank = max((level.most for level in self._system.ranks()), default=0)
         return (
-            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank {rank}, "
+            f"hodlr, tolerance {self.bem.hodlr_tol:g}, leaf {self.bem.hodlr_leaf}, largest rank {self._system.rank}, "
             f"{self.nbytes / 1e6:.1f} MB"
         )
 
@@ -128,8 +127,7 @@ class CompressedOperators:
         self._spare()
         outer = system.beside(operators.outer_entries, single)
         for matrix, entries in ((system, system_entries), (outer, operators.outer_entries)):
-            missed = matrix.error_estimate(entries, np.random.default_rng(2019))
-            worst = max(missed.product, missed.entry)
+            worst = matrix.error_estimate(entries, np.random.default_rng(2019))
             if not worst <= ALLOWED_MISS * self.bem.hodlr_tol:
                 raise SolverError(
                     "assemble", f"the compressed operator is off by {worst:.1e}, its tolerance is {self.bem.hodlr_tol:g}",

@@ -104,13 +104,6 @@ class Coupling:
 
     Unknowns and columns are those of the first body, then those of the second, and so on.
 
-    Parameters
-    ----------
-    bodies : sequence of ElasticBody
-    rows : sequence of BodyRows
-    interfaces : sequence of Interface
-    maps : sequence of ContactMaps
-
     Attributes
     ----------
     size, columns : int

@@ -15,6 +15,7 @@ from ...arrays import Array
 from ...linalg.ksp import LinearSolver
 from ...runtime.petsc import petsc
 from ...runtime.threads import one_blas_thread
+from ...runtime.world import of_petsc
 from .coupling import Coupling, Relation
 from .posed import Balance, Posed, State
 from .preconditioner import Preconditioner
@@ -30,12 +31,6 @@ class MixedEquations:
 
     Vectors are whole on every rank, a rank has rows of each body. PETSc's unknowns are those of the bodies, and on the last
     rank those of rigid motions.
-
-    Parameters
-    ----------
-    rows : sequence of BodyRows
-    coupling : Coupling
-    comm : PETSc.Comm
 
     Attributes
     ----------
@@ -203,17 +198,17 @@ class MixedEquations:
     # -- Krylov -------------------------------------------------------------------------------------------------------
 
     def _krylov(self, residual: Array, target: float, count: int) -> Array:
-        module, size = petsc(), self.coupling.size + count
-        rhs = module.Vec().createMPI((len(residual), size), comm=self.comm)
+        module, comm, size = petsc(), of_petsc(self.comm), self.coupling.size + count
+        rhs = module.Vec().createMPI((len(residual), size), comm=comm)
         rhs.setArray(residual)
         solution = rhs.duplicate()
         solution.set(0.0)
         solver = self._solvers.get(count)
         if solver is None:
             layout = (len(residual), size)
-            matrix = module.Mat().createPython((layout, layout), context=self, comm=self.comm)
+            matrix = module.Mat().createPython((layout, layout), context=self, comm=comm)
             matrix.setUp()
-            solver = LinearSolver(self.comm, "", "iterate", ksp_type="fgmres", pc_type="python", context=self)
+            solver = LinearSolver(comm, "", "iterate", ksp_type="fgmres", pc_type="python", context=self)
             solver.ksp.setGMRESRestart(RESTART)
             solver.set_operator(matrix)
             matrix.destroy()

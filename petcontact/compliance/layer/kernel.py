@@ -19,6 +19,7 @@ from ...bem.kelvin2d.moments import powers
 from ...bem.operators import BoundaryOperators
 from ...mesh.basis import gauss, product_weights
 from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...mesh.pairs.clipping import cross
 
 RAYS = 32
 SMOOTH = 0.8
@@ -155,16 +156,12 @@ def _thickness_at(mesh: CurveMesh, node: int) -> float:
     """Distance along the inward normal of a node to the next element, infinite where there is none."""
     direction, offset, ray = mesh.end - mesh.start, mesh.start - mesh.x[node], -mesh.normal[node]
     with np.errstate(divide="ignore", invalid="ignore"):
-        determinant = _cross(ray, direction)
-        along, where = _cross(offset, direction) / determinant, _cross(offset, ray) / determinant
+        determinant = cross(ray, direction)
+        along, where = cross(offset, direction) / determinant, cross(offset, ray) / determinant
     own = mesh.element[node]
     hit = (along > 1e-6 * mesh.length[own]) & (where >= 0.0) & (where <= 1.0)
     hit[own] = False
     return float(along[hit].min(initial=np.inf))
-
-
-def _cross(a: Array, b: Array) -> Array:
-    return np.asarray(a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0])
 
 
 def layer_matrix(strip: Strip, rows: Index | None = None, columns: Index | None = None) -> Array:

@@ -1,6 +1,6 @@
 """Compressed boundary operators and their direct solver: `compress` an operator from its entries, `factor` the result."""
 
 from .factor import Factorisation, factor
-from .matrix import HODLR, ErrorEstimate, LevelRanks, compress
+from .matrix import HODLR, compress
 
-__all__ = ["HODLR", "ErrorEstimate", "Factorisation", "LevelRanks", "compress", "factor"]
+__all__ = ["HODLR", "Factorisation", "compress", "factor"]

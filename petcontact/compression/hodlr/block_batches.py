@@ -11,7 +11,6 @@ from ... import native
 from ...arrays import Array, Index
 
 _multiply = native.function("petcontact_multiply", "ipppdp")
-_multiply_transposed = native.function("petcontact_multiply_transposed", "ipppdp")
 
 GROWTH = 1.12  # blocks of one stack differ by less than this factor in rows and in columns
 
@@ -97,39 +96,19 @@ class Batches:
     def __getstate__(self) -> dict[str, object]:
         return {name: value for name, value in self.__dict__.items() if name != "_entries"}
 
-    def _compiled(self, multiply: native.Compiled | None, x: Array, y: Array, sign: float) -> bool:
-        """Whether compiled code did the product; several columns at once are for BLAS."""
-        if multiply is None or x.shape[1] != 1 or not (x.flags.c_contiguous and y.flags.c_contiguous):
-            return False
-        work = np.empty(self._entries[:, 2].max(initial=0))
-        multiply(
-            len(self._entries), native.pointer(self._entries), native.pointer(x), native.pointer(y), sign,
-            native.pointer(work),
-        )  # fmt: skip
-        return True
-
     def add(self, x: Array, y: Array, sign: float = 1.0) -> None:
-        """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s)."""
+        """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s); several columns at once are for BLAS."""
         assert not self._released, "a matrix that its factorisation has used up"
-        if self._compiled(_multiply, x, y, sign):
+        if _multiply is not None and x.shape[1] == 1 and x.flags.c_contiguous and y.flags.c_contiguous:
+            work = np.empty(self._entries[:, 2].max(initial=0))
+            at = [native.pointer(array) for array in (self._entries, x, y, work)]
+            _multiply(len(self._entries), *at[:3], sign, at[3])
             return
         for stack in self._stacks:
-            _accumulate(y, stack.rows, stack.values @ x[stack.columns], sign)
-
-    def add_transpose(self, x: Array, y: Array, sign: float = 1.0) -> None:
-        """y (n_columns+1, s) += sign · blocksᵀ @ x (n_rows+1, s)."""
-        assert not self._released, "a matrix that its factorisation has used up"
-        if self._compiled(_multiply_transposed, x, y, sign):
-            return
-        for stack in self._stacks:
-            _accumulate(y, stack.columns, stack.values.transpose(0, 2, 1) @ x[stack.rows], sign)
-
-
-def _accumulate(y: Array, where: Index, values: Array, sign: float) -> None:
-    if sign < 0.0:
-        y[where] -= values
-    else:
-        y[where] += values
+            if sign < 0.0:
+                y[stack.rows] -= stack.values @ x[stack.columns]
+            else:
+                y[stack.rows] += stack.values @ x[stack.columns]
 
 
 def _grade(size: int) -> int:

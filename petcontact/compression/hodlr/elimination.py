@@ -56,44 +56,27 @@ class Elimination:
         """Memory beyond that of the level [bytes]."""
         return self.inverse.nbytes + self.forth.nbytes + self.back.nbytes
 
-    def reduce(self, b: Array, transpose: bool) -> Array:
+    def reduce(self, b: Array) -> Array:
         """Right-hand side of the level above. Leaves in b what `expand` goes on with."""
-        level = self.level
-        kept, wait = (level.kept_columns, self.wait_columns) if transpose else (level.kept_rows, self.wait_rows)
+        kept, wait = self.level.kept_rows, self.wait_rows
         above = np.zeros((len(kept) + len(wait) + 2, b.shape[1]))
         above[: len(kept)] = b[kept]
-        if transpose:
-            level.column_combine.add_transpose(above, b, -1.0)
-        else:
-            level.row_combine.add(above, b, -1.0)
+        self.level.row_combine.add(above, b, -1.0)
         above[len(kept) + 1 : -1] = b[wait]
-        if transpose:
-            self.forth.add_transpose(b, above, -1.0)
-        else:
-            x = np.zeros_like(b)
-            self.inverse.add(b, x)
-            self.back.add(x, above, -1.0)
-            b[:] = x
+        x = np.zeros_like(b)
+        self.inverse.add(b, x)
+        self.back.add(x, above, -1.0)
+        b[:] = x
         return above
 
-    def expand(self, b: Array, above: Array, transpose: bool) -> Array:
+    def expand(self, b: Array, above: Array) -> Array:
         """Solution from what `reduce` left in b and from the solution above, which it spoils."""
-        level = self.level
-        kept, wait = (level.kept_rows, self.wait_rows) if transpose else (level.kept_columns, self.wait_columns)
-        if transpose:
-            self.back.add_transpose(above, b, -1.0)
-            x = np.zeros_like(b)
-            self.inverse.add_transpose(b, x)
-        else:
-            self.forth.add(above, b, -1.0)
-            x = b
-        x[wait] = above[len(kept) + 1 : -1]
-        if transpose:
-            level.row_combine.add_transpose(x, above, -1.0)
-        else:
-            level.column_combine.add(x, above, -1.0)
-        x[kept] = above[: len(kept)]
-        return x
+        kept = self.level.kept_columns
+        self.forth.add(above, b, -1.0)
+        b[self.wait_columns] = above[len(kept) + 1 : -1]
+        self.level.column_combine.add(b, above, -1.0)
+        b[kept] = above[: len(kept)]
+        return b
 
 
 class FactorStack:
@@ -115,23 +98,23 @@ class FactorStack:
         """Memory beyond that of the matrix [bytes]."""
         return sum(level.nbytes for level in self.levels)
 
-    def ascend(self, x: Array, transpose: bool) -> tuple[list[Array], Array]:
+    def ascend(self, x: Array) -> tuple[list[Array], Array]:
         """Reduced right-hand sides of x (n, s): one a level, and what the root leaves, kept before waiting."""
         seen = []
         above = np.zeros((self._slots, x.shape[1]))
         above[self._entry] = x
         for level in self.levels:
             seen.append(above)
-            above = level.reduce(above, transpose)
+            above = level.reduce(above)
         kept = self.left[0].kept
         return seen, np.concatenate([above[:kept], above[kept + 1 : -1]])
 
-    def descend(self, seen: list[Array], outside: Array, transpose: bool) -> Array:
+    def descend(self, seen: list[Array], outside: Array) -> Array:
         """Solution (n, s) from what `ascend` gave and from that of what the root left. Spoils `seen`."""
         kept, zero = self.left[0].kept, np.zeros((1, outside.shape[1]))
         above = np.concatenate([outside[:kept], zero, outside[kept:], zero])
         for level, b in zip(reversed(self.levels), reversed(seen), strict=True):
-            above = level.expand(b, above, transpose)
+            above = level.expand(b, above)
         solution: Array = above[self._entry]
         return solution
 

@@ -30,10 +30,6 @@ class Factorisation:
         """H⁻¹ b for this rank's share of b (n,), or of several columns (n, s). Collective."""
         return self._forest.sweep(b)
 
-    def solve_transpose(self, b: Array) -> Array:
-        """H⁻ᵀ b for this rank's share of b (n,), or of several columns (n, s). Collective."""
-        return self._forest.sweep(b, transpose=True)
-
     @property
     def nbytes(self) -> int:
         """Memory beyond that of the matrix, on all ranks [bytes]. Collective."""
@@ -62,5 +58,5 @@ def factor(matrix: HODLR, *, use_up: bool = False) -> Factorisation:
     if matrix.top is not None:
         top = eliminate(matrix.top, workers.gather([part.left[0] for part in parts]), use_up)
     left = np.array(workers.gather([len(part.left[0].values) for part in parts]))
-    forest = matrix.forest.like(parts, top, (left, left))
+    forest = matrix.forest.like(parts, top, left)
     return Factorisation(matrix, forest, time.perf_counter() - start)

@@ -47,9 +47,10 @@ class Level:
         return self.near.nbytes + self.row_combine.nbytes + self.column_combine.nbytes
 
     @property
-    def ranks(self) -> list[tuple[int, int]]:
-        """Rows and columns kept by each cluster that is compressed."""
-        return [(len(c.row_basis.kept), len(c.column_basis.kept)) for c in self.clusters if c.row_basis and c.column_basis]
+    def rank(self) -> int:
+        """The most rows or columns that a compressed cluster keeps."""
+        bases = [(c.row_basis, c.column_basis) for c in self.clusters if c.row_basis and c.column_basis]
+        return max((len(basis.kept) for pair in bases for basis in pair), default=0)
 
 
 def pack(clusters: list[Cluster], like: Level | None = None) -> Level:
@@ -98,12 +99,7 @@ def padded(x: Array) -> Array:
 
 
 class Stack:
-    """Levels from the leaves (first) to a root that may itself be compressed.
-
-    Parameters
-    ----------
-    levels : list of Level
-    """
+    """Levels from the leaves (first) to a root that may itself be compressed."""
 
     def __init__(self, levels: list[Level]) -> None:
         self.levels = levels
@@ -118,32 +114,23 @@ class Stack:
         """Memory of the blocks [bytes]."""
         return sum(level.nbytes for level in self.levels)
 
-    def ascend(self, x: Array, transpose: bool) -> tuple[list[Array], Array]:
-        """What each level sees of x (n, s) on the leaves' columns (rows if transposed), and what the outside sees."""
+    def ascend(self, x: Array) -> tuple[list[Array], Array]:
+        """What each level sees of x (n, s) on the leaves' columns, and what the outside sees."""
         seen, above = [], padded(x)
         for level in self.levels:
             seen.append(above)
-            if transpose:
-                above = padded(above[level.kept_rows])
-                level.row_combine.add_transpose(seen[-1], above)
-            else:
-                above = padded(above[level.kept_columns])
-                level.column_combine.add(seen[-1], above)
+            above = padded(above[level.kept_columns])
+            level.column_combine.add(seen[-1], above)
         return seen, above[:-1]
 
-    def descend(self, seen: list[Array], outside: Array, transpose: bool) -> Array:
-        """Product on the leaves' rows (columns if transposed) from what `ascend` gave and from outside the root."""
+    def descend(self, seen: list[Array], outside: Array) -> Array:
+        """Product on the leaves' rows from what `ascend` gave and from outside the root."""
         above = padded(outside)
         for level, x in zip(reversed(self.levels), reversed(seen), strict=True):
-            y = np.zeros((level.near.shape[transpose] + 1, x.shape[1]))
-            if transpose:
-                level.near.add_transpose(x, y)
-                y[level.kept_columns] += above[:-1]
-                level.column_combine.add_transpose(above, y)
-            else:
-                level.near.add(x, y)
-                y[level.kept_rows] += above[:-1]
-                level.row_combine.add(above, y)
+            y = np.zeros((level.near.shape[0] + 1, x.shape[1]))
+            level.near.add(x, y)
+            y[level.kept_rows] += above[:-1]
+            level.row_combine.add(above, y)
             above = y
         return above[:-1]
 

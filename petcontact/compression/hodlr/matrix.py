@@ -19,32 +19,6 @@ from .workers import Workers
 
 
 @dataclass(frozen=True)
-class ErrorEstimate:
-    """Errors of probed rows of a compressed operator, relative to the longest of the exact ones (2-norm).
-
-    Attributes
-    ----------
-    product : float
-        Largest |row · x - (H x)_row| for random x of unit variance.
-    entry : float
-        Largest difference of an entry.
-    """
-
-    product: float
-    entry: float
-
-
-@dataclass(frozen=True)
-class LevelRanks:
-    """Ranks (kept rows or columns, the larger) of the compressed clusters of one level."""
-
-    clusters: int
-    least: int
-    mean: float
-    most: int
-
-
-@dataclass(frozen=True)
 class Split:
     """How the nodes are shared out: bounds (ranks + 1,), this rank's ranges, one a subtree, and the size of a leaf."""
 
@@ -77,19 +51,14 @@ class HODLR:
         self.shape = int(operator.row_axis.offsets[-1]), int(operator.column_axis.offsets[-1])
         self.first_node, self.last_node = int(bounds[workers.rank]), int(bounds[workers.rank + 1])
         self.tolerance, self.seconds = operator.tolerance, seconds
-        lengths = [np.array([part.levels[0].near.shape[axis] for part in parts]) for axis in (0, 1)]
-        borders = workers.gather([(len(p.levels[-1].kept_rows), len(p.levels[-1].kept_columns)) for p in parts])
-        kept = [np.array([border[axis] for border in borders]) for axis in (0, 1)]
+        lengths = np.array([part.levels[0].near.shape[1] for part in parts])
+        kept = np.array(workers.gather([len(part.levels[-1].kept_rows) for part in parts]))
         first = sum(workers.gather([len(parts)])[: workers.rank])
-        self.forest = Forest(list(parts), top, workers, (lengths[1], lengths[0]), (kept[0], kept[1]), first)
+        self.forest = Forest(list(parts), top, workers, lengths, kept, first)
 
     def mult(self, x: Array) -> Array:
         """H x for x (n,), or for several columns (n, s). Collective."""
         return self.forest.sweep(x)
-
-    def mult_transpose(self, x: Array) -> Array:
-        """Hᵀ x for x (m,), or for several columns (m, s). Collective."""
-        return self.forest.sweep(x, transpose=True)
 
     __matmul__ = mult
 
@@ -113,21 +82,16 @@ class HODLR:
         """Memory of the blocks on all ranks [bytes]. Collective."""
         return sum(self.workers.gather([self.forest.nbytes]))
 
-    def ranks(self) -> list[LevelRanks]:
-        """Ranks level by level, from the leaves up. Collective."""
-        own = [[level.ranks for level in part.levels] for part in self.parts]
-        columns: dict[int, list[int]] = {}
-        stacks = self.workers.gather(own)
-        height = max(len(levels) for levels in stacks)
-        for levels in stacks:
-            for i, found in enumerate(levels):
-                columns.setdefault(height - len(levels) + i, []).extend(max(pair) for pair in found)
-        for i, level in enumerate(self.top.levels if self.top else []):
-            columns[height + i] = [max(pair) for pair in level.ranks]
-        return [LevelRanks(len(r), min(r), sum(r) / len(r), max(r)) for _, r in sorted(columns.items()) if r]
+    @property
+    def rank(self) -> int:
+        """The most rows or columns that a compressed cluster keeps. Collective."""
+        stacks = [*self.parts, *([self.top] if self.top else [])]
+        return max(self.workers.gather([level.rank for stack in stacks for level in stack.levels]), default=0)
 
-    def error_estimate(self, entries: Entries, rng: np.random.Generator, probes: int = 8) -> ErrorEstimate:
-        """Compare exact rows of a few random nodes with the compressed ones. Collective.
+    def error_estimate(self, entries: Entries, rng: np.random.Generator, probes: int = 8) -> float:
+        """Largest error of a few random rows, over the 2-norm of the longest of the exact ones. Collective.
+
+        The 2-norm of a row's error is estimated by its products with a few random vectors of unit variance.
 
         Parameters
         ----------
@@ -136,30 +100,24 @@ class HODLR:
         rng : numpy.random.Generator
             That of rank 0 is used.
         probes : int
-            Number of nodes.
+            Number of nodes, and of vectors.
         """
         axes = self.operator.row_axis, self.operator.column_axis
         carriers = np.flatnonzero(np.diff(axes[0].offsets))
         nodes, x = self.workers.at_root(
             lambda: (np.sort(rng.choice(carriers, min(probes, len(carriers)), replace=False)),
-                     rng.standard_normal(self.shape[1]))
+                     rng.standard_normal((self.shape[1], probes)))
         )  # fmt: skip
         own = [axis.offsets[[self.first_node, self.last_node]] for axis in axes]
-        columns = np.arange(self.first_node, self.last_node)
-        exact = entries(nodes, columns)
+        exact = entries(nodes, np.arange(self.first_node, self.last_node))
         rows = axes[0].of(nodes)
         here = (rows >= own[0][0]) & (rows < own[0][1])
-        unit = np.zeros((own[0][1] - own[0][0], len(rows)))
-        unit[rows[here] - own[0][0], np.flatnonzero(here)] = 1.0
-        difference = exact - self.mult_transpose(unit).T
-        product = np.zeros(len(rows))
-        product[here] = -self.mult(x[own[1][0] : own[1][1]])[rows[here] - own[0][0]]
-        product += exact @ x[own[1][0] : own[1][1]]
-        entry = max(self.workers.gather([float(np.abs(difference).max(initial=0.0))]))
-        residual = np.abs(sum(self.workers.gather([product]))).max(initial=0.0)
-        scale = np.sqrt(sum(self.workers.gather([(exact * exact).sum(axis=1)])).max(initial=0.0))
-        scale = max(float(scale), float(np.finfo(np.float64).tiny))
-        return ErrorEstimate(float(residual) / scale, entry / scale)
+        mine = x[own[1][0] : own[1][1]]
+        product = exact @ mine
+        product[here] -= self.mult(mine)[rows[here] - own[0][0]]
+        error = np.square(sum(self.workers.gather([product]))).mean(axis=1).max(initial=0.0)
+        scale = sum(self.workers.gather([(exact * exact).sum(axis=1)])).max(initial=0.0)
+        return float(np.sqrt(error / max(float(scale), float(np.finfo(np.float64).tiny))))
 
 
 def compress(
@@ -193,10 +151,6 @@ def compress(
     serve : (entries, list of col_offsets) or None
         All columns, this operator's among them, that the bases of rows are to serve, for `HODLR.beside`: entries gives a
         list of arrays, one for each of the offsets.
-
-    Returns
-    -------
-    HODLR
 
     Raises
     ------

@@ -90,10 +90,6 @@ class Sampler:
         probes : int
             Remote nodes to draw at random, to judge the result by; besides one in every near cell.
         rng : numpy.random.Generator
-
-        Returns
-        -------
-        list of Sample, one a cluster
         """
         if len(self.carriers) == 0:
             none, real = np.empty(0, np.int64), np.empty(0)

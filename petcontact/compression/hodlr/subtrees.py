@@ -21,10 +21,10 @@ class Sweepable(Protocol):
     def nbytes(self) -> int:
         """Memory [bytes]."""
 
-    def ascend(self, x: Array, transpose: bool) -> tuple[list[Array], Array]:
+    def ascend(self, x: Array) -> tuple[list[Array], Array]:
         """What to keep for the way down, and what to hand to the tree above."""
 
-    def descend(self, seen: list[Array], outside: Array, transpose: bool) -> Array:
+    def descend(self, seen: list[Array], outside: Array) -> Array:
         """The result on the leaves from what was kept and from what the tree above handed down."""
 
 
@@ -37,23 +37,22 @@ class Forest:
     top : Sweepable or None
         None if a single subtree is the whole tree.
     workers : Workers
-    lengths : two (p,) arrays
-        Degrees of freedom of each subtree that go in: of a sweep, and of a transposed one.
-    handed : two (q,) arrays
-        Degrees of freedom that each subtree of any rank gets back from the top, likewise.
+    lengths : (p,) array
+        Degrees of freedom of each subtree that go in.
+    handed : (q,) array
+        Degrees of freedom that each subtree of any rank gets back from the top.
     first : int
         Place of this rank's first subtree among all.
     """
 
     def __init__(
-        self, parts: Sequence[Sweepable], top: Sweepable | None, workers: Workers, lengths: tuple[Index, Index],
-        handed: tuple[Index, Index], first: int,
+        self, parts: Sequence[Sweepable], top: Sweepable | None, workers: Workers, lengths: Index, handed: Index, first: int
     ) -> None:  # fmt: skip
         self.parts, self.top, self.workers, self.lengths = parts, top, workers, lengths
         self._first = first
-        self._bounds = [np.concatenate([[0], np.cumsum(h)])[first : first + len(parts) + 1] for h in handed]
+        self._bounds = np.concatenate([[0], np.cumsum(handed)])[first : first + len(parts) + 1]
 
-    def like(self, parts: Sequence[Sweepable], top: Sweepable | None, handed: tuple[Index, Index]) -> Forest:
+    def like(self, parts: Sequence[Sweepable], top: Sweepable | None, handed: Index) -> Forest:
         """Other things to sweep over, of the same subtrees."""
         return Forest(parts, top, self.workers, self.lengths, handed, self._first)
 
@@ -62,7 +61,7 @@ class Forest:
         """Memory on this rank [bytes]."""
         return sum(part.nbytes for part in self.parts) + (self.top.nbytes if self.top else 0)
 
-    def sweep(self, x: Array, transpose: bool = False) -> Array:
+    def sweep(self, x: Array) -> Array:
         """Up and down with this rank's share of a vector (n,) or of several (n, s). Collective.
 
         Raises
@@ -70,24 +69,22 @@ class Forest:
         ValueError
             If the length of x is not this rank's.
         """
-        lengths = self.lengths[transpose]
-        if x.shape[0] != lengths.sum():
-            raise ValueError(f"{x.shape[0]} rows given where this rank has {lengths.sum()}")
+        if x.shape[0] != self.lengths.sum():
+            raise ValueError(f"{x.shape[0]} rows given where this rank has {self.lengths.sum()}")
         columns = np.asarray(x, dtype=np.float64)
         columns = columns[:, None] if columns.ndim == 1 else columns
         cuts = range(0, max(1, columns.shape[1]), CHUNK)
-        result = np.hstack([self._sweep(columns[:, i : i + CHUNK], transpose) for i in cuts])
+        result = np.hstack([self._sweep(columns[:, i : i + CHUNK]) for i in cuts])
         return result.reshape(len(result), *x.shape[1:])
 
-    def _sweep(self, x: Array, transpose: bool) -> Array:
-        pieces = np.split(x, np.cumsum(self.lengths[transpose])[:-1])
-        risen = self.workers.map(lambda part, piece: part.ascend(piece, transpose), self.parts, pieces)
+    def _sweep(self, x: Array) -> Array:
+        pieces = np.split(x, np.cumsum(self.lengths)[:-1])
+        risen = self.workers.map(lambda part, piece: part.ascend(piece), self.parts, pieces)
         outside = [border for _, border in risen]
         if self.top is not None:
-            seen, above = self.top.ascend(np.concatenate(self.workers.gather(outside)), transpose)
-            given = self.top.descend(seen, above, transpose)
-            bounds = self._bounds[transpose]
-            outside = [given[a:b] for a, b in itertools.pairwise(bounds)]
-        return np.concatenate(self.workers.map(
-            lambda part, up, border: part.descend(up[0], border, transpose), self.parts, risen, outside
-        ))  # fmt: skip
+            seen, above = self.top.ascend(np.concatenate(self.workers.gather(outside)))
+            given = self.top.descend(seen, above)
+            outside = [given[a:b] for a, b in itertools.pairwise(self._bounds)]
+        return np.concatenate(
+            self.workers.map(lambda part, up, border: part.descend(up[0], border), self.parts, risen, outside)
+        )

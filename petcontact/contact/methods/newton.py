@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 
 from ...arrays import Array
 from ...linalg.bordered import Elimination
@@ -23,7 +24,7 @@ from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
 from ..criterion import equilibrium_defect
 from ..equilibrium import unbalanced_load
 from ..iteration import Iteration, Recorder
-from ..law_protocol import OPEN, SLIP, ContactLaw, law_residual
+from ..law_protocol import OPEN, ContactLaw, law_residual
 from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
@@ -37,8 +38,10 @@ LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
 TRIES = 3
 """Times that nodes are made to stick or to close because the loads are not in equilibrium."""
-REACH = 0.02
-"""Share of the nodes ahead of a free motion, by the way to them, that close when it is stopped."""
+STIFF = 1e4
+"""ρ|v| over |σ| by which contact stops a free motion: large, so that slip turns where it vanishes."""
+AHEAD = 1e-9
+"""Motion of a node, over the largest, that is none."""
 FAR = 1e150
 """τ_t that is outside of every ball."""
 ROUND_OFF = 1e-10
@@ -241,20 +244,25 @@ class _Run:
         )
 
     def _touching(self, step: Pivot) -> Array | None:
-        """τ with what stops a motion along which the loads push: slipping nodes stick, and open ones close that it meets."""
-        law, states, tau = self.law, step.linearised.states, step.linearised.tau.copy()
-        slips = states == SLIP
-        tau[np.ix_(slips, np.arange(law.k)[law.groups[0]])] = 0.0
-        if len(law.groups) > 1:
-            assert self.system.modes is not None
-            normal = law.groups[1]
-            nearing = (self.system.modes.motion @ step.push)[:, normal][:, 0]
-            ahead = (states == OPEN) & (nearing > 1e-9 * np.abs(nearing).max(initial=0.0))
-            ways = np.divide(-step.v[:, normal][:, 0], nearing, out=np.full(len(nearing), np.inf), where=ahead)
-            met = ahead & (ways <= np.quantile(ways[ahead], REACH)) if ahead.any() else ahead
-            tau[met] = everywhere(tau, law, 0.0)[met]
-            slips = slips | met
-        return tau if slips.any() else None
+        """τ further along the motion on which the loads push, where friction that turns or nodes that close stop it."""
+        law, modes, v, sigma = self.law, self.system.modes, step.v, step.sigma
+        assert modes is not None
+        along = modes.motion @ step.push
+        moved = np.abs(along) > AHEAD * np.abs(along).max(initial=0.0)
+        if not moved.any():
+            return None
+        far = 2.0 * float((np.abs(v[moved]) / np.abs(along[moved])).max())
+        # where nothing touches yet, what the loads ask of all nodes together
+        held = float(step.push @ step.push) / float(np.abs(np.tensordot(step.push, modes.resultant, 1)).sum())
+        rho = STIFF * max(held, float(np.abs(sigma).max(initial=0.0))) / (float(np.abs(v).max(initial=0.0)) or 1.0)
+
+        def tau(way: float) -> Array:
+            return np.asarray(rho * (v + way * along) - sigma)
+
+        def left(way: float) -> float:
+            return float(step.push @ modes.unbalanced(-law.project(tau(way))))
+
+        return tau(scipy.optimize.brentq(left, 0.0, far)) if left(far) < 0.0 else None
 
     def _told(self, step: Pivot, old_sigma: Array, old_v: Array) -> ContactState:
         """The step noted and judged."""

@@ -5,9 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.util
 import json
-import subprocess
 import sys
-import tempfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -29,8 +27,6 @@ PANELS = 12
 HOW = "pip install 'petcontact[cad]'"
 LIBRARIES = "apt install libglu1-mesa libxft2 libxcursor1 libxinerama1"
 """What Gmsh's wheel needs and Debian's minimal systems lack."""
-FACTS = ("number", "kind", "area", "centre", "vertices")
-"""Of a face, as the worker has them."""
 
 
 def is_cad(file: str) -> bool:
@@ -131,6 +127,8 @@ class CadSurface(SolidSurface):
 
 @functools.lru_cache(maxsize=8)
 def _facets(surface: CadSurface, size: float) -> FacetSurface:
+    import tempfile
+
     with tempfile.TemporaryDirectory(prefix="petcontact-") as folder:
         target = Path(folder) / "part.msh"
         surface.write_msh(target, size)
@@ -204,6 +202,8 @@ def ask(file: str, **request: Any) -> dict[str, Any]:
     InputError
         If Gmsh's package is missing or does not load, or what it says of the file.
     """
+    import subprocess
+
     if importlib.util.find_spec("gmsh") is None:
         raise InputError(f"{file}: CAD files are read by Gmsh's Python package, which is not installed: {HOW}; or mesh it "
                          "elsewhere and give the .msh file")  # fmt: skip

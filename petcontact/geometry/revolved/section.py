@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 import scipy
-import shapely
 
 from ...arrays import Array
 from ..quadratic import QuadraticCells
 from .stations import Stations
+
+if TYPE_CHECKING:
+    import shapely
 
 WARPED = 2.0
 """Largest ratio of the area factors of a triangle."""
@@ -22,6 +26,8 @@ def section_triangles(stations: Stations, size: float) -> Array | None:
     Delaunay's triangulation of the ends of the pieces and of a regular grid inside. None where a piece is no edge of it, or
     a triangle is too much warped by its curved side: shorter pieces will do.
     """
+    import shapely
+
     start, middle = stations.at[:, 0], stations.at[:, 1]
     body = _polygon(stations)
     inner = _grid(body, size)
@@ -48,6 +54,8 @@ def section_triangles(stations: Stations, size: float) -> Array | None:
 
 def _polygon(stations: Stations) -> shapely.Polygon:
     """The section with chords for arcs."""
+    import shapely
+
     rings, left = [], dict.fromkeys(range(len(stations.part)))
     while left:
         ring = [next(iter(left))]
@@ -61,6 +69,8 @@ def _polygon(stations: Stations) -> shapely.Polygon:
 
 def _grid(body: shapely.Polygon, size: float) -> Array:
     """Points of a triangular grid inside, away from the outline."""
+    import shapely
+
     low, high = np.reshape(body.bounds, (2, 2))
     x, z = np.meshgrid(np.arange(low[0], high[0], size), np.arange(low[1], high[1], 0.866 * size))
     x[1::2] += 0.5 * size

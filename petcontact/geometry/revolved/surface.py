@@ -5,15 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Index
 from ...errors import InputError
 from ..outline import Outline
+from ..round_surfaces import RIM
 from ..surface import SolidSurface
 from .section import section_triangles
-from .stations import Stations, checked_section, parts_of, stations
+from .stations import ON_AXIS, Stations, checked_section, on_axis, parts_of, stations
 
 FACES = ("start", "end")
 """Parts of the plane faces of a body that is turned by less than a full circle."""
@@ -68,6 +70,7 @@ class RevolvedSurface(SolidSurface):
     centre: Array
     frame: Array
     angle: float
+    known: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         checked_section(self.section)
@@ -127,6 +130,30 @@ class RevolvedSurface(SolidSurface):
         if filling is not None:
             for face, (six, steps) in enumerate(((filling, 0), (filling[:, [0, 2, 1, 5, 4, 3]], 1))):
                 yield len(self._round_parts) + face, self._padded(self._placed(six[..., 0], six[..., 1], steps, 1))
+
+    def onto(self, part: Index, points: Array) -> Array:
+        """Onto the side of the section that a whole panel is nearest to, and onto the rims there; the axis stays."""
+        away = (points - self.centre) @ self.frame.T
+        radius = np.hypot(away[..., 0], away[..., 1])
+        at = np.stack([radius, away[..., 2]], axis=-1)
+        size = np.linalg.norm(np.nanmax(points, axis=1) - np.nanmin(points, axis=1), axis=1)
+        found, least = at.copy(), np.full(len(at), np.inf)
+        for side in self.section.sides:
+            if on_axis(side, self.section):
+                continue
+            mine = np.flatnonzero(part == self.parts.index(side.part))
+            place = np.nan_to_num(side.nearest(at[mine].reshape(-1, 2)))
+            # what lies close to an end belongs on the rim that the end is turned into
+            slack = np.repeat(RIM * size[mine], at.shape[1]) / side.length
+            place = np.where(place < slack, 0.0, np.where(place > 1.0 - slack, 1.0, place))
+            near = side.point(place).reshape(-1, *at.shape[1:])
+            distance = np.nansum((near - at[mine]) ** 2, axis=(1, 2))
+            better = distance < least[mine]
+            found[mine[better]], least[mine[better]] = near[better], distance[better]
+        on_rim = radius > ON_AXIS * self.section.diameter
+        away[..., :2] *= np.divide(found[..., 0], radius, out=np.ones_like(radius), where=on_rim)[..., None]
+        away[..., 2] = np.where(np.isnan(radius), np.nan, found[..., 1])
+        return np.asarray(self.centre + away @ self.frame)
 
     def _round(self, found: Stations) -> Iterator[tuple[int, Array]]:
         """Panels of each piece off the axis."""

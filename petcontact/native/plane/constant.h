@@ -1,5 +1,15 @@
-/* Both kernels of plane strain over straight elements of order 0: petcontact.bem.kelvin2d.constant_elements in C, with the
-   same formulas; see there. */
+/* Both kernels of plane strain over straight elements of order 0, in closed form at every distance.
+
+   With d_1, d_2 the vectors from the end points to the target, a half the length, τ the tangent, h = d·τ⊥ the distance from
+   the line on the left, ξ = (d_1 + d_2)·τ/2a, θ the angle from d_1 to d_2 and W = ln |d_1|²/|d_2|² (all from the
+   antiderivatives of ln r, 1/r² and r r/r⁴ along the element):
+
+       ∫ ln r ds     = a/2 [ln |d_1|² + ln |d_2|² + ξW + 2hθ/a - 4]
+       ∫ r r/r² ds   = a I + a D(τ² (1 - hθ/a + ihW/2a))
+       ∫ r·n/r² ds   = θ,    ∫ r·τ/r² ds = -W/2
+       ∫ (2 r r/r² - I) r·n/r² ds = 2a h D(d_1 d_2)/(|d_1|² |d_2|²)
+
+   where vectors are complex numbers and D(m) = [[Re m, Im m], [Im m, -Re m]]. */
 
 #ifndef PETCONTACT_CONSTANT_H
 #define PETCONTACT_CONSTANT_H

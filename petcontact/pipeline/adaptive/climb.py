@@ -23,10 +23,10 @@ from ...model.problem import Problem
 from ...refinement.levels import check_accuracy, growing
 from ...results.records import StepResult
 from ...results.solution import Solution
-from ...runtime.malloc import release_memory
-from ...runtime.petsc import petsc
+from ...runtime.memory import release_memory
 from ...runtime.signals import BrokenOff, answering
-from ..choice import TIGHTEST, chosen_tolerance, is_compressed
+from ...runtime.world import world
+from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..discrete.discretise import Discrete, MeshMaker, discretise
 from ..discrete.interfaces import interfaces_of
 from ..eliminate import Announce
@@ -164,8 +164,7 @@ class AdaptiveSolve:
 
     def _is_too_loose(self, failed: StepResult) -> bool:
         """Whether an increment is not accepted for the tolerance of compressed operators."""
-        compressed = self.discrete is not None and any(is_compressed(self.discrete.problem.bem, mesh)
-                                                       for mesh in self.discrete.meshes)  # fmt: skip
+        compressed = self.discrete is not None and has_compressed(self.discrete.problem.bem, self.discrete.meshes)
         return compressed and failed.status == "failed" and failed.residuals.get("elastic", 0.0) > self._tolerance
 
     def _once(self, level: Any) -> Solution:
@@ -242,7 +241,7 @@ def adapt(
     InputError, SolverError
         As `solve`.
     """
-    comm, began = comm if comm is not None else petsc().COMM_WORLD, time.perf_counter()
+    comm, began = comm if comm is not None else world(), time.perf_counter()
     work = AdaptiveSolve(problem, comm, monitor, law, announce, reached)
     given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
     work.quantity.asked = accuracy is not None or bool(given)

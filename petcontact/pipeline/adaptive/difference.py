@@ -78,11 +78,6 @@ def difference(coarse: Solution, fine: Solution, places: dict[str, Array] | None
     return Difference(inside, whole, {name: found for name, found in singular.items() if found})
 
 
-def relative_difference(coarse: Solution, fine: Solution) -> float:
-    """Difference of p and q in L2 without the ends of parts, relative to p."""
-    return difference(coarse, fine).inside
-
-
 def displacement_difference(coarse: Solution, fine: Solution) -> float:
     """The largest ‖u_coarse - u_fine‖/‖u_fine‖ in L2 over bodies and step ends, at the fine nodes."""
     worst = 0.0
@@ -106,13 +101,8 @@ def fading_places(problem: Problem) -> dict[str, Array]:
     return {side.name: singular_places(outlines[side.body], side.part, pressed[side.body]) for side in sides}
 
 
-def fading(pair: PairResult, places: Array) -> Array:
-    """Factors (m,) at the nodes that fall from 1 to 0 towards the nearest of the places, over FADE of the part."""
-    return _fading(pair, places)[1]
-
-
 def _fading(pair: PairResult, places: Array) -> tuple[Index, Array]:
-    """The nearest place of each node, and its factor."""
+    """The nearest place of each node, and its factor, which falls from 1 to 0 towards it over FADE of the part."""
     if len(places) == 0:
         return np.zeros(len(pair.weight), dtype=np.int64), np.ones(len(pair.weight))
     apart = np.abs(pair.arc_length[:, None] - places[None])

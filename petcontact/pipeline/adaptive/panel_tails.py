@@ -21,9 +21,9 @@ from ...model.solver_options import MeshOptions
 from ...refinement.marks import LevelMesh
 from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import at_edges, directions, halved, matched, sides
-from ...refinement.panels.marks import FINER, element_sizes, facing, faded, largest, too_large
+from ...refinement.panels.marks import FINER, facing, faded, largest, too_large
 from ...refinement.panels.quartering import cut, parents
-from ...refinement.panels.tail import tail
+from ...refinement.panels.tail import Tails
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..choice import check_memory, is_compressed, resolved_bem, surface_seconds
@@ -32,7 +32,7 @@ from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from ..trust.increments import OVERLAP
 from .difference import FADE
-from .tails import inside, tail_error
+from .tails import inside, slip_squares, tail_error
 
 FIRST = 36
 """Panels on a face in contact of the first mesh, about; on others a quarter of them."""
@@ -115,11 +115,7 @@ class PanelTails:
             longest = LONGEST * float(extent.min())
             area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
             sizes = {part: min(longest, math.sqrt(area[part] / FIRST)) for part in touching}
-            options |= {
-                "element_size": min(longest, 2.0 * min(sizes.values())),
-                "element_sizes": sizes,
-                "exponent": 1.0,
-            }
+            options |= {"element_size": min(longest, 2.0 * min(sizes.values())), "element_sizes": sizes, "exponent": 1.0}
         elif isinstance(boundary, SolidSurface) and boundary.known:
             usual = mesh_of(one.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
             options["element_size"] = min(math.sqrt(usual.weight[usual.nodes_of(part)].sum() / ROUND) for part in touching)
@@ -138,9 +134,10 @@ class PanelTails:
         self._estimates.append(self.estimate)
         if self.estimate > self.wanted:
             share = WIDE if self.estimate > FAR * self.wanted else SHARE
+            tails = [Tails(mesh, np.arange(mesh.n_nodes)) for mesh in solution.meshes.values()]
             square = [np.zeros(mesh.n_elements) for mesh in solution.meshes.values()]
             for step in step_ends(solution.steps):
-                for total, values in zip(square, self._squares(solution, step), strict=True):
+                for total, values in zip(square, self._squares(solution, step, tails), strict=True):
                     total += values
             counts = np.cumsum([0, *map(len, square)])
             marked = largest(np.concatenate(square), share)
@@ -170,9 +167,14 @@ class PanelTails:
         self._refine(solution, marked)
         return not self.exhausted
 
-    def _squares(self, solution: Solution, step: StepResult) -> list[Array]:
-        """Squared errors of the elements of each body after a step, over those of p; of u_t each times its size squared."""
+    def _squares(self, solution: Solution, step: StepResult, tails: Sequence[Tails]) -> list[Array]:
+        """Squared errors of the elements of each body after a step, over those of p, or of u_t [length² · area].
+
+        `tails` are those of the meshes, at all their nodes.
+        """
         meshes = list(solution.meshes.values())
+        if solution.bilateral:
+            return [slip_squares(solution, step)]
         touching, norms = self._touching(meshes), list[float]()
         square = [np.zeros(mesh.n_elements) for mesh in meshes]
         for side in self._sides:
@@ -183,12 +185,12 @@ class PanelTails:
             error = weight * (pair.pressure_error**2 + pair.sigma_t_error**2) / norms[-1]
             np.add.at(square[side.body], mesh.element[nodes], error)
         least = min(norms)
-        for total, mesh, contact, body in zip(square, meshes, touching, step.bodies.values(), strict=True):
+        each = zip(square, meshes, tails, touching, step.bodies.values(), strict=True)
+        for total, mesh, size, contact, body in each:
             # elsewhere tractions matter as far as their errors reach the contact
-            error = mesh.weight * tail(mesh, np.arange(mesh.n_nodes), body.traction) ** 2
+            error = mesh.weight * size.of(body.traction) ** 2
             elsewhere = np.bincount(mesh.element, error) * faded(mesh, contact)
             total += np.where(contact, 0.0, elsewhere / least)
-            total *= element_sizes(mesh) ** 2 if solution.bilateral else 1.0
         return square
 
     def _touching(self, meshes: Sequence[BoundaryMesh]) -> list[Mask]:

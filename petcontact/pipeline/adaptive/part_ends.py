@@ -11,7 +11,6 @@ from ...arrays import Array
 from ...geometry.outline import Outline
 from ...mesh.grading import singular_ends
 from ...mesh.pairs.curve_sides import curve_projection
-from ...refinement.known_data import offsets
 from ..discrete.interfaces import InterfaceSpec
 
 AT_END = 1e-6
@@ -59,7 +58,7 @@ def pressed_sides(outlines: Sequence[Outline], sides: Sequence[InterfaceSpec]) -
 def singular_places(outline: Outline, part: str, pressed: PressedSides) -> Array:
     """Arc lengths along a part at which it ends, has a corner, or a corner presses on it, increasing [length]."""
     places = []
-    for k, (side, start, ends) in enumerate(zip(outline.sides, offsets(outline), singular_ends(outline), strict=True)):
+    for k, (side, start, ends) in enumerate(zip(outline.sides, outline.offsets, singular_ends(outline), strict=True)):
         if side.part == part:
             places += [start + at for at, corner in zip((0.0, side.length), ends, strict=True) if corner]
             places += [start + at for at in pressed.inner.get(k, [])]

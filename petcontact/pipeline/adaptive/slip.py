@@ -14,7 +14,7 @@ from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
 from ...model.problem import Problem
-from ...refinement.contact_line import ContactLine, difference, largest, transition, without_specks
+from ...refinement.contact_line import ContactLine, difference, largest, without_specks
 from ...refinement.levels import MOST_GAIN, REFINEMENT_LEVELS, Level, believed
 from ...refinement.marks import Body, LevelMesh
 from ...refinement.zones import Zone
@@ -65,7 +65,7 @@ class Slip:
             If data contradict each other where parts meet.
         """
         if self._body is None:
-            self._body = Body.of(one, as_outline(boundary, "--adapt").joined)
+            self._body = Body.of(one, as_outline(boundary, "--adapt").joined).with_powers()
             check_compatible(one, self._body.outline)
         body = self._body
         longest = [side.length / FIRST_LOOK if contact and not self._shown else np.inf
@@ -165,10 +165,15 @@ def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
         mine = np.flatnonzero(side_of_element == k)
         offset = mesh.side_start[mine[0]]
         breaks = np.append(mesh.side_start[mine], mesh.side_start[mine[-1]] + mesh.length[mine[-1]]) - offset
+        kinks = body.kinks[k]
+        power = mesh.power[mine]
+        if power.any():
+            # no polynomial reaches into an element that is a power
+            kinks = np.unique([*kinks, *breaks[1:-1][[power[0] > 0.0, *[False] * (len(mine) - 3), power[-1] < 0.0]]])
         lines.append(ContactLine(
             contact.arc_length[chosen] - offset, contact.weight[chosen], element[chosen], breaks,
             contact.u_t[chosen, 0], contact.sigma_t[chosen, 0], contact.friction_bound[chosen],
-            without_specks(sign[chosen], element[chosen]), body.kinks[k],
+            without_specks(sign[chosen], element[chosen]), kinks, (float(power[0]), float(-power[-1])),
         ))  # fmt: skip
     return lines
 
@@ -185,7 +190,9 @@ def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
             continue
         line = next(lines)
         # between the nodes that it parts, whatever an extrapolation says
-        found = [float(np.clip(transition(line, cut), line.s[cut - 1], line.s[cut])) for cut in line.cuts]
+        found = [
+            float(np.clip(at, line.s[cut - 1], line.s[cut])) for at, cut in zip(line.transitions, line.cuts, strict=True)
+        ]
         ends = [0.0, *found, side.length]
         for zone, a, b in zip(line.zones(), ends[:-1], ends[1:], strict=True):
             sign = int(line.sign[zone.start])

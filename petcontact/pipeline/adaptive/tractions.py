@@ -15,7 +15,7 @@ from ...mesh.curve_mesh import as_curve
 from ...model.loads import VolumeLoads, loads_by_step
 from ...model.problem import Problem
 from ...refinement.contact_edges import SPECK, Edge, edges, merged, zone_at
-from ...refinement.known_data import Field, fields, offsets
+from ...refinement.known_data import Field, fields
 from ...refinement.levels import CONTACT_REFINEMENT_LEVELS, Level, believed
 from ...refinement.marks import UNSEEN, Body, LevelMesh
 from ...results.records import PairResult, step_ends
@@ -77,7 +77,7 @@ class Tractions:
         body, pressed = self._bodies[number], self._pressed[number].inner
         found = {part: self._edges.get(name, []) for (b, part), name in self._names.items() if b == number}
         largest, inner = list[float](), dict[int, list[tuple[float, float]]]()
-        for k, (side, start) in enumerate(zip(body.outline.sides, offsets(body.outline), strict=True)):
+        for k, (side, start) in enumerate(zip(body.outline.sides, body.outline.offsets, strict=True)):
             unseen = side.part in found and not self._last
             largest.append(side.length / UNSEEN if unseen else np.inf)
             corners = [(s, body.corner_size(PUNCH, level.resolved)) for s in pressed.get(k, [])]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -13,7 +12,7 @@ import scipy
 from ...arrays import Array, Mask
 from ...bem.boundary_data import BoundaryData
 from ...bem.particular.volume import volume_solution
-from ...compliance.bodies import Interface
+from ...compliance.interface import Interface, slices
 from ...contact.law_protocol import ContactLaw
 from ...contact.laws import SignoriniCoulomb, Tresca
 from ...contact.methods.registry import ContactNodes, law_of
@@ -167,9 +166,9 @@ def _held_by_friction(
     InputError
         If not even friction does.
     """
-    ends, found = np.cumsum([0, *(len(face.nodes) for face in interfaces)]), False
+    found, places = False, slices(interfaces)
     for b, (mesh, boundary) in enumerate(zip(meshes, boundaries, strict=True)):
-        mine = [bound[i:j] for face, i, j in zip(interfaces, ends[:-1], ends[1:], strict=True) if face.body == b]
+        mine = [bound[places[face.name]] for face in interfaces if face.body == b]
         if body_motions(boundary, data[b], mesh).shape[2]:
             check_held(data[b], mesh, np.concatenate([*mine, np.zeros(0)]))
             found = True
@@ -246,12 +245,11 @@ def _with_law(
 
 
 def _contact_nodes(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactNodes:
-    ends = np.cumsum([0, *(len(face.nodes) for face in interfaces)])
     return ContactNodes(
         np.concatenate([meshes[face.body].x[face.nodes] for face in interfaces]),
         np.concatenate([face.normal for face in interfaces]),
         np.concatenate([meshes[face.body].weight[face.nodes] for face in interfaces]),
-        {face.name: slice(int(a), int(b)) for face, (a, b) in zip(interfaces, itertools.pairwise(ends), strict=True)},
+        slices(interfaces),
         _law(sides, interfaces, meshes),
     )
 
@@ -259,36 +257,31 @@ def _contact_nodes(sides: list[InterfaceSpec], interfaces: list[Interface], mesh
 def _law(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactLaw:
     parts: list[tuple[Array, Array, Mask, Mask]] = []
     for side, interface in zip(sides, interfaces, strict=True):
-        mesh, nodes, law = meshes[side.body], interface.nodes, side.law
-        m = len(nodes)
-        names = mesh.variables(nodes)
-        mu = _not_negative(law.friction_coefficient, names, m, f"{side.key}.friction_coefficient", mesh.x[nodes])
-        bound = _not_negative(law.friction_bound, names, m, f"{side.key}.friction_bound", mesh.x[nodes])
+        m, law, absent = len(interface.nodes), side.law, ~np.isfinite(interface.gap)
+        mu, bound = (_not_negative(side, interface, meshes, key) for key in ("friction_coefficient", "friction_bound"))
         if bound is None:
             bound = np.full(m, np.inf if mu is not None or law.normal == "bonded" else 0.0)
-        parts.append((mu if mu is not None else np.full(m, np.inf), bound, np.full(m, law.normal == "unilateral"),
-                      ~np.isfinite(interface.gap)))  # fmt: skip
-    coefficient, bound, unilateral, absent = (np.concatenate(values) for values in zip(*parts, strict=True))
+        parts.append((np.full(m, np.inf) if mu is None else mu, bound, np.full(m, law.normal == "unilateral"), absent))
+    coefficient, bound, opens, absent = (np.concatenate(values) for values in zip(*parts, strict=True))
     if interfaces[0].held:
         return Tresca(bound, meshes[0].dim - 1)
-    return SignoriniCoulomb(coefficient, bound, unilateral, meshes[0].dim, absent)
+    return SignoriniCoulomb(coefficient, bound, opens, meshes[0].dim, absent)
 
 
 def _wear(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> Array:
-    found = []
-    for side, interface in zip(sides, interfaces, strict=True):
-        mesh, m, key = meshes[side.body], len(interface.nodes), f"{side.key}.wear_coefficient"
-        value = _not_negative(side.law.wear_coefficient, mesh.variables(interface.nodes), m, key, mesh.x[interface.nodes])
-        found.append(np.zeros(m) if value is None else value)
-    return np.concatenate(found)
+    found = [_not_negative(side, face, meshes, "wear_coefficient") for side, face in zip(sides, interfaces, strict=True)]
+    return np.concatenate([np.zeros(len(face.nodes)) if values is None else values
+                           for face, values in zip(interfaces, found, strict=True)])  # fmt: skip
 
 
-def _not_negative(value: Any, names: dict[str, Array], m: int, key: str, x: Array) -> Array | None:
+def _not_negative(side: InterfaceSpec, interface: Interface, meshes: list[BoundaryMesh], key: str) -> Array | None:
+    """Values (m,) of what the law of an interface has under a key; None where it is not given."""
+    value, mesh, nodes = getattr(side.law, key), meshes[side.body], interface.nodes
     if value is None:
         return None
-    values = evaluate(value, names, m, key)
+    values = evaluate(value, mesh.variables(nodes), len(nodes), f"{side.key}.{key}")
     if np.any(values < 0.0):
         k = int(np.argmin(values))
-        place = ", ".join(f"{name} = {value:g}" for name, value in zip("xyz", x[k], strict=False))
-        raise InputError(f"{key}: must be >= 0, is {values[k]:g} at {place}")
+        place = ", ".join(f"{name} = {at:g}" for name, at in zip("xyz", mesh.x[nodes[k]], strict=False))
+        raise InputError(f"{side.key}.{key}: must be >= 0, is {values[k]:g} at {place}")
     return values

@@ -42,6 +42,24 @@ def is_unbalanced(increment: Increment) -> bool:
     return unbalanced_load(increment.system.modes, increment.problem.discrete.law) is not None
 
 
+def second_solution(increment: Increment, outcome: ContactState) -> list[str]:
+    """What is yet to be reported where an increment with contact tractions is solved by none as well.
+
+    σ = 0 is a solution where the loads alone close nothing. With friction that does not depend on pressure there is one
+    solution; with Coulomb's law there may be others, where friction holds what would part (A. Klarbring, Examples of
+    non-uniqueness and non-existence of solutions to quasistatic contact problems with friction, Ing.-Archiv 60 (1990) 529).
+    """
+    system, law = increment.system, increment.problem.discrete.law
+    added, free = np.abs(outcome.v - system.u_0).max(initial=0.0), np.abs(system.u_0).max(initial=0.0)
+    if not outcome.converged or system.modes is not None or added <= 1e-6 * free or free == 0.0:
+        return []
+    if law.project(outcome.rho * system.u_0).any():
+        return []
+    note = (f"step {increment.name!r}: surfaces that part everywhere are a solution, too: with Coulomb's law there are two "
+            'here; another start, as method.start = "frictionless", may find it')  # fmt: skip
+    return [note] * (note not in increment.problem.discrete.warnings)
+
+
 def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str]:
     """What is yet to be reported of motions at the end of a step that neither closed nor sticking nodes resist."""
     problem, modes = increment.problem, increment.system.modes

@@ -11,7 +11,7 @@ from ...compliance.bodies import BodiesSystem
 from ...compliance.body.rigid import RigidBody
 from ...contact.methods.registry import method_of
 from ...errors import SolverError
-from ..choice import is_compressed, resolved_bem
+from ..choice import has_compressed
 from ..discrete.discretise import Discrete
 from ..eliminate import operators_of
 from .diagnosis import unheld
@@ -31,8 +31,7 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
         If nothing holds a body or an obstacle, with its name.
     """
     problem = discrete.problem
-    bem = resolved_bem(problem.bem)
-    compressed = any(is_compressed(bem, mesh) for mesh in discrete.meshes)
+    compressed = has_compressed(problem.bem, discrete.meshes)
     if problem.method.start not in NAMES or not discrete.interfaces or not compressed:
         return
     bodies = [RigidBody(*operators_of(discrete, b)) for b in range(len(discrete.meshes))]

@@ -18,7 +18,7 @@ from ...runtime.signals import answering
 from ..discrete.load_states import data_from
 from ..eliminate import eliminated
 from .cycles import Row, later_cycles
-from .diagnosis import is_unbalanced, zero_energy_motions
+from .diagnosis import is_unbalanced, second_solution, zero_energy_motions
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
 from .outcome import step_result
 from .wear import Tried, solved
@@ -107,7 +107,8 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
             if size >= whole * 0.5**HALVINGS and (divisible or is_unbalanced(following)):
                 continue
             tried = [solved(following, monitor)]
-        problem.discrete.warnings += zero_energy_motions(*tried[-1][:2])
+        for look in (zero_energy_motions, second_solution):
+            problem.discrete.warnings += look(*tried[-1][:2])
         yield from tried
         reached, state = target, tried[-1][2]
         size = min(whole, 2.0 * size)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.spatial import cKDTree
 
 from ...arrays import Array
+from ...linalg.nearest import within
 from ...mesh.boundary_mesh import BoundaryMesh
 
 OPPOSITE = -0.9
@@ -29,9 +29,7 @@ def slenderness(mesh: BoundaryMesh) -> Array:
         np.column_stack([np.bincount(mesh.element, mesh.weight * column, minlength=count) / area for column in values.T])
         for values in (mesh.x, mesh.normal)
     )
-    near = cKDTree(mesh.x).query_ball_point(centre, np.hypot(BESIDE, DEEPEST) * size)
-    element = np.repeat(np.arange(count), [len(nodes) for nodes in near])
-    node = np.concatenate([np.asarray(nodes, dtype=np.int64) for nodes in near])
+    element, node = within(mesh.x, centre, np.hypot(BESIDE, DEEPEST) * size)
     away = mesh.x[node] - centre[element]
     depth = -np.sum(away * normal[element], axis=1)
     beside = np.linalg.norm(away + depth[:, None] * normal[element], axis=1)

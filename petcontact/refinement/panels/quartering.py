@@ -18,11 +18,6 @@ POINTS = {
 """Corners, middles of the sides, and of quadrilaterals the middle, in the coordinates of `reference_nodes`."""
 
 
-def quartered(mesh: SurfaceMesh, marked: Mask, surface: SolidSurface | None = None) -> SurfaceMesh:
-    """The mesh with each marked panel (n_elements,) replaced by four: see `cut`."""
-    return cut(mesh, np.repeat(marked[:, None], 2, axis=1), surface)
-
-
 def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> SurfaceMesh:
     """The mesh with marked panels replaced by two or four that are equal in their reference coordinates, in their place.
 

@@ -7,13 +7,15 @@ from degree to degree, and near kinks and roots of p, where they hardly do, abou
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
-import scipy
 
 from ...arrays import Array, Index, Mask
+from ...linalg.nearest import nearest
 from ...mesh.boundary_mesh import BoundaryMesh
 
-MARGIN = (2.0, 0.7, 1.2, 1.5)
+MARGIN = (2.0, 0.7, 1.35, 1.8)
 """Factors of the tail of elements of order 0, 1, 2, and above, measured by scripts/verify_space."""
 RIM = 2.0
 """Factor on elements at the rim of a part, where tractions may be infinite and coefficients fall slowly."""
@@ -23,9 +25,9 @@ SMOOTH = 0.5
 """Least cosine between the normals of neighbours on one smooth surface."""
 
 
-def tail(mesh: BoundaryMesh, nodes: Index, values: Array) -> Array:
-    """Estimated error (m,) of the polynomials through nodal values: see `Tails.of`."""
-    return Tails(mesh, nodes).of(values)
+def tail(mesh: BoundaryMesh, nodes: Index, values: Array, margin: Sequence[float] = MARGIN, rim: float = RIM) -> Array:
+    """Estimated error (m,) of the polynomials through nodal values: see `Tails`, and `Tails.of`."""
+    return Tails(mesh, nodes, margin, rim).of(values)
 
 
 class Tails:
@@ -36,9 +38,13 @@ class Tails:
     mesh : BoundaryMesh
     nodes : (m,) array
         Numbers of the nodes of whole elements, increasing.
+    margin : sequence of float
+        Factors of the tail of elements of order 0, 1, ..., the last one of all above; by default those of tractions.
+    rim : float
+        Factor more on elements at the rim of a part.
     """
 
-    def __init__(self, mesh: BoundaryMesh, nodes: Index) -> None:
+    def __init__(self, mesh: BoundaryMesh, nodes: Index, margin: Sequence[float] = MARGIN, rim: float = RIM) -> None:
         element = mesh.element[nodes]
         self._first, self._element = np.unique(element, return_inverse=True)
         kind, order, self._weight = mesh.kind[element], mesh.order[element], mesh.weight[nodes]
@@ -53,9 +59,9 @@ class Tails:
         area = np.bincount(mesh.element, mesh.weight)[self._first]
         near = np.full(len(self._first), np.inf)
         np.minimum.at(near, self._element, rim_distance(mesh, nodes))
-        margin = np.array(MARGIN)[np.minimum(mesh.order[self._first], len(MARGIN) - 1)]
-        margin = np.where(near < area ** (1.0 / (mesh.dim - 1)), RIM * margin, margin)
-        self._factor = margin / np.sqrt(area)
+        factor = np.array(margin)[np.minimum(mesh.order[self._first], len(margin) - 1)]
+        factor = np.where(near < area ** (1.0 / (mesh.dim - 1)), rim * factor, factor)
+        self._factor = factor / np.sqrt(area)
 
     def of(self, values: Array) -> Array:
         """Estimated error of the polynomials through nodal values, rms over each element.
@@ -85,14 +91,17 @@ class Tails:
         return np.asarray((self._factor * np.sqrt(np.bincount(self._element, square)))[self._element])
 
     def of_pressure(self, pressure: Array, opened: Mask) -> Array:
-        """Estimated error (m,) of p: `of`, and all of p where a contact that ends on the part covers few (`FEW`) elements.
+        """Estimated error (m,) of p: `of`, and no less than a share of p where a contact that ends on the part covers few
+        (`FEW`) elements: all of it on one, a half on three.
 
         What no element resolves has no tail: a spot inside of one element of order 1 may have one p at all of its nodes.
         """
         error, element = self.of(pressure[:, None]), self._element
-        if opened.any() and np.count_nonzero(np.bincount(element[pressure > 0.0])) < FEW:
+        loaded = np.count_nonzero(np.bincount(element[pressure > 0.0]))
+        if opened.any() and 0 < loaded < FEW:
             total = np.bincount(element, self._weight * pressure**2)[element]
-            return np.maximum(error, np.sqrt(total / np.bincount(element, self._weight)[element]))
+            mean = np.sqrt(total / np.bincount(element, self._weight)[element])
+            return np.maximum(error, min(1.0, 1.5 / loaded) * mean)
         return error
 
 
@@ -102,7 +111,7 @@ def rim_distance(mesh: BoundaryMesh, nodes: Index) -> Array:
     for number in np.unique(part[nodes]):
         others, mine = np.flatnonzero(part != number), part[nodes] == number
         if len(others):
-            result[mine] = scipy.spatial.cKDTree(mesh.x[others]).query(mesh.x[nodes[mine]])[0]
+            result[mine] = nearest(mesh.x[others], mesh.x[nodes[mine]])[0][:, 0]
     return result
 
 
@@ -114,7 +123,7 @@ def _slopes(mesh: BoundaryMesh, nodes: Index, asked: Index) -> tuple[Index, Arra
     if not len(asked):
         return np.empty((0, 0), dtype=np.int64), np.empty((0, 0, 0))
     x, normal = mesh.x[nodes], mesh.normal[nodes]
-    near = scipy.spatial.cKDTree(x).query(x[asked], k=min(4 * mesh.dim - 5, len(x)))[1].reshape(len(asked), -1)
+    near = nearest(x, x[asked], min(4 * mesh.dim - 5, len(x)))[1]
     smooth = (np.einsum("qkd,qd->qk", normal[near], normal[asked]) > SMOOTH)[..., None]
     along = np.einsum("qkd,qtd->qkt", x[near] - x[asked, None], mesh.tangents(nodes[asked])) * smooth
     weight = mesh.weight[nodes[asked]]

@@ -75,7 +75,7 @@ def _above(polygon: Array, sign: float, level: float) -> Array:
     result = []
     for k in range(len(polygon)):
         a, b = over[k - 1], over[k]
-        if a * b < 0.0:
+        if a < 0.0 < b or b < 0.0 < a:
             result.append(polygon[k - 1] + a / (a - b) * (polygon[k] - polygon[k - 1]))
         if b >= 0.0:
             result.append(polygon[k])

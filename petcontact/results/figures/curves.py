@@ -10,7 +10,7 @@ from ...arrays import Array
 from ...contact.law_protocol import OPEN
 from ...runtime.figure_style import label, legend_below, plain, title
 from ..data import SolutionData
-from ..records import PairResult
+from ..records import PairResult, StepResult, step_ends
 
 SMALLEST = 1e-17
 """Where a residual of zero is drawn, relative to the largest."""
@@ -23,6 +23,17 @@ CURVES = 5
 def headed(solution: SolutionData, what: str = "") -> str:
     """The title of the problem, and what is shown of it."""
     return ": ".join(filter(None, (title(solution.problem.title), plain(what))))
+
+
+def headed_end(solution: SolutionData) -> str:
+    """The same of the end, with the name of the last step where there are several increments."""
+    return headed(solution, solution.last.name if len(solution.tried) > 1 else "")
+
+
+def shown_ends(solution: SolutionData) -> list[StepResult]:
+    """The ends of the steps, the first ones and the last where there are many."""
+    ends = step_ends(solution.steps or solution.tried)
+    return ends if len(ends) <= CURVES else [*ends[: CURVES - 1], ends[-1]]
 
 
 def along(solution: SolutionData, name: str) -> str:

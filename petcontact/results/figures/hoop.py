@@ -11,18 +11,15 @@ from ...fields.boundary.places import best_places
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...runtime.figure_style import label, legend_beside, plain
 from ..data import SolutionData
-from ..records import step_ends
 from ..vtu.inside import filled_bodies
-from .curves import CURVES, headed
+from .curves import headed, shown_ends
 
 
 def draw_hoop(figure: Any, solution: SolutionData) -> None:
     """Normal stress along the boundary, loop after loop, at the end of each step; parts begin at the lines."""
     bodies = [name for name in solution.meshes if name in filled_bodies(solution)]
     figure.set_figheight(1.2 + 2.6 * len(bodies))
-    ends = step_ends(solution.steps or solution.tried)
-    ends = ends if len(ends) <= CURVES else [*ends[: CURVES - 1], ends[-1]]
-    units = solution.problem.units
+    ends, units = shown_ends(solution), solution.problem.units
     for axes, name in zip(np.atleast_1d(figure.subplots(len(bodies), 1)), bodies, strict=True):
         mesh = as_curve(solution.meshes[name])
         element, place = best_places(mesh)

@@ -10,19 +10,10 @@ from ...arrays import Array, Index
 from ...contact.law_protocol import OPEN
 from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
-from ...runtime.figure_style import (
-    COLOURS,
-    SHADES,
-    STATES,
-    draw_states,
-    label,
-    legend_below,
-    legend_beside,
-    plain,
-)
+from ...runtime.figure_style import COLOURS, SHADES, STATES, draw_states, label, legend_below, legend_beside, plain
 from ..data import SolutionData
-from ..records import PairResult, StepResult, step_ends
-from .curves import CURVES, along, headed
+from ..records import PairResult
+from .curves import CURVES, along, headed, headed_end, shown_ends
 from .view import View, view_of
 
 BODIES = ("black", COLOURS[2], COLOURS[3], COLOURS[6], COLOURS[5])
@@ -84,8 +75,8 @@ def forces(axes: Any, solution: SolutionData, factor: float, size: float) -> Non
 
 def place(axes: Any, solution: SolutionData) -> None:
     """Axes of the plane of the bodies: lengths alike in both directions, title and units."""
-    unit, end = solution.problem.units.length, solution.last.name if len(solution.tried) > 1 else ""
-    axes.set(xlabel=label("x", unit), ylabel=label("y", unit), aspect="equal", title=headed(solution, end))
+    unit = solution.problem.units.length
+    axes.set(xlabel=label("x", unit), ylabel=label("y", unit), aspect="equal", title=headed_end(solution))
 
 
 def outlines(mesh: CurveMesh, u: Array, factor: float) -> list[tuple[Array, Array]]:
@@ -124,7 +115,7 @@ def _closed(mesh: CurveMesh, loops: list[Index]) -> list[bool]:
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
     """Tangential displacement along each interface, between bodies the slip, at the end of each step (figures 2 and 5)."""
     for axes, name, order in _panels(figure, solution):
-        ends = _shown(solution)
+        ends = shown_ends(solution)
         for number, step in enumerate(ends):
             pair = step.pairs[name]
             slip = np.where(pair.state == OPEN, np.nan, pair.slip[:, 0])
@@ -165,7 +156,7 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
     """What is left of the gap along each interface at the end of each step."""
     for axes, name, order in _panels(figure, solution):
         top = 0.0
-        for number, step in enumerate(_shown(solution)):
+        for number, step in enumerate(shown_ends(solution)):
             pair = step.pairs[name]
             s, gap = pair.arc_length[order], np.where(np.isfinite(pair.gap), pair.gap, np.nan)[order]
             axes.plot(s, gap, color=f"C{number}", label=plain(step.title))
@@ -193,12 +184,6 @@ def draw_profiles(figure: Any, solution: SolutionData) -> None:
         legend_below(axes, 3)
 
 
-def _shown(solution: SolutionData) -> list[StepResult]:
-    """The ends of the steps, the first ones and the last where there are many."""
-    ends = step_ends(solution.steps or solution.tried)
-    return ends if len(ends) <= CURVES else [*ends[: CURVES - 1], ends[-1]]
-
-
 def _panels(figure: Any, solution: SolutionData, names: list[str] | None = None) -> list[tuple[Any, str, Index]]:
     """One panel an interface, its states at the end behind it, its name, and its nodes in order along it."""
     names = names or list(solution.pairs)
@@ -208,7 +193,7 @@ def _panels(figure: Any, solution: SolutionData, names: list[str] | None = None)
     for axes, name in zip(np.atleast_1d(figure.subplots(len(names), 1)), names, strict=True):
         order = np.argsort(solution.pairs[name].arc_length)
         _shaded(axes, solution, name)
-        _window(axes, [step.pairs[name] for step in _shown(solution)])
+        _window(axes, [step.pairs[name] for step in shown_ends(solution)])
         axes.set_xlabel(label(f"arc length along {along(solution, name)}", solution.problem.units.length))
         axes.set_title(headed(solution) if name == names[0] else "")
         panels.append((axes, name, order))

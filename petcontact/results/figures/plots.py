@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,8 +9,6 @@ from typing import Any
 import numpy as np
 
 from ...contact.law_protocol import OPEN
-from ...mesh.curve_mesh import CurveMesh
-from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.figure_style import save_all
 from ..data import SolutionData
 from ..records import step_ends
@@ -64,7 +61,7 @@ def plot_all(
 
 def drawings(solution: SolutionData) -> Drawings:
     """The figures that a solution has."""
-    found = dict(_of_dimension(next(iter(solution.meshes.values()))))
+    found = dict(OF_DIMENSION[next(iter(solution.meshes.values())).dim])
     ends = step_ends(solution.steps or solution.tried)
     if not any(np.any(pair.state == OPEN) for step in ends for pair in step.pairs.values()):
         del found["gap"]
@@ -85,24 +82,14 @@ def drawings(solution: SolutionData) -> Drawings:
     return found
 
 
-@functools.singledispatch
-def _of_dimension(mesh: Any) -> Drawings:
-    """The figures of bodies with meshes of a kind."""
-    raise TypeError(f"no figures of {type(mesh).__name__}")
-
-
-@_of_dimension.register
-def _(mesh: CurveMesh) -> Drawings:
-    return {"deformed": plane.draw_deformed, "displacement": plane.draw_displacement, "traction": plane.draw_traction,
-            "normal": plane.draw_normal, "gap": plane.draw_gap, "profiles": plane.draw_profiles,
-            "stress": draw_von_mises, "hoop": draw_hoop}  # fmt: skip
-
-
-@_of_dimension.register
-def _(mesh: SurfaceMesh) -> Drawings:
-    return {"surface": space.draw_surface, "displacement": space.draw_displacement, "traction": space.draw_traction,
-            "normal": space.draw_normal, "states": space.draw_states_by_step, "gap": space.draw_gap,
-            "error": space.draw_error, "stress": draw_von_mises}  # fmt: skip
+OF_DIMENSION: dict[int, Drawings] = {
+    2: {"deformed": plane.draw_deformed, "displacement": plane.draw_displacement, "traction": plane.draw_traction,
+        "normal": plane.draw_normal, "gap": plane.draw_gap, "profiles": plane.draw_profiles, "stress": draw_von_mises,
+        "hoop": draw_hoop},
+    3: {"surface": space.draw_surface, "displacement": space.draw_displacement, "traction": space.draw_traction,
+        "normal": space.draw_normal, "states": space.draw_states_by_step, "gap": space.draw_gap, "error": space.draw_error,
+        "stress": draw_von_mises},
+}  # fmt: skip
 
 
 def plot_on(solution: SolutionData, place: Any = None, view: View | None = None) -> Any:

@@ -9,12 +9,12 @@ import numpy as np
 from ...arrays import Array
 from ...contact.law_protocol import OPEN
 from ...mesh.surface_mesh import as_surface
-from ...runtime.figure_style import STATES, label, legend_below, plain
+from ...runtime.figure_style import draw_states, label, legend_below, plain
 from ..data import SolutionData
-from ..records import PairResult, step_ends
+from ..records import PairResult
 from ..vtu.places import small_triangles
 from .bands import band_colours
-from .curves import CURVES, along, headed
+from .curves import along, headed, headed_end, shown_ends
 from .surface import TRIANGLES, surface_on
 
 ARROWS = 500
@@ -68,29 +68,20 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
 
 def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
     """Which nodes stick, slip and are open at the end of each step: a row an interface."""
-    ends = step_ends(solution.steps or solution.tried)
-    shown = ends if len(ends) <= CURVES else [*ends[: CURVES - 1], ends[-1]]
-    names = list(solution.pairs)
+    shown, names = shown_ends(solution), list(solution.pairs)
     figure.set_size_inches(7.0 + 1.2 * max(0, len(shown) - 3), 0.8 + 3.0 * len(names))
     every = figure.subplots(len(names), len(shown), squeeze=False)
     for row, name in zip(every, names, strict=True):
         for axes, step in zip(row, shown, strict=True):
-            _draw_states(axes, step.pairs[name])
+            pair = step.pairs[name]
+            directions, words = view(pair)
+            draw_states(axes, pair.x @ directions.T, pair.state)
+            axes.set(xlabel=words[0], ylabel=words[1], aspect="equal")
             axes.set_title(": ".join(([name] if len(names) > 1 else []) + [plain(step.title)]), fontsize="small")
     found = {word: handle for axes in every.ravel()
              for handle, word in zip(*axes.get_legend_handles_labels(), strict=True)}  # fmt: skip
     every[0, -1].legend(found.values(), found.keys(), loc="upper left", bbox_to_anchor=(1.0, 1.0), fontsize="x-small")
     figure.suptitle(headed(solution), fontsize="medium")
-
-
-def _draw_states(axes: Any, pair: PairResult) -> None:
-    directions, names = view(pair)
-    x = pair.x @ directions.T
-    for number, (word, colour, marker) in STATES.items():
-        chosen = pair.state == number
-        if chosen.any():
-            axes.plot(*x[chosen].T, ls="", marker=marker, color=colour, mec="black", mew=0.2, ms=3.0, label=word)
-    axes.set(xlabel=names[0], ylabel=names[1], aspect="equal")
 
 
 def view(pair: PairResult) -> tuple[Array, tuple[str, str]]:
@@ -109,8 +100,7 @@ def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, PairRes
     """One panel an interface, and its fields at the end."""
     pairs = solution.pairs
     figure.set_size_inches(7.0, 0.8 + 3.6 * len(pairs))
-    end = solution.last.name if len(solution.tried) > 1 else ""
-    figure.suptitle(headed(solution, end), fontsize="medium")
+    figure.suptitle(headed_end(solution), fontsize="medium")
     every = figure.subplots(len(pairs), 1, squeeze=False)[:, 0]
     return [(axes, *item) for axes, item in zip(every, pairs.items(), strict=True)]
 

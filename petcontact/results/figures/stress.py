@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import textwrap
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
@@ -13,13 +12,13 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
-from ...fields.interior import Field
 from ...fields.peak import peak_of
-from ...mesh.curve_mesh import CurveMesh, as_curve
+from ...fields.stress_state import Field
+from ...mesh.curve_mesh import as_curve
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.base import nearest
 from ...runtime.figure_style import label, legend_below, plain, save
-from ..body_fields import StressState, quantities, quantity
+from ..body_fields import quantities, quantity
 from ..data import SolutionData
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside
 from ..vtu.places import Places
@@ -88,7 +87,7 @@ def deformed_figure(
         raise InputError(f"no quantity {quantity!r}{nearest(quantity, known) or '; there are ' + ', '.join(known)}")
     coloured = [name for name in filled_bodies(solution) if bodies is None or name in bodies]
     picture = Picture(view_of(solution, share=MAGNIFIED, factor=magnification), quantity, coloured, resolution, window)
-    save(Path(path), _drawing(mesh), solution, picture, field or {})
+    save(Path(path), DRAWING[mesh.dim], solution, picture, field or {})
     return Path(path)
 
 
@@ -113,23 +112,7 @@ def draw_von_mises(figure: Any, solution: SolutionData) -> None:
     """Von Mises stress in the deformed bodies on a coarse grid."""
     mesh = next(iter(solution.meshes.values()))
     picture = Picture(view_of(solution, share=MAGNIFIED), "von_mises", filled_bodies(solution), None)
-    _drawing(mesh)(figure, solution, picture, {}, COARSE)
-
-
-@functools.singledispatch
-def _drawing(mesh: Any) -> Any:
-    """What draws bodies with meshes of a kind."""
-    raise TypeError(f"no figure of {type(mesh).__name__}")
-
-
-@_drawing.register
-def _(mesh: CurveMesh) -> Any:
-    return _draw_plane
-
-
-@_drawing.register
-def _(mesh: SurfaceMesh) -> Any:
-    return _draw_space
+    DRAWING[mesh.dim](figure, solution, picture, {}, COARSE)
 
 
 def _draw_plane(
@@ -138,7 +121,7 @@ def _draw_plane(
     axes, factor, fields, values = figure.add_subplot(), picture.view.factor, {}, {}
     for name in picture.bodies:
         fields[name] = field = given.get(name) or _field(solution, name, picture, cells)
-        values[name] = quantity(StressState(field.points, field.u, field.stress, field.sigma_zz), picture.quantity)
+        values[name] = quantity(field, picture.quantity)
     peaks = {name: peak_of(as_curve(solution.meshes[name]), field.points, np.abs(values[name]))
              for name, field in fields.items()}  # fmt: skip
     usual = max((peak.usual for peak in peaks.values()), default=0.0) or 1.0
@@ -185,3 +168,7 @@ def _draw_space(
 
     axes = figure.add_subplot(projection="3d")
     shade(axes, solution, sampled(solution, sample), picture.label(solution), picture.view)
+
+
+DRAWING = {2: _draw_plane, 3: _draw_space}
+"""What draws bodies in so many dimensions."""

@@ -15,7 +15,7 @@ from ..data import SolutionData
 from ..vtu.inside import filled_bodies
 from ..vtu.places import Places, small_triangles
 from .bands import UNKNOWN, band_colours, cut
-from .curves import headed
+from .curves import headed_end
 from .view import View, view_of
 
 TRIANGLES = 8000
@@ -100,8 +100,7 @@ def shade(
     faces = np.concatenate([faces, np.zeros((len(rims), 4))])
     axes.add_collection3d(Poly3DCollection(polygons + rims, facecolors=faces, edgecolors=edges, linewidths=widths))
     _fit(axes, solution, view, np.concatenate(moved))
-    end = solution.last.name if len(solution.tried) > 1 else ""
-    axes.set_title("\n".join(filter(None, (headed(solution, end), view.text))), fontsize="medium")
+    axes.set_title("\n".join(filter(None, (headed_end(solution), view.text))), fontsize="medium")
     axes.figure.colorbar(colours, ax=axes, label=what, shrink=0.75, pad=0.09, aspect=25, spacing="proportional")
 
 

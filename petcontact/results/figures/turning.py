@@ -12,12 +12,12 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
+from ...fields.stress_state import StressState
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.atomic_write import write_text
 from ...runtime.figure_style import label
 from ...runtime.terminal import printable
-from ..body_fields import StressState
 from ..data import SolutionData
 from ..records import StepResult, step_ends
 from ..vtu.boundary import traction_error
@@ -170,7 +170,7 @@ def _(
         along = np.maximum(2, np.rint(CELLS * size / size.max()).astype(int))
         grid = grid_inside(mesh, (int(along[0]), int(along[1])))
         cells, x = np.asarray(grid[1]) + len(x), np.concatenate([x, grid[0]])
-        inside = lambda step: _state_of(field_inside(solution, grid, name, step))  # noqa: E731
+        inside = lambda step: field_inside(solution, grid, name, step)  # noqa: E731
     fields = []
     for step in steps:
         u, state = basis @ step.bodies[name].u, inside(step)
@@ -181,10 +181,6 @@ def _(
         fields.append(both)
     flat = np.pad(x, ((0, 0), (0, 1)))
     return _geometry(flat, np.tile([0.0, 0.0, 1.0], (len(flat), 1)), cells, rims), fields
-
-
-def _state_of(field: Any) -> StressState:
-    return StressState(field.points, field.u, field.stress, field.sigma_zz)
 
 
 def _of_state(state: StressState) -> Fields:

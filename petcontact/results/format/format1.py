@@ -8,14 +8,16 @@ from typing import Any
 
 import numpy as np
 
+from ...arrays import Array, Index
 from ...contact.state import COLUMNS, History
 from ...errors import ResultError
+from ...geometry.rotation import moment
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.storage import read_mesh
 from ...model.base import parse
 from ...model.problem import ONE_BODY, Problem
 from ..data import SolutionData
-from ..ground import ground_pairs
-from ..records import BodyResult, ContactFields, StepResult
+from ..records import BodyResult, ContactFields, PairResult, StepResult
 from .checks import check_contact, check_fields, check_history, read_table
 
 
@@ -40,10 +42,7 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
     history = History(**{key: rows[key][()].tolist() for key in (*COLUMNS, *["exchanged"] * ("exchanged" in rows))})
     check_history(vars(history), source)
     problem: Problem = parse(Problem, tomllib.loads(attributes["config"]), source)
-    found = ground_pairs(
-        mesh, dict.fromkeys(contact["part"].tolist()), contact["nodes"], fields["traction"], bound=contact["friction_bound"],
-        **{key: contact[key] for key in ("tangent", "u_t", "sigma_t", "state")},
-    )  # fmt: skip
+    found = {name: _ground_pair(mesh, name, contact, fields["traction"]) for name in dict.fromkeys(contact["part"].tolist())}
     status, reason = str(attributes["status"]), str(attributes["reason"])
     step = StepResult(
         "load", 1, 1.0, "converged" if status == "converged" else "not converged", reason, len(history),
@@ -58,4 +57,18 @@ def read_format1(group: Any, attributes: dict[str, Any], source: str) -> Solutio
         {name: (ONE_BODY, name) for name in found}, [step] if status == "converged" else [], status, reason,
         read_table(attributes["timings"], f"{source}: timings", numbers=True),
         {**read_table(attributes["info"], f"{source}: info"), "zones": zones}, None if status == "converged" else step,
+    )  # fmt: skip
+
+
+def _ground_pair(mesh: BoundaryMesh, part: str, contact: dict[str, Any], traction: Array) -> tuple[Index, PairResult]:
+    """Nodes, and nodal fields after the only increment, of a contact part, as an interface with fixed ground."""
+    here = np.flatnonzero(mesh.node_part[contact["nodes"]] == mesh.part_names.index(part))
+    nodes, tangent, u_t, sigma_t, bound, state = (
+        contact[key][here] for key in ("nodes", "tangent", "u_t", "sigma_t", "friction_bound", "state")
+    )
+    x, normal, weight, zero = mesh.x[nodes], mesh.normal[nodes], mesh.weight[nodes], np.zeros(len(nodes))
+    force, pressure = weight[:, None] * traction[nodes], 0.0 - np.einsum("ij,ij->i", traction[nodes], normal)
+    return nodes, PairResult(
+        x, normal, tangent, weight, mesh.variables(nodes).get("s", zero), pressure, sigma_t, bound, zero, u_t, u_t, state,
+        force.sum(axis=0), moment(x, force), float(-weight @ np.sum(sigma_t * u_t, axis=1)),
     )  # fmt: skip

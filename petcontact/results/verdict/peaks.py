@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import functools
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from ...arrays import Array
-from ...fields.peak import NEAR, corners
-from ...mesh.curve_mesh import CurveMesh
+from ...fields.peak import corner_at
 from ...model.problem import ONE_BODY
 from ...runtime.terminal import printable
 from ..data import SolutionData
@@ -62,7 +59,7 @@ def stress_peaks(solution: SolutionData) -> dict[str, BoundaryPeak]:
                 k = int(np.argmax(np.where(np.isfinite(values), values, -np.inf)))
                 if np.isfinite(values[k]) and (name not in found or values[k] > found[name].value):
                     part, place = mesh.part_names[mesh.part[element[k]]], state.x[k]
-                    found[name] = BoundaryPeak(float(values[k]), place, body, part, step, _at_corner(mesh, place))
+                    found[name] = BoundaryPeak(float(values[k]), place, body, part, step, bool(corner_at(mesh, place)))
     return found
 
 
@@ -83,16 +80,3 @@ def _words(peak: BoundaryPeak, solution: SolutionData) -> list[str]:
     if len(solution.problem.step) > 1:
         words.append(f"step {peak.step.step} ({printable(peak.step.name)})")
     return words + ["next to a corner"] * peak.corner
-
-
-@functools.singledispatch
-def _at_corner(mesh: Any, place: Array) -> bool:
-    """Corners are looked for in the plane."""
-    return False
-
-
-@_at_corner.register
-def _(mesh: CurveMesh, place: Array) -> bool:
-    vertex = corners(mesh)[0]
-    diagonal = float(np.hypot(*np.ptp(mesh.start, axis=0)))
-    return bool(len(vertex)) and float(np.hypot(*(vertex - place).T).min()) < NEAR * diagonal

@@ -20,14 +20,18 @@ def digits(error: float, value: float) -> int:
     return int(np.clip(np.floor(np.log10(abs(value) / error)) + 1.0, 1, 7)) if np.isfinite(error) else 1
 
 
-def wrapped(head: str, items: list[str], width: int = 80, separator: str = ",") -> list[str]:
+WIDTH = 80
+"""Of a line."""
+
+
+def wrapped(head: str, items: list[str], separator: str = ",") -> list[str]:
     """Items joined by commas, or words (separator " "), broken into lines that are indented under the first."""
     if separator == " ":
         items = " ".join(items).split()
     lines, line = [], head
     for k, item in enumerate(items):
         text = item + (separator.strip() if k < len(items) - 1 else "")
-        if len(line) + len(text) + 1 > width and line.strip() and line != head:
+        if len(line) + len(text) + 1 > WIDTH and line.strip() and line != head:
             lines.append(line.rstrip())
             line = " " * len(head)
         line += text + " "

@@ -11,12 +11,13 @@ import meshio
 import numpy as np
 
 from ...arrays import Array, Index
+from ...fields.stress_state import StressState
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...refinement.panels.tail import tail
 from ...runtime.figure_style import STATES
-from ..body_fields import BodyFields, StressState
+from ..body_fields import BodyFields
 from ..data import SolutionData
 from ..records import BodyResult, StepResult
 from .places import vtk_cells
@@ -145,8 +146,7 @@ def _(mesh: CurveMesh, values: _Values) -> Any:
 
 def _stress_data(stress: StressState) -> dict[str, Array]:
     """Point data of stresses; VTK's order of a symmetric tensor is xx, yy, zz, xy, yz, xz."""
-    i, j = [0, 1, 2, 0, 1, 0], [0, 1, 2, 1, 2, 2]
-    return {"stress": stress.tensor[:, i, j], "von_mises": stress.von_mises}
+    return {"stress": stress.components[:, [0, 1, 2, 3, 5, 4]], "von_mises": stress.von_mises}
 
 
 def _nearest(mesh: CurveMesh, element: Index, place: Array) -> Index:

@@ -12,8 +12,9 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...errors import InputError
-from ...fields.interior import Field, Progress
+from ...fields.interior import Progress
 from ...fields.interior_grid import triangulate
+from ...fields.stress_state import Field
 from ...geometry.crossings import winding
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
@@ -59,7 +60,7 @@ def inside_cells(field: Field) -> meshio.Mesh:
     else:
         kind, points, (x, y, xy) = "triangle", in_space(field.points), field.stress.T
         data |= {"displacement": in_space(field.u), "stress": np.column_stack([x, y, field.sigma_zz, xy, 0 * x, 0 * x]),
-                 "principal_1": field.principal[:, 0], "principal_2": field.principal[:, 1]}  # fmt: skip
+                 "principal_1": field.principal_in_plane[:, 0], "principal_2": field.principal_in_plane[:, 1]}  # fmt: skip
     return meshio.Mesh(points, [(kind, field.cells)], point_data=data)
 
 
@@ -113,7 +114,7 @@ def fields_inside(
                 progress((first + share * size) / len(steps))
 
         for state in solution.states_at(grid[0], some, body, progress=told):
-            yield Field(*grid, state.u, state.stress, state.sigma_zz)
+            yield Field(state.x, state.u, state.stress, state.sigma_zz, grid[1])
 
 
 def fields_of_bodies(

@@ -14,7 +14,7 @@ import h5py
 import numpy as np
 
 from ...arrays import Array
-from ...fields.interior import Field
+from ...fields.stress_state import Field
 from ...runtime.atomic_write import temporary_name
 from ..data import SolutionData
 from ..records import StepResult

@@ -46,4 +46,4 @@ def test_constant_stress() -> None:
         kernel_d, kernel_s = stress_integrals(points, batch.elements, NU)
         found += np.einsum("ckbm,bk->cm", kernel_d, (mesh.normal @ stress)[batch.nodes])
         found += np.einsum("ckbm,bk->cm", kernel_s, (mesh.x @ strain)[batch.nodes])
-    np.testing.assert_allclose(found, np.array([[stress[i, j]] * 20 for i, j in COMPONENTS]), atol=1e-9)
+    np.testing.assert_allclose(found, np.array([[stress[i, j]] * 20 for i, j in COMPONENTS[3]]), atol=1e-9)

@@ -20,6 +20,7 @@ from petcontact.contact.iteration import Iteration
 from petcontact.contact.laws import Tresca
 from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.methods.newton import SemismoothNewton
+from petcontact.contact.system import Modes
 
 
 def newton(prepared, max_iterations, predict=None, **keywords):
@@ -37,6 +38,9 @@ class System:
 
     def compliance(self):
         return self.matrix
+
+    def apply(self, sigma):
+        return self.matrix @ sigma
 
 
 def restricted(matrix, base):
@@ -86,6 +90,22 @@ def test_backup_ends_where_full_exchanges_cycle():
         assert last.wrong == 0
         satisfies(matrix, base, law.bound, last.sigma[:, 0], last.v[:, 0])
     assert cycling > 0
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(2, 40), st.integers(0, 10_000), st.integers(-95, 95))
+def test_a_body_that_all_slips_both_ways_is_held_where_its_slip_turns(m, seed, percent):
+    """Stiff blocks drawn apart by far more than friction holds: the one whose σ is not ±g carries what the others leave."""
+    rng = np.random.default_rng(seed)
+    base, bound = 10.0 * rng.permutation(m)[:, None], rng.uniform(0.5, 1.5, m)
+    load = 0.01 * percent * bound.sum()
+    system = System(1e-3 * np.eye(m), base)
+    every = np.ones((m, 1, 1))
+    system.modes = Modes(every, every.reshape(1, m, 1), np.array([load]))
+    state = SemismoothNewton(predict=False)(system, Tresca(bound), Iteration(Criterion(1e-10), 30))
+    assert state.converged and len(state.history) <= 8, state.reason
+    satisfies(system.matrix, base[:, 0] + state.alpha, bound, state.sigma[:, 0], state.v[:, 0])
+    assert np.isclose(state.sigma.sum(), -load, atol=1e-9)
 
 
 def test_pieces_of_hand_made_states():

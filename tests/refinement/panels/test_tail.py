@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from facets import box as facet_box
+from facets import quartered
 
 from petcontact.geometry.outline import as_outline
 from petcontact.geometry.surface import BoxSurface
@@ -13,7 +14,6 @@ from petcontact.mesh.panelling import box_mesh, facet_mesh
 from petcontact.model.shapes.files import Gmsh
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.model.solver_options import MeshOptions
-from petcontact.refinement.panels.quartering import quartered
 from petcontact.refinement.panels.tail import MARGIN, RIM, rim_distance, tail
 
 BOX = BoxSurface(np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 1.0]))

@@ -1,0 +1,69 @@
+"""Equations with I + ρS for many ρ: S in Hessenberg's form once, then O(n²) for each.
+
+S = Q H Qᵀ with Q orthogonal and H zero below its first subdiagonal costs about eight LUs; I + ρS = Q (I + ρH) Qᵀ is then
+solved by combining neighbouring columns (Henry, "The shifted Hessenberg system solve computation", 1994).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy
+
+from .. import native
+from ..arrays import Array
+from ..errors import SolverError
+
+
+class HessenbergForm:
+    """S = Q H Qᵀ of a matrix (n, n).
+
+    Examples
+    --------
+    >>> form = HessenbergForm(np.array([[2.0, 1.0], [0.0, 1.0]]))
+    >>> x, product = form.solve(1.0, np.array([4.0, 2.0]))
+    >>> x.round(12).tolist(), product.round(12).tolist()
+    ([1.0, 1.0], [3.0, 1.0])
+    """
+
+    def __init__(self, matrix: Array) -> None:
+        form, self._basis = scipy.linalg.hessenberg(matrix, calc_q=True, check_finite=False)
+        self._columns = np.ascontiguousarray(form.T)
+        self._compiled = native.function("petcontact_hessenberg_solve", "pidpp")
+
+    def solve(self, rho: float, rhs: Array) -> tuple[Array, Array]:
+        """x with (I + ρS) x = rhs, and S x.
+
+        Raises
+        ------
+        SolverError
+            If the solution is not finite.
+        """
+        y = rhs @ self._basis
+        self._solve(rho, y)
+        if not np.isfinite(y).all():
+            raise SolverError("iterate", "the solution is not finite", "look at the data and the mesh")
+        both = np.stack([y, y @ self._columns]) @ self._basis.T
+        return both[0], both[1]
+
+    def _solve(self, rho: float, b: Array) -> None:
+        """(I + ρH) x = b, b overwritten by x."""
+        n = len(b)
+        if self._compiled is not None:
+            work = np.empty(3 * n)
+            self._compiled(native.pointer(self._columns), n, rho, native.pointer(b), native.pointer(work))
+            return
+        carried, factor, swapped = rho * self._columns[-1], np.zeros(n), np.zeros(n, dtype=bool)
+        carried[-1] += 1.0
+        for k in range(n - 1, 0, -1):
+            other = rho * self._columns[k - 1, : k + 1]
+            other[k - 1] += 1.0
+            swapped[k] = abs(carried[k]) < abs(other[k])
+            pivot, left = (other, carried) if swapped[k] else (carried, other)
+            factor[k], b[k] = left[k] / pivot[k], b[k] / pivot[k]
+            b[:k] -= b[k] * pivot[:k]
+            carried = left[:k] - factor[k] * pivot[:k]
+        coefficient = b[0] / carried[0]
+        for k in range(1, n):
+            x = b[k] - factor[k] * coefficient
+            b[k - 1], coefficient = (x, coefficient) if swapped[k] else (coefficient, x)
+        b[-1] = coefficient
