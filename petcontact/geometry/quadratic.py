@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import Array, Mask
 
 REFERENCE = {3: np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
              4: np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])}  # fmt: skip
@@ -132,8 +132,8 @@ class QuadraticCells:
             # far from a minimum the metric alone leads downhill
             convex = (hessian[:, 0, 0] > 0.2 * metric[:, 0, 0]) & (np.linalg.det(hessian) > 0.04 * np.linalg.det(metric))
             hessian = np.where(convex[:, None, None], hessian, metric)
-            active = (foot @ walls.T >= bounds - TIGHT) & (slope @ walls.T < 0.0)
             step = -np.linalg.solve(hessian, slope[..., None])[..., 0]
+            active = self._active(foot, slope, step)
             wall = walls[active.argmax(axis=1)]
             side = np.stack([-wall[:, 1], wall[:, 0]], axis=1)
             curve = np.einsum("ni,nij,nj->n", side, hessian, side)
@@ -148,6 +148,20 @@ class QuadraticCells:
                 break
         y = self.at(foot[:, None])[0][every, 0]
         return foot, np.linalg.norm(y - x, axis=1)
+
+    def _active(self, foot: Array, slope: Array, step: Array) -> Mask:
+        """Which sides hold feet (n, 2), (n, sides): those that push them back, or that Newton's step would pass.
+
+        In a corner the sides share what pushes: those of a triangle are not at right angles in the reference coordinates.
+        """
+        walls, bounds = WALLS[self.n_corners]
+        on, push, gram = foot @ walls.T >= bounds - TIGHT, -(slope @ walls.T), walls @ walls.T
+        corner = on.sum(axis=1, keepdims=True) == 2
+        other, beside = np.sum(on * push, axis=1, keepdims=True) - push, on @ gram - np.diag(gram)
+        square = np.sum(on * np.diag(gram), axis=1, keepdims=True) - np.diag(gram)
+        active = on & (np.where(corner, square * push - beside * other, push) > 0.0)
+        rate = np.where(on & ~active.any(axis=1, keepdims=True), step @ walls.T, 0.0)
+        return np.asarray(active | ((rate > 0.0) & (rate == rate.max(axis=1, keepdims=True))))
 
     def _second(self, local: Array) -> Array:
         """Second derivatives (n, 2, 2, 3) at local coordinates (n, 2)."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import ClassVar
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...geometry.quadratic import position
 from ..curved_panels import CurvedPanels
-from ..panels import Panels
+from ..panels import Panels, make_panels
 from .clipping import area, clip, cross, fan_rule
 from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
 
@@ -21,8 +21,12 @@ SLIVER = 1e-14
 
 BENT = 1e-2
 """Distance over the size of a curved panel up to which two panels lie beside one another: shadows have straight sides."""
+SQUARE = ((0, 0), (1, 0), (1, 1), (0, 1))
 REACH = 5
 """Points along each direction of a curved panel at which its size is found."""
+STRAIGHT, MOST = 4e-3, 5
+"""Distance of the middle of a side from the straight one between the corners, over the size of the panel, up to which it is
+clipped as a polygon; into how many pieces each side of other panels is cut at most."""
 STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
 """Newton's steps to where a line meets a curved panel, the relative step that ends them, and how far they may leave it."""
 
@@ -117,7 +121,41 @@ class PanelFaces(Faces):
         return Hits(face, places, far)
 
     def segments(self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None) -> Segments:
-        """See `Faces.segments`: the others, projected onto the plane of each panel, clip it."""
+        """See `Faces.segments`: the others, projected onto the plane of each panel, clip it, both in straight pieces."""
+        (mine, own), (theirs, others) = self._pieces(), other._pieces()
+        found = own._clipped(others, order[mine], opposite[theirs], direction)
+        found = replace(found, face=mine[found.face], other=theirs[found.other])
+        return self._nearest_only(other, found, along(direction, self.frame[:, 2]), direction)
+
+    def _pieces(self) -> tuple[Index, PanelFaces]:
+        """Panels, those whose sides curve in their own plane cut into some that hardly do, and of each the number here."""
+        number, side = np.nonzero(np.any(np.roll(self.polygon, -1, axis=1) != self.polygon, axis=2) & self.bent[:, None])
+        start, edge = (corners[number, side] for corners in (self.outline, np.roll(self.outline, -1, axis=1) - self.outline))
+        middle = 0.5 * (self.polygon + np.roll(self.polygon, -1, axis=1))[number, side]
+        place = self._projected(number, self.at(number, middle)[0], self.frame[number, 2])
+        bulge = np.zeros(len(self))
+        np.maximum.at(bulge, number, np.abs(cross(edge, place - start)) / np.linalg.norm(edge, axis=1))
+        count = np.clip(np.ceil(np.sqrt(bulge / STRAIGHT)), 1, MOST).astype(int)
+        if np.all(count == 1):
+            return np.arange(len(self)), self
+        whole, parents, parts, square = np.flatnonzero(count == 1), list[Index](), list[Array](), np.array(SQUARE)
+        for pieces in np.unique(count[count > 1]).tolist():
+            first = np.stack(np.meshgrid(*[np.arange(pieces)] * 2), axis=-1).reshape(-1, 1, 2)
+            share = (first + square).reshape(-1, 2) / pieces
+            cut = np.flatnonzero(count == pieces)
+            polygon = self.spread(np.repeat(cut, len(share)), np.tile(share, (len(cut), 1))).reshape(-1, 4, 2)
+            parents.append(np.repeat(cut, pieces**2))
+            parts.append(polygon)
+        parent, polygon = np.concatenate(parents), np.concatenate(parts)
+        corners = self.at(np.repeat(parent, 4), polygon.reshape(-1, 2))[0].reshape(-1, 4, 3)
+        flat = make_panels(corners, 0, parent)[0]
+        cuts = PanelFaces(flat.centre, flat.frame, flat.size, flat.polygon, polygon, self.shape[parent], self.bent[parent])
+        names = PanelFaces.__annotations__.keys() - {"SAMPLES"}
+        joined = {key: np.concatenate([getattr(self, key)[whole], getattr(cuts, key)]) for key in names}
+        return np.concatenate([whole, parent]), PanelFaces(**joined)
+
+    def _clipped(self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None) -> Segments:
+        """`segments` of panels with straight sides, whatever lies between."""
         normal = along(direction, self.frame[:, 2])
         i, j = other._near_lines(self.centre, normal, self.size)
         outward, against = (np.sum(normal[i] * plane, axis=1) for plane in (self.frame[i, 2], other.frame[j, 2]))
@@ -146,7 +184,7 @@ class PanelFaces(Faces):
             opposite_place = other._met(seen, x, along(direction, outward))[0]
             found = np.all(np.isfinite(opposite_place), axis=1)
             parts.append(Segments(face, place, seen, opposite_place, weights).take(found))
-        return self._nearest_only(other, Segments.joined(parts), normal, direction)
+        return Segments.joined(parts)
 
     def _degree(self, order: Index) -> Index:
         """Total degree of the basis: of triangles the order, of quadrilaterals twice that."""

@@ -141,19 +141,37 @@ INLINE double foot_of(const Panel *p, const double *x, double *foot)
             h01 = m01;
             h11 = m11;
         }
-        int held = 0, wall = 0, is_active[4];
+        const double over = 1.0 / (h00 * h11 - h01 * h01);
+        double step[2] = {-(h11 * slope[0] - h01 * slope[1]) * over, -(h00 * slope[1] - h01 * slope[0]) * over};
+        double share = 1.0, most = 0.0, push[4] = {0.0};
+        int met = 0, at[4], held = 0, wall = 0, is_active[4] = {0};
         for (int k = 0; k < p->corners; k++) {
             const double *w = walls[k];
-            is_active[k] = w[0] * s + w[1] * t >= w[2] - 1e-12 && w[0] * slope[0] + w[1] * slope[1] < 0.0;
+            push[k] = -(w[0] * slope[0] + w[1] * slope[1]);
+            if (w[0] * s + w[1] * t >= w[2] - 1e-12)
+                at[met++] = k;
+        }
+        for (int i = 0; i < met; i++) { /* in a corner two sides share what pushes */
+            const int k = at[i], o = at[met - 1 - i];
+            const double *w = walls[k], *v = walls[o];
+            const double square = v[0] * v[0] + v[1] * v[1], beside = w[0] * v[0] + w[1] * v[1];
+            is_active[k] = (met == 2 ? square * push[k] - beside * push[o] : push[k]) > 0.0;
             wall = is_active[k] && !held ? k : wall;
             held += is_active[k];
         }
-        double step[2] = {0.0, 0.0}, share = 1.0;
-        if (!held) {
-            const double over = 1.0 / (h00 * h11 - h01 * h01);
-            step[0] = -(h11 * slope[0] - h01 * slope[1]) * over;
-            step[1] = -(h00 * slope[1] - h01 * slope[0]) * over;
-        } else if (held == 1) {
+        for (int i = 0; i < met && (!held || most > 0.0); i++) { /* what Newton's step would pass */
+            const double *w = walls[at[i]], rate = w[0] * step[0] + w[1] * step[1];
+            if (rate > most) {
+                is_active[wall] = 0;
+                most = rate;
+                held = 1;
+                wall = at[i];
+                is_active[wall] = 1;
+            }
+        }
+        if (held > 1)
+            step[0] = step[1] = 0.0;
+        else if (held) {
             const double u = -walls[wall][1], v = walls[wall][0];
             const double length = -(u * slope[0] + v * slope[1]) / (u * u * h00 + 2.0 * u * v * h01 + v * v * h11);
             step[0] = length * u;

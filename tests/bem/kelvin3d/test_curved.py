@@ -69,6 +69,21 @@ def test_both_kernels_against_subdivision(shape: str, order: int) -> None:
             assert np.abs(ours[..., k] - values).max() <= allowed * np.abs(values).max()
 
 
+@pytest.mark.parametrize(("corners", "seed", "row"), [(4, 3, 0), (3, 21, 1)])
+def test_points_beside_a_side_have_their_foot_there(corners: int, seed: int, row: int) -> None:
+    """Newton's way to the nearest point stopped in a corner, and where its step passed the side: T was off by 3e-2."""
+    rng = np.random.default_rng(seed)
+    panel = a_curved_panel(corners, 2, rng, 1e-4)
+    x = beside(panel, (0.003, 0.03), rng)[row : row + 1]
+    line = np.linspace(0.0 if corners == 3 else -1.0, 1.0, 201)
+    local = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+    local = local[local.sum(axis=1) <= 1.0 + 1e-12] if corners == 3 else local
+    brute = np.linalg.norm(panel.at(local[None])[0][0] - x, axis=1).min()
+    assert panel.nearest(x)[1][0] <= brute < 1.05 * panel.nearest(x)[1][0]
+    for ours, exact in zip(integrals(x, panel, NU), by_subdivision(panel, x[0]), strict=True):
+        assert np.abs(ours[..., 0] - exact).max() < 1e-8 * np.abs(exact).max()
+
+
 @pytest.mark.parametrize("order", range(4))
 def test_a_flat_panel_has_its_closed_form(order: int) -> None:
     """Off the panel, and at the nodes of a rectangle and a triangle: the principal value."""
