@@ -11,7 +11,7 @@ FEW = 400_000
 """Pairs up to which all distances are computed: 5 ms and 7 MB."""
 
 
-def nearest(points: Array, places: Array, count: int = 1) -> tuple[Array, Index]:
+def nearest(points: Array, places: Array, count: int = 1, reach: float = np.inf) -> tuple[Array, Index]:
     """The points next to some places, nearest first.
 
     Parameters
@@ -20,6 +20,8 @@ def nearest(points: Array, places: Array, count: int = 1) -> tuple[Array, Index]
     places : (m, d) array
     count : int
         How many are looked for, at most n.
+    reach : float
+        Distance beyond which nothing is looked for: infinite distances, and n for numbers.
 
     Returns
     -------
@@ -32,11 +34,13 @@ def nearest(points: Array, places: Array, count: int = 1) -> tuple[Array, Index]
     ([[1.0, 2.0]], [[0, 1]])
     """
     if len(points) * len(places) > FEW:
-        distance, number = scipy.spatial.cKDTree(points).query(places, k=range(1, count + 1))
+        distance, number = scipy.spatial.cKDTree(points).query(places, k=range(1, count + 1), distance_upper_bound=reach)
         return np.asarray(distance), np.asarray(number)
     square = _squares(points, places)
     number = np.argsort(square, axis=1, kind="stable")[:, :count] if count > 1 else square.argmin(axis=1)[:, None]
-    return np.sqrt(np.take_along_axis(square, number, axis=1)), number
+    distance = np.sqrt(np.take_along_axis(square, number, axis=1))
+    beyond = distance >= reach
+    return np.where(beyond, np.inf, distance), np.where(beyond, len(points), number)
 
 
 def within(points: Array, places: Array, reach: Array) -> tuple[Index, Index]:

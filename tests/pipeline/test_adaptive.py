@@ -175,6 +175,21 @@ def test_round_off_that_grows_is_no_error():
     assert estimated_error([1e-27, 1e-5], [1e-3, 1e-5, 1e-7]) > 1.0
 
 
+@pytest.mark.parametrize("bound", [1e-9, 1e-6])
+def test_nothing_that_slips_needs_no_mesh_for_its_round_off(bound, comm):
+    # a ring under pressure on a rigid pin: u_t = 0; the signs of what meshes leave of it are no zones to grade to
+    case = parse(Problem, {
+        "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3},
+        "geometry": {"shape": "outline", "loops": [{"part": "outer", "center": [0.0, 0.0], "radius": 2.0},
+                                                   {"part": "hole", "center": [0.0, 0.0], "radius": 1.0}]},
+        "boundary": [{"part": "hole", "condition": "contact", "friction_bound": bound},
+                     {"part": "outer", "condition": "traction", "pressure": 1.0}],
+    }, "ring")  # fmt: skip
+    solution = adapt(case, 1e-5, comm=comm)
+    assert solution.converged and solution.mesh.n_nodes < 500
+    assert np.abs(solution.contact.u_t).max() <= 1e-7 * np.abs(solution.u).max()
+
+
 def test_what_two_meshes_miss_in_a_narrow_zone_is_part_of_their_difference():
     # number 191: a slip zone of 7e-5 of its side, of which two levels had copies: 2.3e-5 estimated at 1e-4, 1.6e-4 true
     case = random_case(1, 191)

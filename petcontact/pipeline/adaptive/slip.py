@@ -25,6 +25,8 @@ from ..trust.increments import is_unresolved
 
 LEAST_SLIP = 1e-3
 """‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""
+NEGLIGIBLE = 1e-5
+"""What friction moves a half space by, of that, below which the signs of slip are those of round-off."""
 DENSE_NODES = 2500
 """Nodes of graded meshes up to which `mat_type = "auto"` stays dense."""
 FIRST_LOOK = 12
@@ -156,11 +158,14 @@ def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
     side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
     element = mesh.element[contact.nodes]
     sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
+    material = solution.problem.body[0].material
+    compliance = (1.0 - material.poisson_ratio) / (np.pi * material.shear_modulus)
+    negligible = NEGLIGIBLE * displacement_scale(solution) / (compliance * float(contact.weight.sum()))
     lines = []
     for k in np.flatnonzero(body.contact):
         chosen = side_of_element[element] == k
-        # without friction there are no transitions: one zone, whatever the sign of u_t
-        free = chosen & (contact.friction_bound == 0.0)
+        # without friction, or with less than moves anything, there are no transitions: one zone, whatever the sign of u_t
+        free = chosen & (contact.friction_bound <= negligible)
         sign[free] = 1 if contact.u_t[free, 0].sum() >= 0.0 else -1
         mine = np.flatnonzero(side_of_element == k)
         offset = mesh.side_start[mine[0]]

@@ -58,9 +58,10 @@ class Tails:
         self._near, self._slope = _slopes(mesh, nodes, self._constant)
         area = np.bincount(mesh.element, mesh.weight)[self._first]
         near = np.full(len(self._first), np.inf)
-        np.minimum.at(near, self._element, rim_distance(mesh, nodes))
+        size = area ** (1.0 / (mesh.dim - 1))
+        np.minimum.at(near, self._element, rim_distance(mesh, nodes, float(size.max(initial=0.0))))
         factor = np.array(margin)[np.minimum(mesh.order[self._first], len(margin) - 1)]
-        factor = np.where(near < area ** (1.0 / (mesh.dim - 1)), rim * factor, factor)
+        factor = np.where(near < size, rim * factor, factor)
         self._factor = factor / np.sqrt(area)
 
     def of(self, values: Array) -> Array:
@@ -105,13 +106,13 @@ class Tails:
         return error
 
 
-def rim_distance(mesh: BoundaryMesh, nodes: Index) -> Array:
-    """Distance (m,) from nodes to the nearest node of another part, infinite where there is none [length]."""
+def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: float = np.inf) -> Array:
+    """Distance (m,) from nodes to the nearest node of another part, infinite where there is none within reach [length]."""
     result, part = np.full(len(nodes), np.inf), mesh.node_part
     for number in np.unique(part[nodes]):
         others, mine = np.flatnonzero(part != number), part[nodes] == number
         if len(others):
-            result[mine] = nearest(mesh.x[others], mesh.x[nodes[mine]])[0][:, 0]
+            result[mine] = nearest(mesh.x[others], mesh.x[nodes[mine]], reach=reach)[0][:, 0]
     return result
 
 
