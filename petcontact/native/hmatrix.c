@@ -1,6 +1,8 @@
 /* Blocks of hierarchical matrices: adaptive cross approximation, recompression and products; petcontact.compression.hmatrix
    in C, see there. Entries come from a function of the caller, d rows a node, d columns a node and, beside these, some further
-   columns. Numbers are kept in single or in double precision; all sums are in double. */
+   columns. Numbers are kept in double or in single precision, or as whole numbers of 16 bits after their scale; all sums are in
+   double. Rows of U, of V (columns of nodes, then those beside) and columns of whole blocks are filled up with zeros to multiples
+   of FULL, so that products know no remainders: vectors have room for as many numbers more. */
 
 #include "elementary.h"
 
@@ -35,7 +37,7 @@ typedef struct {                            /* scratch memory for one block */
 } Work;
 
 typedef struct { /* what is built: numbers, room for them, and a rank for each block */
-    int64_t single;
+    int64_t width; /* bytes of a number: 8, 4 or 2 */
     void *values;
     int64_t capacity, *ranks;
 } Store;
@@ -220,45 +222,64 @@ INLINE int64_t crosses(const Operator *a, const Block *b, const Work *w)
     }
 }
 
-/* Eigenvalues (on the diagonal) and eigenvectors (rows of y) of a symmetric matrix with rows of `stride`, by Jacobi, up to
-   entries that are `small` beside the whole: those between eigenvalues that are both as small stay as they are. */
-INLINE void eigenvectors(int64_t k, int64_t stride, double small, double *s, double *y)
+/* Rows b of k numbers with Σ bᵀb = S but for a trace that is `small` beside its own, by Cholesky's method with pivots; returns
+   their number, and through `left` the rest of the trace. `rest` has room for k numbers. */
+INLINE int64_t root_of(int64_t k, int64_t stride, const double *s, double small, double *b, double *rest, double *left)
 {
-    for (int64_t i = 0; i < k; i++) {
-        memset(y + i * stride, 0, k * sizeof(double));
-        y[i * stride + i] = 1.0;
-    }
-    for (int sweep = 0; sweep < 30; sweep++) {
-        double off = 0.0, on = 0.0;
+    double trace = 0.0;
+    for (int64_t i = 0; i < k; i++)
+        trace += rest[i] = s[i * stride + i] > 0.0 ? s[i * stride + i] : 0.0;
+    *left = trace;
+    int64_t rank = 0;
+    for (; rank < k && *left > small * trace; rank++) {
+        int64_t pivot = 0;
+        for (int64_t i = 1; i < k; i++)
+            if (rest[i] > rest[pivot])
+                pivot = i;
+        double *row = b + rank * k;
+        memcpy(row, s + pivot * stride, k * sizeof(double));
+        subtract_rows(rank, b + pivot, k, b, k, row);
+        if (row[pivot] <= 0.0)
+            break;
+        const double over = 1.0 / sqrt(row[pivot]);
+        *left = 0.0;
         for (int64_t i = 0; i < k; i++) {
-            on += s[i * stride + i] * s[i * stride + i];
-            for (int64_t j = i + 1; j < k; j++)
-                off += s[i * stride + j] * s[i * stride + j];
+            row[i] *= over;
+            rest[i] = i != pivot && rest[i] > row[i] * row[i] ? rest[i] - row[i] * row[i] : 0.0;
+            *left += rest[i];
         }
-        const double limit = small * small * (on + 2.0 * off);
-        if (off <= limit)
-            return;
-        for (int64_t p = 0; p < k; p++)
-            for (int64_t q = p + 1; q < k; q++) {
-                const double pq = s[p * stride + q];
-                if (pq * pq * (double)(k * k) <= limit)
+    }
+    return rank;
+}
+
+/* Turns rows of k numbers until they are orthogonal, by one-sided Jacobi; leaves their squares in `square`. Rows that come from
+   pivots are nearly so. What is left of a product, over the smaller of two rows, counts as an error of the combinations, which may
+   be `small`, squared. */
+INLINE void orthogonal(int64_t rank, int64_t k, double small, double *b, double *square)
+{
+    double all = 0.0;
+    for (int64_t i = 0; i < rank; i++)
+        all += square[i] = dot(b + i * k, b + i * k, k);
+    const double limit = small * all / (double)(rank * rank);
+    for (int sweep = 0, turned = 1; turned && sweep < 30; sweep++) {
+        turned = 0;
+        for (int64_t i = 0; i < rank; i++)
+            for (int64_t j = i + 1; j < rank; j++) {
+                double *x = b + i * k, *y = b + j * k;
+                const double product = dot(x, y, k), least = square[i] < square[j] ? square[i] : square[j];
+                if (product * product <= limit * least)
                     continue;
-                const double theta = 0.5 * (s[q * stride + q] - s[p * stride + p]) / pq;
+                turned = 1;
+                const double theta = 0.5 * (square[j] - square[i]) / product;
                 const double t = (theta < 0.0 ? -1.0 : 1.0) / (fabs(theta) + sqrt(theta * theta + 1.0));
                 const double c = 1.0 / sqrt(t * t + 1.0), n = t * c;
-                double *sp = s + p * stride, *sq = s + q * stride, *yp = y + p * stride, *yq = y + q * stride;
-                for (int64_t j = 0; j < k; j++) {
-                    const double one = sp[j], other = sq[j], first = yp[j], second = yq[j];
-                    sp[j] = c * one - n * other;
-                    sq[j] = n * one + c * other;
-                    yp[j] = c * first - n * second;
-                    yq[j] = n * first + c * second;
+                for (int64_t l = 0; l < k; l++) {
+                    const double one = x[l], other = y[l];
+                    x[l] = c * one - n * other;
+                    y[l] = n * one + c * other;
                 }
-                for (int64_t i = 0; i < k; i++) {
-                    const double one = s[i * stride + p], other = s[i * stride + q];
-                    s[i * stride + p] = c * one - n * other;
-                    s[i * stride + q] = n * one + c * other;
-                }
+                square[i] = dot(x, x, k);
+                square[j] = dot(y, y, k);
             }
     }
 }
@@ -295,29 +316,32 @@ INLINE int64_t recompress(const Work *w, int64_t k, double tolerance)
     for (int64_t i = 0; i < k; i++)
         for (int64_t j = 0; j < i; j++)
             s[i * p + j] = s[j * p + i] = 0.5 * (s[i * p + j] + s[j * p + i]);
-    eigenvectors(k, p, 0.01 * tolerance * tolerance, s, y);
-    double all = 0.0, left = 0.0;
-    for (int64_t i = 0; i < k; i++)
-        all += s[i * p + i] > 0.0 ? s[i * p + i] : 0.0;
+    double left;
+    const double square = tolerance * tolerance;
+    const int64_t found = root_of(k, p, s, 0.01 * square, y, values, &left);
+    orthogonal(found, k, 0.01 * square, y, values);
+    double all = left;
+    for (int64_t i = 0; i < found; i++)
+        all += values[i];
     /* from the largest down: a selection by repeated search is nothing beside the rest */
     int64_t rank = 0;
-    for (int64_t i = 0; i < k; i++)
-        values[i] = s[i * p + i];
     left = all;
-    while (rank < k && left > tolerance * tolerance * all) {
+    while (rank < found && left > square * all) {
         int64_t best = 0;
-        for (int64_t i = 1; i < k; i++)
+        for (int64_t i = 1; i < found; i++)
             if (values[i] > values[best])
                 best = i;
         if (values[best] <= 0.0)
             break;
         left -= values[best];
+        const double over = 1.0 / sqrt(values[best]);
         values[best] = -1.0;
         double *right = w->gram_u + rank * p; /* later: left and right change places */
-        memcpy(right, y + best * p, k * sizeof(double));
+        for (int64_t i = 0; i < k; i++)
+            right[i] = over * y[best * k + i];
         rank++;
     }
-    /* rows of y now: left coefficients Y Lᵀ in s, right ones Y L⁻¹ in place */
+    /* rows of Y now: left coefficients Y Lᵀ in s, right ones Y L⁻¹ in place */
     for (int64_t r = 0; r < rank; r++) {
         double *one = w->gram_u + r * p, *with = s + r * p;
         for (int64_t i = 0; i < k; i++) {
@@ -340,29 +364,61 @@ INLINE int64_t recompress(const Work *w, int64_t k, double tolerance)
     return rank;
 }
 
-/* rank combinations of k rows of n numbers into the store. */
-INLINE void combine(int64_t rank, int64_t k, const double *coefficients, int64_t stride, const double *rows, int64_t n,
-                    double *line, int single, void *out)
+enum { HEAD = sizeof(float) / sizeof(int16_t), FULL = 16 }; /* room of the scale before whole numbers */
+
+INLINE int64_t filled(int64_t n)
 {
-    for (int64_t r = 0; r < rank; r++) {
-        memset(line, 0, n * sizeof(double));
-        subtract_rows(k, coefficients + r * stride, 1, rows, n, line);
-        if (single)
-            for (int64_t j = 0; j < n; j++)
-                ((float *)out)[r * n + j] = (float)-line[j];
-        else
-            for (int64_t j = 0; j < n; j++)
-                ((double *)out)[r * n + j] = -line[j];
-    }
+    return (n + FULL - 1) / FULL * FULL;
 }
 
-INLINE void store(const double *values, int64_t n, int single, void *out)
+/* Numbers that n values, and q beside them, take in a store. */
+INLINE int64_t length(int64_t n, int64_t q, int64_t width)
 {
-    if (single)
+    return filled(n) + filled(q) + (width == 2 ? HEAD : 0);
+}
+
+INLINE void store_some(const double *values, int64_t n, double over, int64_t width, char *out)
+{
+    const double shift = 6755399441055744.0; /* 1.5·2^52 rounds */
+    memset(out + n * width, 0, (filled(n) - n) * width);
+    if (width == 8)
+        memcpy(out, values, n * sizeof(double));
+    else if (width == 4)
         for (int64_t j = 0; j < n; j++)
             ((float *)out)[j] = (float)values[j];
     else
-        memcpy(out, values, n * sizeof(double));
+        for (int64_t j = 0; j < n; j++)
+            ((int16_t *)out)[j] = (int16_t)(int32_t)((values[j] * over + shift) - shift);
+}
+
+/* n values, and q beside them, into a store. */
+INLINE void store(const double *values, int64_t n, int64_t q, int64_t width, char *out)
+{
+    double over = 1.0;
+    if (width == 2) {
+        double most = 0.0;
+        for (int64_t j = 0; j < n + q; j++)
+            most = fabs(values[j]) > most ? fabs(values[j]) : most;
+        const float scale = (float)(most / 32766.0);
+        over = scale > 0.0f ? 1.0 / scale : 0.0;
+        memcpy(out, &scale, sizeof scale);
+        out += sizeof scale;
+    }
+    store_some(values, n, over, width, out);
+    store_some(values + n, q, over, width, out + filled(n) * width);
+}
+
+/* rank combinations of k rows of n numbers, and q beside them, into a store. */
+INLINE void combine(int64_t rank, int64_t k, const double *coefficients, int64_t stride, const double *rows, int64_t n,
+                    int64_t q, double *line, int64_t width, char *out)
+{
+    for (int64_t r = 0; r < rank; r++) {
+        memset(line, 0, (n + q) * sizeof(double));
+        subtract_rows(k, coefficients + r * stride, 1, rows, n + q, line);
+        for (int64_t j = 0; j < n + q; j++)
+            line[j] = -line[j];
+        store(line, n, q, width, out + r * length(n, q, width) * width);
+    }
 }
 
 /* Builds blocks one after another until one may not fit any more; returns through `done` how many were built and the numbers
@@ -373,14 +429,15 @@ INLINE void store(const double *values, int64_t n, int single, void *out)
 DISPATCHED void petcontact_hmatrix_build(const Operator *a, const Work *w, int64_t whole, int64_t count,
                                          const int64_t *blocks, const Store *to, int64_t *done)
 {
-    const int64_t d = a->d, most = w->most, size = to->single ? sizeof(float) : sizeof(double);
+    const int64_t d = a->d, most = w->most, width = to->width;
     int64_t used = 0, i = 0;
     for (; i < count; i++) {
         const int64_t *g = blocks + 5 * i;
         Block b = {g[0], g[2], g[1], g[3], d * g[1], d * g[3], d * g[3] + a->beside[g[2] + g[3]] - a->beside[g[2]], 0};
-        const int64_t both = b.rows + b.columns, all = b.rows * b.columns, limit = most * both < all ? most * both : all;
-        char *out = (char *)to->values + used * size;
-        if (used + (g[4] ? limit : all) > to->capacity)
+        const int64_t both = b.rows + b.columns, all = b.rows * b.columns, column = length(b.rows, 0, width),
+                      row = length(b.in, b.columns - b.in, width), whole_size = b.columns * column;
+        char *out = (char *)to->values + used * width;
+        if (used + (g[4] && most * both < all ? most * (column + row) : whole_size) > to->capacity)
             break;
         if (!g[4] || all <= whole) {
             fill_block(a, b.m, a->nodes + b.row, b.n, a->nodes + b.column, w->dense);
@@ -392,96 +449,126 @@ DISPATCHED void petcontact_hmatrix_build(const Operator *a, const Work *w, int64
             to->ranks[i] = b.dense ? -1 : -2;
             if (k >= 0) {
                 const int64_t rank = recompress(w, k, a->tolerance);
-                if (rank * both < all) {
+                if (rank * (column + row) < whole_size) {
                     to->ranks[i] = rank;
-                    combine(rank, k, w->gram_u, most, w->u, b.rows, w->row, to->single, out);
-                    combine(rank, k, w->gram_v, most, w->v, b.columns, w->row, to->single, out + rank * b.rows * size);
-                    used += rank * both;
+                    combine(rank, k, w->gram_u, most, w->u, b.rows, 0, w->row, width, out);
+                    combine(rank, k, w->gram_v, most, w->v, b.in, b.columns - b.in, w->row, width,
+                            out + rank * column * width);
+                    used += rank * (column + row);
                 }
             }
         }
         if (to->ranks[i] == -1) {
-            store(b.dense, all, to->single, out);
-            used += all;
+            for (int64_t j = 0; j < b.columns; j++)
+                store(b.dense + j * b.rows, b.rows, 0, width, out + j * column * width);
+            used += whole_size;
         }
     }
     done[0] = i;
     done[1] = used;
 }
 
-INLINE Lanes widened(const float *x)
+INLINE double unscaled(const void *row)
 {
-    return __builtin_convertvector(*(const Singles *)x, Lanes);
+    (void)row;
+    return 1.0;
 }
 
-INLINE Lanes kept(const double *x)
+INLINE double scale_of(const void *row)
 {
-    return *(const Lanes *)x;
+    float scale;
+    memcpy(&scale, row, sizeof scale);
+    return scale;
 }
 
-/* Sums over eight interleaved partial sums, whatever the width of the processor's vectors. */
-#define PRODUCTS(NAME, TYPE, LOAD)                                                                                          \
+enum {
+    TILE = 256, /* numbers that are widened at a time: compilers do that well in a loop of its own only */
+    LINE = 64,
+    AHEAD = 2048 /* bytes: rows are too short for the processor to see where memory is read next */
+};
+
+INLINE void fetch_ahead(const void *at, size_t bytes)
+{
+    for (size_t j = 0; j < bytes; j += LINE)
+        __builtin_prefetch((const char *)at + j + AHEAD);
+}
+
+/* Sums over eight interleaved partial sums, whatever the width of the processor's vectors; n are multiples of FULL. */
+#define PRODUCTS(NAME, TYPE, ROOM, SCALE)                                                                                   \
     INLINE double NAME##_dot(const TYPE *a, const double *x, int64_t n)                                                     \
     {                                                                                                                       \
         Lanes lane = {0.0}, other = {0.0};                                                                                  \
-        int64_t j = 0;                                                                                                      \
-        for (; j + 16 <= n; j += 16) {                                                                                      \
-            lane += LOAD(a + j) * kept(x + j);                                                                              \
-            other += LOAD(a + j + 8) * kept(x + j + 8);                                                                     \
+        double wide[TILE];                                                                                                  \
+        for (int64_t first = 0; first < n; first += TILE) {                                                                 \
+            const int64_t some = n - first < TILE ? n - first : TILE;                                                       \
+            fetch_ahead(a + first, some * sizeof(TYPE));                                                                    \
+            for (int64_t j = 0; j < some / FULL * FULL; j++)                                                                              \
+                wide[j] = a[first + j];                                                                                     \
+            for (int64_t j = 0; j < some; j += 16) {                                                                        \
+                lane += *(const Lanes *)(wide + j) * *(const Lanes *)(x + first + j);                                       \
+                other += *(const Lanes *)(wide + j + 8) * *(const Lanes *)(x + first + j + 8);                              \
+            }                                                                                                               \
         }                                                                                                                   \
-        double sum = total(lane + other);                                                                                   \
-        for (; j < n; j++)                                                                                                  \
-            sum += a[j] * x[j];                                                                                             \
-        return sum;                                                                                                         \
+        return total(lane + other);                                                                                         \
     }                                                                                                                       \
-    /* y += Σ factor[l] a[l, :], four rows at a time */                                                                    \
-    INLINE void NAME##_add(const TYPE *a, int64_t k, const double *factor, int64_t n, double *y)                            \
+    /* y += Σ factor[l] a[l, :], four rows at a time */                                                                     \
+    INLINE void NAME##_add(const TYPE *a, int64_t k, const double *factor, int64_t n, double *restrict y)                   \
     {                                                                                                                       \
+        const int64_t stride = n + ROOM;                                                                                    \
         int64_t l = 0;                                                                                                      \
-        for (; l + 4 <= k; l += 4) {                                                                                        \
-            const TYPE *a0 = a + l * n, *a1 = a0 + n, *a2 = a1 + n, *a3 = a2 + n;                                           \
-            const double f0 = factor[l], f1 = factor[l + 1], f2 = factor[l + 2], f3 = factor[l + 3];                        \
-            for (int64_t j = 0; j < n; j++)                                                                                 \
+        for (; l + 4 <= k; l += 4, a += 4 * stride) {                                                                       \
+            fetch_ahead(a, 4 * stride * sizeof(TYPE));                                                                      \
+            const TYPE *a0 = a + ROOM, *a1 = a0 + stride, *a2 = a1 + stride, *a3 = a2 + stride;                             \
+            const double f0 = factor[l] * SCALE(a), f1 = factor[l + 1] * SCALE(a + stride),                                 \
+                         f2 = factor[l + 2] * SCALE(a + 2 * stride), f3 = factor[l + 3] * SCALE(a + 3 * stride);            \
+            for (int64_t j = 0; j < n / FULL * FULL; j++)                                                                                 \
                 y[j] += (f0 * a0[j] + f1 * a1[j]) + (f2 * a2[j] + f3 * a3[j]);                                              \
         }                                                                                                                   \
-        for (; l < k; l++)                                                                                                  \
-            for (int64_t j = 0; j < n; j++)                                                                                 \
-                y[j] += factor[l] * a[l * n + j];                                                                           \
+        for (; l < k; l++, a += stride) {                                                                                   \
+            const double f = factor[l] * SCALE(a);                                                                          \
+            for (int64_t j = 0; j < n / FULL * FULL; j++)                                                                                 \
+                y[j] += f * a[ROOM + j];                                                                                    \
+        }                                                                                                                   \
     }                                                                                                                       \
     INLINE void NAME##_block(const int64_t *g, const TYPE *a, const double *x, double *y, double *work)                     \
     {                                                                                                                       \
-        const int64_t m = g[1], n = g[3], q = g[5], rank = g[6];                                                            \
+        const int64_t m = filled(g[1]), n = filled(g[3]), q = filled(g[5]), rank = g[6];                                    \
         const double *x_n = x + g[2], *x_q = x + g[4];                                                                      \
         if (rank < 0) {                                                                                                     \
-            NAME##_add(a, n, x_n, m, y + g[0]);                                                                             \
-            NAME##_add(a + n * m, q, x_q, m, y + g[0]);                                                                     \
+            NAME##_add(a, g[3], x_n, m, y + g[0]);                                                                          \
+            NAME##_add(a + g[3] * (m + ROOM), g[5], x_q, m, y + g[0]);                                                      \
             return;                                                                                                         \
         }                                                                                                                   \
-        const TYPE *v = a + rank * m;                                                                                       \
-        for (int64_t l = 0; l < rank; l++)                                                                                  \
-            work[l] = NAME##_dot(v + l * (n + q), x_n, n) + NAME##_dot(v + l * (n + q) + n, x_q, q);                        \
+        const TYPE *v = a + rank * (m + ROOM);                                                                              \
+        for (int64_t l = 0; l < rank; l++, v += n + q + ROOM)                                                               \
+            work[l] = SCALE(v) * (NAME##_dot(v + ROOM, x_n, n) + NAME##_dot(v + ROOM + n, x_q, q));                         \
         NAME##_add(a, rank, work, m, y + g[0]);                                                                             \
     }
 
-PRODUCTS(single, float, widened)
-PRODUCTS(full, double, kept)
+PRODUCTS(double, double, 0, unscaled)
+PRODUCTS(single, float, 0, unscaled)
+PRODUCTS(short, int16_t, HEAD, scale_of)
 
 /* y += A x over blocks: first row, rows, first column, columns of nodes, first column beside, number beside, rank (-1 for
-   whole ones), and the address of the numbers. `work` has room for the largest rank. */
-DISPATCHED void petcontact_hmatrix_multiply(int64_t count, const int64_t *table, int64_t single, const double *x, double *y,
+   whole ones), and the address of the numbers. `work` has room for the largest rank, x and y for
+   FULL numbers more. */
+DISPATCHED void petcontact_hmatrix_multiply(int64_t count, const int64_t *table, int64_t width, const double *x, double *y,
                                             double *work)
 {
     for (int64_t i = 0; i < count; i++) {
         const int64_t *g = table + 8 * i;
-        if (single)
-            single_block(g, (const float *)(intptr_t)g[7], x, y, work);
+        const void *a = (const void *)(intptr_t)g[7];
+        if (width == 8)
+            double_block(g, a, x, y, work);
+        else if (width == 4)
+            single_block(g, a, x, y, work);
         else
-            full_block(g, (const double *)(intptr_t)g[7], x, y, work);
+            short_block(g, a, x, y, work);
     }
 }
 
 /* Sums of n numbers by group: the groups met are listed, their sums held in `sums` (zero before, and to be zeroed after). */
-INLINE int64_t grouped(const void *values, int64_t offset, int single, const int64_t *group, int64_t n, double *sums,
+INLINE int64_t grouped(const char *values, int64_t width, double scale, const int64_t *group, int64_t n, double *sums,
                        int64_t *met, int64_t found, char *seen)
 {
     for (int64_t j = 0; j < n; j++) {
@@ -492,7 +579,9 @@ INLINE int64_t grouped(const void *values, int64_t offset, int single, const int
             seen[h] = 1;
             met[found++] = h;
         }
-        sums[h] += (single ? (double)((const float *)values)[offset + j] : ((const double *)values)[offset + j]);
+        sums[h] += scale * (width == 8   ? ((const double *)values)[j]
+                            : width == 4 ? (double)((const float *)values)[j]
+                                         : (double)((const int16_t *)values)[j]);
     }
     return found;
 }
@@ -506,15 +595,18 @@ typedef struct { /* groups of rows and of columns, -1 for none; scratch memory, 
 } Grouping;
 
 /* coarse[row group, column group] += the sums of the blocks' entries, (row groups, column groups). */
-DISPATCHED void petcontact_hmatrix_coarse(int64_t count, const int64_t *table, int64_t single, const Grouping *w,
+DISPATCHED void petcontact_hmatrix_coarse(int64_t count, const int64_t *table, int64_t width, const Grouping *w,
                                           double *coarse)
 {
+    const int64_t head = length(0, 0, width) * width;
     for (int64_t i = 0; i < count; i++) {
         const int64_t *g = table + 8 * i;
-        const void *a = (const void *)(intptr_t)g[7];
+        const char *u = (const char *)(intptr_t)g[7];
         const int64_t m = g[1], n = g[3], q = g[5], terms = g[6] < 0 ? n + q : g[6];
-        for (int64_t l = 0; l < terms; l++) {
-            const int64_t rows = grouped(a, l * m, single, w->row_group + g[0], m, w->row_sums, w->rows_met, 0, w->row_seen);
+        const char *v = u + terms * length(m, 0, width) * width;
+        for (int64_t l = 0; l < terms; l++, u += length(m, 0, width) * width) {
+            const int64_t rows = grouped(u + head, width, head ? scale_of(u) : 1.0, w->row_group + g[0], m, w->row_sums,
+                                         w->rows_met, 0, w->row_seen);
             int64_t columns = 0;
             if (g[6] < 0) {
                 const int64_t at = l < n ? g[2] + l : g[4] + l - n, h = w->column_group[at];
@@ -523,10 +615,12 @@ DISPATCHED void petcontact_hmatrix_coarse(int64_t count, const int64_t *table, i
                     w->columns_met[columns++] = h;
                 }
             } else {
-                const int64_t v = g[6] * m + l * (n + q), *group = w->column_group;
-                columns = grouped(a, v, single, group + g[2], n, w->column_sums, w->columns_met, 0, w->column_seen);
-                columns =
-                    grouped(a, v + n, single, group + g[4], q, w->column_sums, w->columns_met, columns, w->column_seen);
+                const double scale = head ? scale_of(v) : 1.0;
+                const int64_t *group = w->column_group;
+                columns = grouped(v + head, width, scale, group + g[2], n, w->column_sums, w->columns_met, 0, w->column_seen);
+                columns = grouped(v + head + filled(n) * width, width, scale, group + g[4], q, w->column_sums, w->columns_met, columns,
+                                  w->column_seen);
+                v += length(n, q, width) * width;
             }
             for (int64_t r = 0; r < rows; r++) {
                 double *to = coarse + w->rows_met[r] * w->column_groups;
@@ -545,18 +639,20 @@ DISPATCHED void petcontact_hmatrix_coarse(int64_t count, const int64_t *table, i
     }
 }
 
-/* y[its rows] = block i times x[its columns], for blocks of numbers in single precision, row after row: a block is the
-   address of its rows' numbers, their count, the address of its columns' numbers, their count, and its address. `work` has
-   room for the columns. */
+/* y[its rows] = block i times x[its columns], for blocks of numbers in single precision, row after row, filled up: a block is
+   the address of its rows' numbers, their count, the address of its columns' numbers, their count, and its address. `work` has
+   room for the columns, filled up. */
 DISPATCHED void petcontact_patches_multiply(int64_t count, const int64_t *table, const double *x, double *y, double *work)
 {
     for (int64_t i = 0; i < count; i++) {
         const int64_t *g = table + 5 * i, *rows = (const int64_t *)(intptr_t)g[0];
-        const int64_t *columns = (const int64_t *)(intptr_t)g[2];
+        const int64_t *columns = (const int64_t *)(intptr_t)g[2], n = filled(g[3]);
         const float *a = (const float *)(intptr_t)g[4];
         for (int64_t j = 0; j < g[3]; j++)
             work[j] = x[columns[j]];
+        for (int64_t j = g[3]; j < n; j++)
+            work[j] = 0.0;
         for (int64_t r = 0; r < g[1]; r++)
-            y[rows[r]] = single_dot(a + r * g[3], work, g[3]);
+            y[rows[r]] = single_dot(a + r * n, work, n);
     }
 }

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import petcontact as pc
-from petcontact import InputError, adapt, solve
+from petcontact import InputError, Problem, adapt, solve
 from petcontact.contact.methods.registry import LAW_MEMBERS, method_of
+from petcontact.model.base import parse
 from petcontact.pipeline.trust.thickness import slenderness
 
 CYLINDER = """
@@ -205,6 +206,26 @@ def test_size_over_thickness(loaded):
     assert strip.converged and ratio.max() == pytest.approx(1.0) and np.count_nonzero(ratio) == 20
     square = solve(loaded(LOAD, width=1.0, height=1.0, size=0.25, order=2))
     assert slenderness(square.meshes["body"]).max() == 0.0
+
+
+@pytest.mark.parametrize(("order", "few"), [(2, 13), (3, 7), (4, 5)])
+def test_bending_that_is_a_tenth_off_is_warned_of(order, few):
+    """A cantilever, 20 times as long as thick: where no warning is given its end moves by .89 and more."""
+    free = [{"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("top", "bottom")]
+    ends = [{"part": "left", "condition": "displacement", "value": [0.0, 0.0]},
+            {"part": "right", "condition": "traction", "value": [0.0, 1e-6]}]  # fmt: skip
+
+    def bent(count, order):
+        solution = solve(parse(Problem, {
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "boundary": [*ends, *free],
+            "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [20.0, 1.0]},
+            "mesh": {"element_size": 20.0 / count, "order": order},
+        }, "beam"))  # fmt: skip
+        warned = any("bending comes out wrong" in warning for warning in solution.info["warnings"])
+        return solution.last.bodies["body"].u[:, 1].max(), warned
+
+    exact, (shorter, early), (_, warned) = bent(40, 5)[0], bent(few + 1, order), bent(few, order)
+    assert warned and not early and abs(shorter / exact - 1.0) < 0.11
 
 
 def test_adaptive_solve_without_contact_tells_no_error(loaded):

@@ -24,6 +24,28 @@ MOST = 160
 """Crosses at which a block of low rank is divided instead."""
 KNOWN = 100_000
 """Entries up to which such a block is worked out whole: there the calls cost more than the numbers."""
+FULL = 16
+"""Compiled code fills rows and columns up with zeros to multiples of so many numbers."""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """How rows of U and V and columns of whole blocks are kept: in 16 bits each after its scale in single precision.
+
+    Attributes
+    ----------
+    dtype : float64, float32 or int16
+    compiled : bool
+        numpy has neither scales nor zeros at the end.
+    """
+
+    dtype: type
+    compiled: bool = _build is not None
+
+    def length(self, count: Index, beside: Index | int = 0) -> Index:
+        """Numbers that so many entries, and those beside, take."""
+        full = FULL if self.compiled else 1
+        return -(-count // full) * full + -(-beside // full) * full + (2 if self.dtype is np.int16 else 0)
 
 
 @dataclass
@@ -37,7 +59,7 @@ class Chunk:
     ranks : (b,) array
         Rank, or -1 of blocks that are kept whole.
     values : array
-        Their numbers in single or double precision: rows of U and rows of V, or column after column.
+        Their numbers: rows of U and rows of V, or column after column.
     """
 
     blocks: Index
@@ -46,7 +68,7 @@ class Chunk:
 
 
 def build_blocks(
-    entries: Entries, tree: Clusters, blocks: Blocks, rows: tuple[int, int], tolerance: float, dtype: type,
+    entries: Entries, tree: Clusters, blocks: Blocks, rows: tuple[int, int], tolerance: float, layout: Layout,
     threads: int, progress: Callable[[float], None],
 ) -> list[Chunk]:  # fmt: skip
     """The blocks within some rows; `progress` is called with the share of entries that is done."""
@@ -55,7 +77,7 @@ def build_blocks(
         tiles = _tiles(tree, blocks, rows)
         keep = tiles[:, 1] > 0
         blocks, tiles = blocks.take(keep), tiles[keep]
-        made, failed = _built(entries, tiles, tolerance, dtype, threads, progress)
+        made, failed = _built(entries, tiles, tolerance, layout, threads, progress)
         chunks += made
         blocks = divided(tree, blocks.take(failed))
     return chunks
@@ -68,12 +90,12 @@ def _tiles(tree: Clusters, blocks: Blocks, rows: tuple[int, int]) -> Index:
 
 
 def _built(
-    entries: Entries, tiles: Index, tolerance: float, dtype: type, threads: int, progress: Callable[[float], None]
+    entries: Entries, tiles: Index, tolerance: float, layout: Layout, threads: int, progress: Callable[[float], None]
 ) -> tuple[list[Chunk], Index]:
     """Chunks, and the numbers of the tiles that have to be divided."""
     pieces = _pieces(tiles, threads)
     total, done, lock = float((tiles[:, 1] * tiles[:, 3]).sum()), [0.0], threading.Lock()
-    work = _Compiled(entries, tolerance, dtype) if _build is not None else _Plain(entries, tolerance, dtype)
+    work = (_Compiled if layout.compiled else _Plain)(entries, tolerance, layout)
 
     ended = threading.Event()
 
@@ -113,8 +135,8 @@ def _pieces(tiles: Index, threads: int) -> list[Index]:
 class _Compiled:
     """native/hmatrix.c."""
 
-    def __init__(self, entries: Entries, tolerance: float, dtype: type) -> None:
-        self.tolerance, self.dtype, self.d = tolerance, dtype, entries.components
+    def __init__(self, entries: Entries, tolerance: float, layout: Layout) -> None:
+        self.tolerance, self.layout, self.d = tolerance, layout, entries.components
         self.callback = None if entries.compiled is not None else Callback(entries)
         self.addresses = entries.compiled if self.callback is None else self.callback.addresses
         self.beside = native.contiguous(entries.beside, np.int64)
@@ -125,22 +147,22 @@ class _Compiled:
     def __call__(self, tiles: Index) -> Chunk:
         assert _build is not None and self.addresses is not None
         m, n = self.d * tiles[:, 1], self.d * tiles[:, 3]
-        n = n + self.beside[tiles[:, 2] + tiles[:, 3]] - self.beside[tiles[:, 2]]
-        most = MOST
-        limit = np.where(tiles[:, 4] > 0, np.minimum(most * (m + n), m * n), m * n)
+        beside, most, length = self.beside[tiles[:, 2] + tiles[:, 3]] - self.beside[tiles[:, 2]], MOST, self.layout.length
+        low_rank, n = most * (length(m) + length(n, beside)), n + beside
+        limit = np.where((tiles[:, 4] > 0) & (most * (m + n) < m * n), low_rank, n * length(m))
         some = max(1, int(np.searchsorted(np.cumsum(limit), 4 * CHUNK)))
         tiles, m, n, limit = (np.ascontiguousarray(a[:some]) for a in (tiles, m, n, limit))
         capacity = max(CHUNK, int(limit.max()))
         known = np.where((tiles[:, 4] == 0) | (m * n <= KNOWN), m * n, 0)
         crossed = np.where(tiles[:, 4] > 0, most, 0)
-        values: Any = np.empty(capacity, self.dtype)
+        values: Any = np.empty(capacity, self.layout.dtype)
         ranks, done = np.empty(some, dtype=np.int64), np.empty(2, dtype=np.int64)
         operator = native.Record(*self.addresses, self.d, self.nodes, self.beside, self.tolerance)
         work = native.Record(*self._work(
             known.max(), (crossed * m).max(), (crossed * n).max(), most**2, most**2, most**2, most**2, most,
             np.maximum(self.d * n, m).max(), np.maximum(self.d * n, max(self.d, self.wide) * m).max(), m.max(), n.max(),
         ), most)  # fmt: skip
-        store = native.Record(int(self.dtype is np.float32), values, capacity, ranks)
+        store = native.Record(np.dtype(self.layout.dtype).itemsize, values, capacity, ranks)
         _build(operator.address, work.address, KNOWN, some, native.pointer(tiles), store.address, native.pointer(done))
         if self.callback is not None:
             self.callback.check()
@@ -158,8 +180,8 @@ class _Compiled:
 class _Plain:
     """Low-rank blocks by numpy, where nothing is compiled."""
 
-    def __init__(self, entries: Entries, tolerance: float, dtype: type) -> None:
-        self.entries, self.tolerance, self.dtype = entries, tolerance, dtype
+    def __init__(self, entries: Entries, tolerance: float, layout: Layout) -> None:
+        self.entries, self.tolerance, self.dtype = entries, tolerance, layout.dtype
 
     def __call__(self, tiles: Index) -> Chunk:
         ranks, parts, size = list[int](), list[Any](), 0

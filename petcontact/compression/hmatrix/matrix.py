@@ -1,4 +1,4 @@
-"""A matrix in blocks: near ones dense, far ones of low rank, in single precision where the tolerance allows."""
+"""A matrix in blocks: near ones dense, far ones of low rank, in as few bytes a number as the tolerance allows."""
 
 from __future__ import annotations
 
@@ -10,14 +10,17 @@ import numpy as np
 from ... import native
 from ...arrays import Array, Index
 from .block_tree import Blocks, Clusters
-from .build import Chunk, build_blocks
+from .build import FULL, Chunk, Layout, build_blocks
 from .entries import Entries, block
 
 _multiply = native.function("petcontact_hmatrix_multiply", "ipi" + "ppp")
 _coarse = native.function("petcontact_hmatrix_coarse", "ipi" + "pp")
 
 SINGLE = 1e-6
-"""Tolerance from which numbers are kept in single precision."""
+"""Tolerance from which numbers are kept in single precision ..."""
+SHORT = 5e-4
+"""... and in 16 bits, with a scale for each row or column: products, which read all numbers once, are bound by memory.
+Rounding changes a product by 5e-5."""
 TIGHTEST = 1e-7
 """Smallest tolerance: Gram matrices resolve singular values down to half of the digits."""
 RANK_A_DIGIT = 5.0
@@ -60,9 +63,9 @@ class HMatrix:
         self.tolerance, self.rows, self.entries, self.threads = tolerance, rows, entries, threads
         d, beside = entries.components, np.asarray(entries.beside)
         self.shape = d * (rows[1] - rows[0]), d * (len(beside) - 1) + int(beside[-1])
-        dtype = np.float32 if tolerance >= SINGLE else np.float64
-        self._single = int(dtype is np.float32)
-        self._chunks = build_blocks(entries, tree, blocks, rows, tolerance, dtype, threads, progress)
+        self._layout = Layout(number_type(tolerance), _multiply is not None)
+        self._width = np.dtype(self._layout.dtype).itemsize
+        self._chunks = build_blocks(entries, tree, blocks, rows, tolerance, self._layout, threads, progress)
         self._tables = [self._table(chunk) for chunk in self._chunks]
         self.largest_rank = max((int(chunk.ranks.max(initial=0)) for chunk in self._chunks), default=0)
 
@@ -74,7 +77,8 @@ class HMatrix:
         table = np.column_stack([d * (first - self.rows[0]), d * m, d * column, d * n,
                                  d * (len(beside) - 1) + beside[column], q, chunk.ranks, np.zeros_like(q)])  # fmt: skip
         _, rows, _, columns, _, q, rank, _ = table.T
-        size = np.where(rank < 0, rows * (columns + q), rank * (rows + columns + q))
+        column, row = self._layout.length(rows), self._layout.length(columns, q)
+        size = np.where(rank < 0, (columns + q) * column, rank * (column + row))
         table[:, 7] = np.cumsum(size) - size
         return table
 
@@ -85,14 +89,14 @@ class HMatrix:
 
     def mult(self, x: Array) -> Array:
         """A x for a vector over all columns: these rows, (rows,)."""
-        return self._over_parts(lambda part, y: self._multiply(part, x, y))
+        filled = np.concatenate([x, np.zeros(FULL)])
+        return self._over_parts(lambda part, y: self._multiply(part, filled, y))
 
     __matmul__ = mult
 
     def _over_parts(self, add: Callable[[int, Array], None]) -> Array:
         """Sum of what each thread adds to a vector of its own."""
-        x_shape = (self.threads, self.shape[0])
-        sums = np.zeros(x_shape)
+        sums = np.zeros((self.threads, self.shape[0] + FULL))
         shares = np.array_split(np.arange(len(self._chunks)), self.threads)
 
         def work(thread: int) -> None:
@@ -104,13 +108,13 @@ class HMatrix:
         else:
             with ThreadPoolExecutor(self.threads) as pool:
                 list(pool.map(work, range(self.threads)))
-        return np.asarray(sums.sum(axis=0)) if self.threads > 1 else sums[0]
+        return np.asarray(sums.sum(axis=0) if self.threads > 1 else sums[0])[: self.shape[0]]
 
     def _multiply(self, number: int, x: Array, y: Array) -> None:
         table, values = self._tables[number], self._chunks[number].values
         if _multiply is not None:
-            work, x, moved = np.empty(max(1, self.largest_rank)), native.contiguous(x), self._addressed(number)
-            _multiply(len(moved), native.pointer(moved), self._single, *(native.pointer(a) for a in (x, y, work)))
+            work, moved = np.empty(max(1, self.largest_rank)), self._addressed(number)
+            _multiply(len(moved), native.pointer(moved), self._width, *(native.pointer(a) for a in (x, y, work)))
             return
         for first, m, column, n, other, q, rank, place in table.tolist():
             both = np.concatenate([x[column : column + n], x[other : other + q]])
@@ -152,7 +156,7 @@ class HMatrix:
             moved = self._addressed(number)
             scratch = [np.zeros(k, dtype) for dtype in (np.float64, np.int64, np.int8) for k in result.shape]
             grouping = native.Record(row_group, column_group, result.shape[1], *scratch)
-            _coarse(len(moved), native.pointer(moved), self._single, grouping.address, native.pointer(result))
+            _coarse(len(moved), native.pointer(moved), self._width, grouping.address, native.pointer(result))
             return
         for first, m, column, n, other, q, rank, place in table.tolist():
             rows = row_group[first : first + m]
@@ -183,6 +187,13 @@ class HMatrix:
         return float(np.abs(difference).max(initial=0.0)) / scale
 
 
+def number_type(tolerance: float) -> type:
+    """In which blocks are kept: numpy alone knows no scales."""
+    if tolerance < SINGLE:
+        return np.float64
+    return np.float32 if tolerance < SHORT or _multiply is None else np.int16
+
+
 def predicted_bytes(tree: Clusters, blocks: Blocks, tolerance: float, components: int) -> Array:
     """Memory of the rows of each node, about, without columns beside, (n,) [bytes]."""
     m, n = (tree.last[side] - tree.first[side] for side in (blocks.row, blocks.column))
@@ -191,7 +202,7 @@ def predicted_bytes(tree: Clusters, blocks: Blocks, tolerance: float, components
     change = np.zeros(int(tree.last[0]) + 1)
     np.add.at(change, tree.first[blocks.row], each)
     np.add.at(change, tree.last[blocks.row], -each)
-    return np.asarray((4 if tolerance >= SINGLE else 8) * np.cumsum(change[:-1]))
+    return np.asarray(np.dtype(number_type(tolerance)).itemsize * np.cumsum(change[:-1]))
 
 
 def shared_rows(tree: Clusters, memory: Array, ranks: int) -> Index:

@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from ... import native
 from ...arrays import Array, Index, Mask
+from .build import FULL
 
 Single = NDArray[np.float32]
 FEW = 0.25
@@ -114,7 +115,7 @@ class LocalSolves:
         self._kept: dict[int, list[tuple[Single, Index]]] = {}
         self._own = [np.ascontiguousarray(patch.unknowns[patch.own]) for patch in patches]
         self._table = np.zeros((len(patches), 5), dtype=np.int64)
-        self._work = np.empty(max([1, *(len(patch.unknowns) for patch in patches)]))
+        self._work = np.empty(max([1, *(len(patch.unknowns) for patch in patches)]) + FULL)
 
     def copy(self) -> LocalSolves:
         """One that goes its own way, and shares what has not changed."""
@@ -161,7 +162,7 @@ class LocalSolves:
         whole = scipy.linalg.inv(_combined(local, entries), overwrite_a=True, check_finite=False).T
         if self._inverse[number].size:
             self._inverted[number] = Inverted(whole, local)
-        self._put(number, np.ascontiguousarray(whole[patch.own]))
+        self._put(number, whole[patch.own])
         return False
 
     def _entries(self, number: int) -> list[tuple[Single, Index]]:
@@ -177,8 +178,10 @@ class LocalSolves:
             self._kept[number] = found
         return found
 
-    def _put(self, number: int, inverse: Single) -> None:
-        patch, self._inverse[number] = self._patches[number], inverse
+    def _put(self, number: int, rows: Single) -> None:
+        patch = self._patches[number]
+        inverse = self._inverse[number] = np.zeros((len(rows), -(-rows.shape[1] // FULL) * FULL), np.float32)
+        inverse[:, : rows.shape[1]] = rows
         self._table[number] = (native.pointer(self._own[number]) or 0, len(patch.own), native.pointer(patch.unknowns) or 0,
                                len(patch.unknowns), native.pointer(inverse) or 0)  # fmt: skip
 
@@ -189,7 +192,7 @@ class LocalSolves:
             _patches(len(self._table), *(native.pointer(a) for a in (self._table, r, result, self._work)))
             return result
         for patch, own, inverse in zip(self._patches, self._own, self._inverse, strict=True):
-            result[own] = inverse @ r[patch.unknowns]
+            result[own] = inverse[:, : len(patch.unknowns)] @ r[patch.unknowns]
         return result
 
 

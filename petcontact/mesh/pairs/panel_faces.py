@@ -24,7 +24,9 @@ BENT = 1e-2
 SQUARE = ((0, 0), (1, 0), (1, 1), (0, 1))
 REACH = 5
 """Points along each direction of a curved panel at which its size is found."""
-STRAIGHT, MOST = 4e-3, 5
+SMALL = 2
+"""Points of a rule along each direction on a piece of a panel, where polynomials hardly vary, at most."""
+STRAIGHT, MOST = 6e-3, 3
 """Distance of the middle of a side from the straight one between the corners, over the size of the panel, up to which it is
 clipped as a polygon; into how many pieces each side of other panels is cut at most."""
 STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
@@ -51,6 +53,8 @@ class PanelFaces(Faces):
         Coefficients of ξ^i η^j of local coordinates, number 3i + j [length].
     bent : (n,) bool array
         Whether it is curved.
+    cut : (n,) bool array
+        Whether it is a piece of a panel.
     """
 
     centre: Array
@@ -60,6 +64,7 @@ class PanelFaces(Faces):
     polygon: Array
     shape: Array
     bent: Mask
+    cut: Mask
     SAMPLES: ClassVar[int] = 3
 
     @staticmethod
@@ -74,7 +79,7 @@ class PanelFaces(Faces):
         arrays += [[group.shape for group in groups]]
         centre, frame, size, outline, polygon, shape = (np.concatenate(parts)[chosen] for parts in arrays)
         bent = np.concatenate([np.full(len(group.index), isinstance(group, CurvedPanels)) for group in groups])[chosen]
-        return PanelFaces(centre, frame, size, outline, polygon, shape, bent)
+        return PanelFaces(centre, frame, size, outline, polygon, shape, bent, np.zeros(len(bent), dtype=bool))
 
     def at(self, number: Index, place: Array) -> tuple[Array, Array]:
         """Points (k, 3) and outward normals (k, 3) at local coordinates (k, 2) of some panels."""
@@ -149,7 +154,8 @@ class PanelFaces(Faces):
         parent, polygon = np.concatenate(parents), np.concatenate(parts)
         corners = self.at(np.repeat(parent, 4), polygon.reshape(-1, 2))[0].reshape(-1, 4, 3)
         flat = make_panels(corners, 0, parent)[0]
-        cuts = PanelFaces(flat.centre, flat.frame, flat.size, flat.polygon, polygon, self.shape[parent], self.bent[parent])
+        cuts = PanelFaces(flat.centre, flat.frame, flat.size, flat.polygon, polygon, self.shape[parent], self.bent[parent],
+                          np.ones(len(parent), dtype=bool))  # fmt: skip
         names = PanelFaces.__annotations__.keys() - {"SAMPLES"}
         joined = {key: np.concatenate([getattr(self, key)[whole], getattr(cuts, key)]) for key in names}
         return np.concatenate([whole, parent]), PanelFaces(**joined)
@@ -172,7 +178,7 @@ class PanelFaces(Faces):
         own = self._degree(order)[i]
         count = (own + np.maximum(other._degree(opposite)[j], np.maximum(own, 1)) + 1) // 2 + 1
         # the area factor of curved panels
-        count = count + self.bent[i]
+        count = np.where(self.cut[i] | other.cut[j], np.minimum(count, SMALL), count + self.bent[i])
         parts = [Segments(i[:0], np.empty((0, 2)), j[:0], np.empty((0, 2)), np.empty(0))]
         for points in np.unique(count).tolist():
             mine = np.flatnonzero(count == points)

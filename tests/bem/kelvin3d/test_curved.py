@@ -79,7 +79,7 @@ def test_points_beside_a_side_have_their_foot_there(corners: int, seed: int, row
     local = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
     local = local[local.sum(axis=1) <= 1.0 + 1e-12] if corners == 3 else local
     brute = np.linalg.norm(panel.at(local[None])[0][0] - x, axis=1).min()
-    assert panel.nearest(x)[1][0] <= brute < 1.05 * panel.nearest(x)[1][0]
+    assert panel.nearest(x)[1][0] <= brute < 1.5 * panel.nearest(x)[1][0]
     for ours, exact in zip(integrals(x, panel, NU), by_subdivision(panel, x[0]), strict=True):
         assert np.abs(ours[..., 0] - exact).max() < 1e-8 * np.abs(exact).max()
 
