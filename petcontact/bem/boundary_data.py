@@ -11,6 +11,8 @@ from ..arrays import Array, Index, Mask
 from ..geometry.rotation import rigid_motions
 from ..mesh.boundary_mesh import BoundaryMesh
 
+TINY = 1e-4
+"""Size of the smallest element over that of the body, above which a motion smaller than the body costs no digits."""
 LEFT = 0.1
 """Of known displacements, beyond their common rigid motion and over their size, from which on none is taken out."""
 ROUND_OFF = 1e-14
@@ -97,7 +99,8 @@ class BoundaryData:
     @property
     def loaded(self) -> Mask:
         """Whether anything acts or is displaced in each state, (K,)."""
-        acting = [self.value, self.force] + ([] if self.volume is None else list(self.volume))
+        acting = [self.value, self.force, *([] if self.volume is None else self.volume),
+                  *([] if self.rigid is None else [self.rigid])]  # fmt: skip
         return np.asarray(np.any([values.any(axis=(1, 2)) for values in acting], axis=0))
 
     def vectors(self, components: Array) -> Array:
@@ -131,13 +134,15 @@ def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
 
 
 def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData:
-    """Known displacements without the rigid motion that they have in common, where that is most of them.
+    """Known displacements without the rigid motion that they have in common, where that is most of them and costs digits.
 
-    It would swallow the digits of what strains the body: of tractions on elements of size h all those below its round-off
-    over h. Motions that leave known normals of contact at rest are taken out only.
+    It would swallow those of what strains the body: of tractions on elements of size h all those below its round-off over
+    h. Motions that leave known normals of contact at rest are taken out only.
     """
     given = ~data.traction_known
-    if not data.value[:, given].any():
+    extent, largest = float(np.ptp(mesh.x, axis=0).max()), np.abs(data.value[:, given]).max(initial=0.0)
+    tiny = float(mesh.weight.min()) ** (1.0 / (mesh.dim - 1)) < TINY * extent
+    if largest == 0.0 or (largest <= extent and not tiny):
         return data
     modes = unit_motions(mesh)
     along = data.components(modes)

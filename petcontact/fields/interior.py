@@ -25,6 +25,8 @@ SERIES = 10_000
 """Points at which a series is summed at once."""
 GROUP = 64
 """Elements of one kind that are seen together from afar."""
+INSIDE = 0.9
+"""Winding of the boundary about a point above which it lies inside: there it is 1, on the boundary 1/2, outside 0."""
 
 
 Progress = Callable[[float], None]
@@ -139,7 +141,7 @@ def fields_at(
             for total, part in zip((displacement, stress, wound), found, strict=True):
                 total[rows] += part
     _add_next_to_joints(mesh, kernel, u, traction, points, displacement, stress)
-    beyond = np.flatnonzero(~(wound > 0.5))
+    beyond = np.flatnonzero(~(wound > INSIDE))
     if len(beyond) and outside is None:
         place = ", ".join(f"{value:g}" for value in points[beyond[0]])
         raise InputError(f"points: ({place}) does not lie inside the body ({len(beyond)} of {len(points)} do not)")

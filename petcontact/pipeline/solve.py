@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from ..model.case import load
 from ..model.problem import Problem
 from ..model.solver_options import Method
 from ..results.solution import Solution
+from ..runtime.petsc import unused_options
 from ..runtime.petsc_options import refused_in_config
 from .adaptive.climb import adapt, adapts_itself
 from .adaptive.fixed_mesh import with_estimate
@@ -62,6 +64,11 @@ def solve(
     -------
     Solution
 
+    Warns
+    -----
+    UserWarning
+        Of `petsc_options` that nothing used.
+
     Raises
     ------
     InputError
@@ -82,13 +89,18 @@ def solve(
     """
     problem, method = posed(problem, method, petsc_options)
     if adapts_itself(problem):
-        return adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor, announce=announce,
-                     reached=reached)  # fmt: skip
-    prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
-    try:
-        return with_estimate(run(prepared, monitor=monitor), prepared.comm, law)
-    finally:
-        prepared.close()
+        solution = adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor, announce=announce,
+                         reached=reached)  # fmt: skip
+    else:
+        prepared = prepare(problem, comm, method=method, rule=rule, law=law, announce=announce)
+        try:
+            solution = with_estimate(run(prepared, monitor=monitor), prepared.comm, law)
+        finally:
+            prepared.close()
+    left = [name for name in petsc_options or () if f"-{name}" in unused_options()]
+    if left:
+        warnings.warn(f"petsc_options that nothing used: {', '.join(left)}", stacklevel=2)
+    return solution
 
 
 def posed(problem: Problem | str | Path, method: Any, petsc_options: Mapping[str, Any] | None) -> tuple[Problem, Any]:

@@ -54,6 +54,9 @@ def quantity(state: StressState, name: str) -> Array:
 LAYER = np.array([0.3, 0.4, 0.3, 0.17, 0.11, 0.075])
 """By the order of an element: depth of the layer under it in which stresses are interpolated, over its half length, in space
 over the distance of its corners from the middle."""
+CLOSE = 0.03
+"""Share of the layer in which stresses are those on the boundary, where nothing can be interpolated, as at corners; over
+twice that they pass into those inside."""
 
 
 @dataclass(frozen=True)
@@ -175,7 +178,7 @@ def _inside(
 def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array) -> None:
     """Replace stresses (m, c, s) so near to an element that the jumps between elements show: from the stress on the boundary
     and those at two points below, by a parabola along the normal. Where these are next to the boundary themselves, as at
-    corners, the stress stays as it is."""
+    corners, it is the one on the boundary very near to that (`CLOSE`), and stays as it is farther away."""
     mesh = increments[0].mesh
     layer = LAYER[mesh.order] * sizes(mesh)
     element, place = located(mesh, x, within=layer)
@@ -186,11 +189,15 @@ def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array)
     below = np.stack([foot - depth * normal, foot - 2.0 * depth * normal])
     met = located(mesh, below.reshape(-1, mesh.dim), within=(1.0 - ON) * layer)[0]
     free = (met < 0).reshape(2, -1).all(axis=0)
-    rows, foot, depth, below = rows[free], foot[free], depth[free], below[:, free]
-    if not len(rows):
+    s = np.linalg.norm(x[rows] - foot, axis=1) / depth[:, 0]
+    taken = free | (s < 2.0 * CLOSE)
+    if not taken.any():
         return
-    first, second = np.split(_inside(increments, below.reshape(-1, mesh.dim), None, np.nan)[1], 2)
+    rows, free, s, below = rows[taken], free[taken], s[taken, None, None], below[:, taken]
     rim = np.stack([each.boundary.stress(element[rows], place[rows]) for each in increments], axis=2)
-    s = (np.linalg.norm(x[rows] - foot, axis=1)[:, None] / depth)[..., None]
-    found = 0.5 * (1.0 - s) * (2.0 - s) * rim + s * (2.0 - s) * first - 0.5 * s * (1.0 - s) * second
+    share = np.clip(2.0 - s / CLOSE, 0.0, 1.0)
+    found = np.where(share > 0.0, share * rim + (1.0 - share) * stress[rows], stress[rows])
+    first, second = np.split(_inside(increments, below[:, free].reshape(-1, mesh.dim), None, np.nan)[1], 2)
+    s, rim = s[free], rim[free]
+    found[free] = 0.5 * (1.0 - s) * (2.0 - s) * rim + s * (2.0 - s) * first - 0.5 * s * (1.0 - s) * second
     stress[rows] = np.where(np.isfinite(found), found, stress[rows])

@@ -213,3 +213,22 @@ def test_action_is_reaction_on_an_arc_and_a_line(secondary, primary, direction, 
             assert not traction[body.x[:, 1] > 1.0].any()
     assert solution.converged and pressed["disc"] == pytest.approx([0.0, 0.03], abs=1e-6)
     assert pressed["block"] == pytest.approx(-pressed["disc"], abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("shape", "at"),
+    [
+        ({"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]}, [3.0, 0.5]),
+        ({"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [2.0, 1.0]}, [1.0, 0.0]),
+        ({"shape": "box", "lower": [0.0, 0.0, 0.0], "upper": [1.0, 1.0, 1.0]}, [0.5, 0.5, 1.2]),
+    ],
+)
+def test_a_point_force_beside_its_body_is_refused(shape, at):
+    """Outside of it the field would be that of a body that has no such load."""
+    problem = parse(Problem, {
+        "body": [{"name": "block", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": shape,
+                  "mesh": {"element_size": 0.5, "order": 1}, "point_force": [{"at": at, "force": [1.0] * len(at)}],
+                  "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0] * len(at)}]}],
+    }, "force")  # fmt: skip
+    with pytest.raises(InputError, match=r"point_force\[0\].at: .* does not lie inside the body"):
+        solve(problem)

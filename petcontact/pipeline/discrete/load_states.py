@@ -14,12 +14,13 @@ from ...compliance.bodies import Interface
 from ...compliance.body.superelement import free_modes
 from ...compliance.interface import directions_looked_for
 from ...errors import InputError
+from ...fields.interior import fields_at
 from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
 from ...model.loads import forces_by_step
-from ...model.problem import Displacement, Periodic, Problem, Symmetry, Traction
+from ...model.problem import Body, Displacement, Periodic, Problem, Symmetry, Traction
 
 FLAT = 1e-9
 """Difference of the normals of a plane face."""
@@ -49,7 +50,7 @@ def boundary_data(
                 raise InputError(f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a plane face")
             frame[nodes], places = contact_frames(mesh, nodes)
             known[nodes, places[:, -1]] = False
-    points = np.array([f.at for f in body.point_force]).reshape(-1, d)
+    points = _inside(np.array([f.at for f in body.point_force]).reshape(-1, d), body, mesh)
     forces = [np.zeros_like(points), *(np.array([f.force for f in state]).reshape(points.shape)
                                        for state in forces_by_step(problem, number))]  # fmt: skip
     cache: dict[str, tuple[Any, Array]] = {}
@@ -71,6 +72,17 @@ def boundary_data(
                 value[:, face.nodes, normal[np.searchsorted(contact, face.nodes)]] = face.gap
     data = BoundaryData(frame, known, value, contact, directions, points, np.array(forces))
     return without_rigid_motion(data, mesh)
+
+
+def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
+    """Where point forces act, if that is inside of the body."""
+    if len(points):
+        nothing = np.zeros((*mesh.x.shape, 1))
+        with np.errstate(all="ignore"):  # on the boundary
+            found = fields_at(mesh, nothing, nothing, body.material, points, outside=np.nan)[0]
+        for k in np.flatnonzero(np.isnan(found).any(axis=(1, 2)))[:1]:
+            raise InputError(f"body {body.name!r}: point_force[{k}].at: {points[k].tolist()} does not lie inside the body")
+    return points
 
 
 def data_from(

@@ -182,3 +182,24 @@ def test_a_cylinder_is_closed_and_carries_an_even_pressure() -> None:
     assert np.abs(solution.u @ (end - start) + 0.1 * (mesh.x - start) @ (end - start)).max() < 1e-6
     with pytest.raises(InputError, match="a cylinder has a height"):
         petcontact.Cylinder((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), 1.0)
+
+
+def test_stress_next_to_a_rim_is_that_on_the_boundary():
+    """A quarter of a tube under pressure: points so near to the bore, close to the cut, that a jump of u between panels
+    would add its own stress, which grows like the inverse of the distance (303 at the panels, 41 at 2e-5)."""
+    pressure = [
+        {"part": part, "condition": "traction", "pressure": value} for part, value in (("inner", 10.0), ("outer", 0.0))
+    ]
+    flat = [{"part": part, "condition": "symmetry"} for part in ("bottom", "top", "start", "end")]
+    loop = [{"part": part, "to": to} for part, to in
+            (("bottom", [2.0, 0.0]), ("outer", [2.0, 1.0]), ("top", [1.0, 1.0]), ("inner", [1.0, 0.0]))]  # fmt: skip
+    solution = solve(parse(Problem, {
+        "material": {"young_modulus": 1000.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.4},
+        "geometry": {"shape": "revolved", "angle": 90.0, "loops": [loop]}, "boundary": [*pressure, *flat],
+    }, "tube"))  # fmt: skip
+    for angle in (0.002, 0.02, 0.1):
+        r = 1.0 + np.array([0.0, 1e-6, 2e-5, 1e-4, 5e-4, 3e-3])
+        x = np.column_stack([r * np.cos(angle), r * np.sin(angle), np.full(len(r), 0.5)])
+        # plane strain: Lamé's stresses at the bore
+        exact = np.sqrt(0.5 * ((10.0 + 50.0 / 3.0) ** 2 + (50.0 / 3.0 - 2.0) ** 2 + (10.0 + 2.0) ** 2))
+        assert np.abs(solution.von_mises_at(x) / exact - 1.0).max() < 0.03
