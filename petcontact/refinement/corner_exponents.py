@@ -25,7 +25,7 @@ CLAMPED, FREE, SLIDING = "clamped", "free", math.pi / 2.0
 it is held, while it carries no traction across that: π/2 is the side's normal [rad]."""
 LOWEST, HIGHEST = 0.02, 1.0 - 1e-4
 """Exponents outside are taken for λ = 0, a translation, and for λ = 1, a rotation or a uniform stress."""
-STRAIGHT = math.radians(1.0)
+STRAIGHT = math.radians(0.01)
 """Two sides that slide and turn by less are one."""
 REAL_GRID, STARTS, STEPS = 200, (12, 4), 16
 """Points of (0, 1) looked at for changes of sign; starts of Newton's method, real by imaginary parts; its steps."""
