@@ -232,3 +232,17 @@ def test_a_point_force_beside_its_body_is_refused(shape, at):
     }, "force")  # fmt: skip
     with pytest.raises(InputError, match=r"point_force\[0\].at: .* does not lie inside the body"):
         solve(problem)
+
+
+def test_a_body_that_is_lifted_lies_as_far_apart_as_it_was_moved():
+    """Not as far as it lay before."""
+    solution = solve(parse(Problem, {
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.5, "order": 1},
+        "geometry": {"shape": "rectangle", "lower_left": [0.0, 0.0], "upper_right": [1.0, 1.0]},
+        "boundary": [{"part": "bottom", "condition": "contact", "normal": "unilateral"},
+                     {"part": "top", "condition": "displacement", "value": [0.0, 0.25]},
+                     *({"part": part, "condition": "traction", "pressure": 0.0} for part in ("left", "right"))],
+    }, "lifted"))  # fmt: skip
+    assert solution.converged and "no contact anywhere (pair 'bottom' lies 0.25 apart)" in " ".join(
+        solution.verdict().split()
+    )

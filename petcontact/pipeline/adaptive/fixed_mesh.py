@@ -14,7 +14,7 @@ from ...geometry.outline import Outline
 from ...mesh.curve_mesh import CurveMesh, as_curve, build_mesh
 from ...model.shapes.files import Superelement
 from ...refinement.contact_line import difference as line_difference
-from ...refinement.marks import Body
+from ...refinement.marks import WEAK, Body
 from ...results.solution import Solution
 from ..discrete.discretise import discretise
 from ..run import prepare, run
@@ -97,7 +97,16 @@ def _costly(solution: Solution, comm: Any) -> str:
         return "wear over cycles is not computed twice; compare with a finer mesh"
     if len(solution.steps) > MOST_INCREMENTS:
         return f"more than {MOST_INCREMENTS} increments; compare with a finer mesh, or use --adapt"
+    if solution.bilateral and min(map(min, _body(solution).exponents)) < WEAK:
+        return "sides that slide meet at nearly 180°, which no polynomials resolve; use --adapt"
     return ""
+
+
+def _body(solution: Solution) -> Body:
+    """What meshes of the one body are graded by."""
+    outline = solution.problem.geometry.outline()
+    assert isinstance(outline, Outline)
+    return Body.of(solution.problem, outline)
 
 
 def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
@@ -120,9 +129,7 @@ def _difference(solution: Solution, other: Solution) -> dict[str, Any]:
     if not solution.nodes:
         return {"estimated_error": displacement_difference(other, solution)}
     if solution.bilateral:
-        outline = solution.problem.geometry.outline()
-        assert isinstance(outline, Outline)
-        body = Body.of(solution.problem, outline)
+        body = _body(solution)
         apart = line_difference(contact_lines(body, other), contact_lines(body, solution))
         return {"estimated_error": apart / displacement_scale(solution)}
     apart_by = difference(other, solution)

@@ -234,8 +234,9 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
     # a balance of 0 is none: nothing is held by contact only
     text = "residuals " + ", ".join(f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value)
     if all(np.all(pair.state == 2) for pair in results[-1].pairs.values()):
-        apart = "; ".join(f"pair {side.name!r} lies {d:.3g} apart" if np.isfinite(d) else f"pair {side.name!r} faces nothing"
-                          for side, d in zip(discrete.sides, discrete.distance, strict=True))  # fmt: skip
+        gaps = {name: pair.gap[np.isfinite(pair.gap)].min(initial=np.inf) for name, pair in results[-1].pairs.items()}
+        apart = "; ".join(f"pair {name!r} lies {gap:.3g} apart" if np.isfinite(gap) else f"pair {name!r} faces nothing"
+                          for name, gap in gaps.items())  # fmt: skip
         text += f"; no contact anywhere ({apart})"
     for side, d in zip(discrete.sides, discrete.distance, strict=True):
         if np.isfinite(d) and abs(d) > FAR * discrete.boundaries[side.body].diameter:
