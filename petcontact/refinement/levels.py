@@ -78,16 +78,16 @@ def check_accuracy(accuracy: float) -> None:
         raise ValueError(f"the accuracy lies between 0 and 1, got {accuracy}")
 
 
-def believed(differences: list[float]) -> float:
+def believed(differences: list[float], most: float = MOST_GAIN) -> float:
     """Error of the last level but one from the differences of neighbouring ones; infinite while there are fewer than two.
 
-    Two levels may be alike by chance: no step is believed to gain more than MOST_GAIN. Differences that grow are believed to
-    grow once more.
+    Two levels may be alike by chance: no step is believed to gain more than `most` times. Differences that grow are
+    believed to grow once more.
     """
     if len(differences) < 2:
         return math.inf
     before, last = differences[-2:]
-    return max(last, before / MOST_GAIN, last**2 / max(before, ROUND_OFF))
+    return max(last, before / most, last**2 / max(before, ROUND_OFF))
 
 
 def growing(differences: list[float]) -> bool:

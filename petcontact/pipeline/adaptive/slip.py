@@ -15,7 +15,7 @@ from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
 from ...model.problem import Problem
 from ...refinement.contact_line import ContactLine, difference, farthest_apart, largest, without_specks
-from ...refinement.levels import MOST_GAIN, REFINEMENT_LEVELS, Level, believed
+from ...refinement.levels import REFINEMENT_LEVELS, Level, believed
 from ...refinement.marks import Body, LevelMesh
 from ...refinement.zones import Zone
 from ...results.solution import Solution
@@ -23,6 +23,8 @@ from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from ..trust.increments import is_unresolved
 
+GAIN = 25.0
+"""Ratio of the errors of two neighbouring levels of `REFINEMENT_LEVELS` beyond which it is chance: that of the first two."""
 LEAST_SLIP = 1e-3
 """‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""
 NEGLIGIBLE = 1e-5
@@ -127,7 +129,7 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
 
     The last difference is the error of the last level but one, and an estimate for the last one that does not flatter.
     Two levels may be alike by chance, or because elements at a corner are as small as they can be: no step is believed
-    to gain more than MOST_GAIN, and nothing more than the sizes of elements at corners allow: errors C T_k there show as
+    to gain more than GAIN, and nothing more than the sizes of elements at corners allow: errors C T_k there show as
     differences d_k = C (T_k - T_(k+1)).
 
     Parameters
@@ -139,12 +141,12 @@ def estimated_error(differences: list[float], truncation: list[float]) -> float:
     """
     if len(differences) < 2:
         return math.inf
-    least = [max(d, before / MOST_GAIN) for d, before in zip(differences, [0.0, *differences], strict=False)]
+    least = [max(d, before / GAIN) for d, before in zip(differences, [0.0, *differences], strict=False)]
     steps = zip(least, truncation[:-1], truncation[1:], strict=True)
     # each difference bounds C, as far as its two meshes differ at corners at all
     bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
     left = truncation[-1] * min(bounds, default=0.0)
-    return max(believed(differences), left)
+    return max(believed(differences, GAIN), left)
 
 
 def displacement_scale(solution: Solution) -> float:
