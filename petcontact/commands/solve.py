@@ -15,7 +15,7 @@ from typing import Any
 from ..errors import InputError, in_file
 from ..runtime.signals import Interrupted, stopping
 
-SOON = 3.0
+SOON = 5.0
 """Seconds of work that need no announcement."""
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
