@@ -16,6 +16,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..geometry.outline import Outline
+from ..linalg.nearest import FEW, squares
 from .curve_mesh import CurveMesh, build_mesh
 from .grading import largest_turn
 
@@ -196,6 +197,11 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
     side = np.repeat(numbers, counts)
     owner = np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])])
     before, after = outline.neighbours
+    if len(points) * len(cloud) <= FEW:
+        beside = np.eye(len(sides), dtype=bool)
+        beside[numbers, before] = beside[numbers, after] = True
+        apart = np.where(beside[side][:, owner], np.inf, squares(cloud, points))
+        return np.split(np.sqrt(apart.min(axis=1)), np.cumsum(counts)[:-1])
     tree, limits = scipy.spatial.cKDTree(cloud), np.full(len(points), np.inf)
     # most points next to an element are of its own side and of those next to it: look further until one is of another
     for first in range(0, len(points), CHUNK):

@@ -85,9 +85,9 @@ class Record:
 
     def __init__(self, *members: AnyArray | int | float | None) -> None:
         self.arrays = [member for member in members if isinstance(member, np.ndarray)]
-        kinds = "".join("d" if isinstance(m, float) else "q" if isinstance(m, int) else "P" for m in members)
-        values = [pointer(m) or 0 if m is None or isinstance(m, np.ndarray) else m for m in members]
-        self._memory = ctypes.create_string_buffer(struct.pack(kinds, *values))
+        kinds = {float: "d", np.float64: "d", int: "q"}
+        values = [m if type(m) in kinds else pointer(m) or 0 for m in members]
+        self._memory = ctypes.create_string_buffer(struct.pack("".join(kinds.get(type(m), "P") for m in members), *values))
         self.address = ctypes.addressof(self._memory)
 
 
