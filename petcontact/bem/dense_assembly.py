@@ -39,6 +39,7 @@ def fill_dense(operators: BoundaryOperators, rows: Index, system: Array, contact
             target[:] = block
         chosen = of_contact[mine]
         place = int(np.count_nonzero(of_contact[: mine.start]))
-        contact[place : place + int(chosen.sum())] = beside[chosen]
-        if not chosen.all():
-            loads += np.tensordot(amplitudes[mine][~chosen].T, beside[~chosen], 1)
+        count = int(np.count_nonzero(chosen))
+        np.compress(chosen, beside, axis=0, out=contact[place : place + count])
+        if count < len(chosen):
+            loads += (amplitudes[mine].T @ beside.reshape(len(beside), -1)).reshape(loads.shape)

@@ -119,8 +119,9 @@ class BoundaryOperators:
         """Which right-hand sides are those of contact directions, (q,)."""
         rhs, data = self.right_hand_sides, self.data
         # of a node the contact directions come first
-        return np.arange(len(rhs.node)) - rhs.first[rhs.node] < np.where(
-            np.isin(rhs.node, data.contact_nodes), data.contact_shape[1], 0)  # fmt: skip
+        looked_for = np.zeros(self.mesh.n_nodes, dtype=np.int64)
+        looked_for[data.contact_nodes] = data.contact_shape[1]
+        return np.asarray(np.arange(len(rhs.node)) - rhs.first[rhs.node] < looked_for[rhs.node])
 
     @functools.cached_property
     def point_loads(self) -> Array:

@@ -7,6 +7,7 @@ elements at the marks, moved or new marks.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -143,8 +144,8 @@ def _of_corner(orders: Index, grading: Grading) -> None:
 
 def balanced(marks: Marks, grading: Grading, share: float = 1.0) -> Marks:
     """The marks with elements no larger than fits the shorter interval on either side of each, or a share of that."""
-    interval = np.diff(marks.position)
-    shorter = np.minimum(np.append(interval, np.inf), np.insert(interval, 0, np.inf))
+    interval = np.concatenate([[np.inf], np.diff(marks.position), [np.inf]])
+    shorter = np.minimum(interval[:-1], interval[1:])
     fitting = np.minimum(marks.size, 0.5 * grading.ratio * share * shorter)
     return replace(marks, size=np.where(np.isfinite(marks.size), fitting, np.inf))
 
@@ -155,6 +156,7 @@ def _steps(half: float, smallest: float, ratio: float) -> Array:
     return np.concatenate([[0.0], half * ratio ** np.arange(levels, -1.0, -1.0)])
 
 
+@functools.lru_cache(maxsize=256)
 def _orders(count: int, grading: Grading) -> Index:
     """Orders of elements away from a mark; the longest has the full one, however few there are."""
     away: Index = np.floor(1.0 + SLOPE * np.arange(count)).astype(np.int64)

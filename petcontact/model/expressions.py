@@ -165,11 +165,16 @@ def _finite(values: Array, variables: Mapping[str, Array], what: str) -> Array:
 
 def plain_value(tree: ast.expr, variables: Mapping[str, Array], count: int) -> Array:
     """Values (count,) of a syntax tree from `parse_expression`, finite or not; mistakes are simpleeval's."""
-    names = {**variables, "pi": np.pi, "e": np.e}
-    evaluator = simpleeval.SimpleEval(operators=_OPERATORS, functions=_CALLED, names=names)
+    evaluator = _evaluator()
+    evaluator.names = {**variables, "pi": np.pi, "e": np.e}
     with np.errstate(all="ignore"):
         value: Array = np.broadcast_to(_real(evaluator.eval("", previously_parsed=tree)), (count,)).astype(float)
     return value
+
+
+@functools.cache
+def _evaluator() -> simpleeval.SimpleEval:
+    return simpleeval.SimpleEval(operators=_OPERATORS, functions=_CALLED)
 
 
 def _shown(text: str) -> str:

@@ -154,13 +154,10 @@ def _take_orders(meshes: list[list[SideMesh]], pair: Projection) -> None:
 
 def _distinct(fractions: Array) -> Array:
     """Increasing fractions without those that are one to round-off."""
-    values: Array = np.unique(fractions)
-    if len(values) == 0:
-        return values
-    values = values[np.append(True, np.diff(values) > SAME)]
+    values: Array = np.sort(fractions)
     values[np.abs(values) <= SAME] = 0.0
     values[np.abs(values - 1.0) <= SAME] = 1.0
-    return np.unique(values)
+    return np.asarray(values[np.append(True, np.diff(values) > SAME)[: len(values)]])
 
 
 def _with_joints(side: SideMesh, needed: Array) -> SideMesh:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -34,8 +35,9 @@ OUTWARD = 1e-9
 
 FINER = 0.9
 """Elements of the secondary smaller than this, over those of the primary, are finer ones."""
-MeshMaker = Callable[[int, Problem, Any], BoundaryMesh]
-"""The mesh of a body by its number, the body as a problem of its own, and its boundary; primaries are matched afterwards."""
+MeshMaker = Callable[[int, Callable[[], Problem], Any], BoundaryMesh]
+"""The mesh of a body by its number, a function that poses the body as a problem of its own, and its boundary; primaries are
+matched afterwards."""
 
 
 @dataclass
@@ -138,9 +140,10 @@ def meshed(
     """Boundaries and meshes of the bodies, which match where parts face one another."""
     boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
     check_parts(problem, boundaries, sides)
-    problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
-    own = [mesh_of(problem, boundaries[b]) if make_mesh is None else make_mesh(b, problem, boundaries[b])
-           for b, problem in enumerate(problems)]  # fmt: skip
+    own = []
+    for b, (body, boundary) in enumerate(zip(problem.body, boundaries, strict=True)):
+        one = functools.partial(as_problem, body, boundary, sides, b)
+        own.append(mesh_of(one(), boundary) if make_mesh is None else make_mesh(b, one, boundary))
     pairs = [PairParts((s.body, s.part), s.primary, s.direction, s.periodic) for s in sides if s.primary is not None]
     return boundaries, matched(boundaries, own, pairs) if pairs else own
 
