@@ -67,11 +67,12 @@ def match(meshes: list[list[SideMesh]], pairs: list[Projection]) -> None:
     """Give the primaries the joints of their secondaries, in place; joints that a primary cannot do without go back."""
     imposed: Imposed = {}
     for _ in range(4):
-        before = sum(map(len, imposed.values()))
+        before = [side.breaks for sides in meshes for side in sides]
         for pair in pairs:
             _carry_back(meshes, pair, imposed)
             _carry_over(meshes, pair, imposed)
-        if sum(map(len, imposed.values())) == before:
+        after = (side.breaks for sides in meshes for side in sides)
+        if all(a.shape == b.shape and np.abs(a - b).max() <= SAME for a, b in zip(before, after, strict=True)):
             break
     for pair in pairs:
         _take_orders(meshes, pair)

@@ -77,6 +77,7 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     # what looks past the other part carries nothing, though its element may face some of it
     met = (there.face >= 0) & (np.diff(values.indptr) > 0)
     values.data *= np.repeat(met, np.diff(values.indptr))
+    values.eliminate_zeros()
     distance = np.where(met, there.distance, np.inf)
     faced = secondary.x[a] + np.where(met, distance, 0.0)[:, None] * normal
     values = rounded(balanced(values, primary.x[b], faced, secondary.tangents_to(normal), primary.weight[b]))
