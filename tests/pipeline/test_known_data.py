@@ -5,11 +5,21 @@ from __future__ import annotations
 import pytest
 
 from petcontact import (
-    Box, BoundaryChange, Contact, Displacement, Material, MeshOptions, Problem, Rectangle, Step, Traction, solve
+    BoundaryChange,
+    Box,
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Problem,
+    Rectangle,
+    Step,
+    Traction,
+    solve,
 )  # fmt: skip
 from petcontact.pipeline.trust.known_data import missed_data
 
-RUBBER = Material(young_modulus=1000.0, poisson_ratio=0.3)
+SOFT = Material(young_modulus=1000.0, poisson_ratio=0.3)
 NARROW = "10*exp(-(y - 0.52)**2/2e-4)"
 SMOOTH = "10*sin(pi*y)"
 
@@ -17,7 +27,7 @@ SMOOTH = "10*sin(pi*y)"
 def block(side=0.0, bound=0.3, step=()):
     sides = [Traction("left", (side, 0.0)), Displacement("top", (0.0, -0.01)), Contact("bottom", friction_bound=bound)]
     sides.append(Traction("right", (0.0, 0.0)))
-    return Problem(material=RUBBER, geometry=Rectangle((0.0, 0.0), (1.0, 1.0)), mesh=MeshOptions(element_size=0.125, order=1),
+    return Problem(material=SOFT, geometry=Rectangle((0.0, 0.0), (1.0, 1.0)), mesh=MeshOptions(element_size=0.125, order=1),
                    boundary=sides, step=step)  # fmt: skip
 
 
@@ -49,7 +59,7 @@ def test_functions_bounds_and_steps_are_looked_at():
 def test_in_space(pressure, count):
     sides = [Traction("top", pressure=pressure), Contact("bottom", friction_bound=0.3),
              *(Traction(part, (0.0,) * 3) for part in ("left", "right", "front", "back"))]  # fmt: skip
-    box = Problem(material=RUBBER, geometry=Box((0.0,) * 3, (1.0,) * 3), mesh=MeshOptions(element_size=0.5), boundary=sides)
+    box = Problem(material=SOFT, geometry=Box((0.0,) * 3, (1.0,) * 3), mesh=MeshOptions(element_size=0.5), boundary=sides)
     solution = solve(box)
     found = missed_data(box, solution.meshes)
     assert len(found) == count and all("of the traction on top" in text for text in found)
