@@ -164,11 +164,11 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     free = ways[np.append(strengths, np.zeros(len(ways) - len(strengths))) <= 1e-12 * max(1.0, strengths.max(initial=0.0))].T
     elsewhere = given & ~contact[:, None]
     amplitudes = free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[:, elsewhere].T, rcond=None)[0]
-    value, largest = data.value.copy(), np.abs(data.value[:, elsewhere]).max(initial=0.0)
+    value, there = data.value.copy(), np.abs(data.value[:, elsewhere]).max(initial=0.0)
     left = data.value[:, elsewhere] - (along[elsewhere] @ amplitudes).T
-    if np.abs(left).max(initial=0.0) > LEFT * largest:
+    if np.abs(left).max(initial=0.0) > LEFT * there:
         return data
-    value[:, elsewhere] = np.where(np.abs(left) > ROUND_OFF * largest, left, 0.0)
+    value[:, elsewhere] = np.where(np.abs(left) > ROUND_OFF * there, left, 0.0)
     return replace(data, value=value, rigid=np.moveaxis(modes @ amplitudes, 2, 0))
 
 
