@@ -30,9 +30,17 @@ def _not_too_large(value: float) -> float:
     return value
 
 
+def _not_too_small(value: float) -> float:
+    if value < 1.0 / LARGEST_NUMBER:
+        raise ValueError(f"must be at least {1.0 / LARGEST_NUMBER:g}")
+    return value
+
+
 _Limited = pydantic.AfterValidator(_not_too_large)
 Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False), _Limited]
-Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False), _Limited]
+Positive = Annotated[
+    float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False), _Limited, pydantic.AfterValidator(_not_too_small)
+]
 NotNegative = Annotated[float, pydantic.Field(strict=True, ge=0.0, allow_inf_nan=False), _Limited]
 Share = Annotated[float, pydantic.Field(strict=True, ge=0.0, le=1.0)]
 Coordinate = Annotated[
