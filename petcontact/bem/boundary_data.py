@@ -111,6 +111,18 @@ class BoundaryData:
         """Components along the frames of vectors (n, d, r) that vary by their last axis, (n, d, r)."""
         return np.asarray(np.einsum("icj,ijr->icr", self.frame, vectors))
 
+    def has_matrix_of(self, other: BoundaryData) -> bool:
+        """Whether the same is known in the same directions, so that data of the same mesh differ in their values only."""
+        names = ("frame", "traction_known", "contact_nodes", "contact_directions")
+        return self.states == other.states and all(np.array_equal(getattr(self, n), getattr(other, n)) for n in names)
+
+    def equals(self, other: BoundaryData) -> bool:
+        """Whether the values are the same, too."""
+        pairs = [(getattr(self, name), getattr(other, name)) for name in ("value", "point", "force", "volume", "rigid")]
+        return self.has_matrix_of(other) and all(
+            one is two or (one is not None and two is not None and np.array_equal(one, two)) for one, two in pairs
+        )
+
     def reordered(self, nodes: Index) -> BoundaryData:
         """The data with node nodes[i] as node i."""
         place = np.argsort(nodes)[self.contact_nodes]
