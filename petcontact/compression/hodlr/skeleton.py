@@ -149,13 +149,15 @@ class Operator:
         """Entries of some rows and columns."""
         row_nodes, column_nodes = self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns)
         values = self.between(row_nodes, column_nodes)
-        picked = values[self.row_axis.places(row_nodes, rows)[:, None], self.column_axis.places(column_nodes, columns)]
-        return np.asarray(picked)
+        # columns first: entries lie column by column
+        picked = values[:, self.column_axis.places(column_nodes, columns)]
+        return np.asarray(picked[self.row_axis.places(row_nodes, rows)])
 
     def leaf(self, start: int, stop: int) -> Cluster:
         """A cluster with all its rows and columns active, and its dense diagonal block."""
         rows, columns = self.row_axis.span(start, stop), self.column_axis.span(start, stop)
-        near = Block(np.arange(len(rows)), np.arange(len(columns)), self.block(rows, columns))
+        values = self.between(self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns))
+        near = Block(np.arange(len(rows)), np.arange(len(columns)), values)
         return Cluster(start, stop, rows, columns, [near])
 
     def merge(self, children: list[Cluster]) -> Cluster:
