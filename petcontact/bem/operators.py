@@ -77,9 +77,10 @@ class BoundaryOperators:
     def fill_columns(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
         """As `ColumnFiller.fill`: columns of A_0 and of the `right_hand_sides`."""
         self._filler.fill(rows, columns, system, right_hand_sides)
-        corners = np.intersect1d(self.mesh.corner_nodes, columns) if system is not None else columns[:0]
+        if system is None or not len(self.mesh.corner_nodes):
+            return
+        corners = np.intersect1d(self.mesh.corner_nodes, columns)
         for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, corners):
-            assert system is not None
             place = np.flatnonzero(columns == node)
             for c, (known, frame) in enumerate(zip(self.data.traction_known[node], self.data.frame[node], strict=True)):
                 system[place, c] += np.tensordot(gain_h if known else -gain_g, frame, (1, 0)).T

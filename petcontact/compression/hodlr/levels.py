@@ -104,7 +104,7 @@ def _made(make: Callable[[T], Cluster], of: Sequence[T], n_rows: int, n_columns:
             rows, columns = rows + len(c.rows), columns + len(c.columns)
         views = iter(near.take(blocks))
         for c in made:
-            c.near = [replace(b, values=next(views)) for b in c.near]
+            c.near = [Block(b.rows, b.columns, next(views)) for b in c.near]
         clusters += made
     return clusters, near
 

@@ -91,7 +91,9 @@ class Axis:
     def nodes_of(self, dofs: Index) -> Index:
         """Nodes of some increasing degrees of freedom, each once."""
         nodes = self.node[dofs]
-        return nodes[np.diff(nodes, prepend=-1) > 0]
+        first = np.ones(len(nodes), dtype=bool)
+        np.not_equal(nodes[1:], nodes[:-1], out=first[1:])
+        return nodes[first]
 
     def count(self, nodes: Index) -> int:
         """Number of degrees of freedom of some nodes."""
