@@ -52,6 +52,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     check_target(output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest)
+    pictures = Path(arguments.figures) if arguments.figures else output.parent
+    if pictures.exists() and not pictures.is_dir():
+        raise InputError(f"--figures {pictures}: is a file, and figures need a folder")
     adaptive = wants_adaptive(arguments, case)
     from ..results.hdf5 import write_solution
 
@@ -82,8 +85,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         if not (arguments.no_figures or number):
             from ..results.figures.plots import plot_all
 
-            folder = Path(arguments.figures) if arguments.figures else output.parent
-            for path in plot_all(solution, folder, output.stem):
+            for path in plot_all(solution, pictures, output.stem):
                 say(f"  figure: {path}")
     if first:
         report_ignored(case, "accuracy" in solution.info)

@@ -80,6 +80,10 @@ class ElasticBody(abc.ABC):
     def describe(self) -> str:
         """How the operators are stored."""
 
+    def with_data(self, data: BoundaryData) -> ElasticBody | None:
+        """The same body under other known values; None where that takes another elimination."""
+        return None
+
     def contact_compliance(self, place: Index, surrogate: MakeSurrogate) -> ContactCompliance | None:
         """S of this body alone, of contact nodes in another order, where it is not composed from `compliance` or `apply`."""
         return None
