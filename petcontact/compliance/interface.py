@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -174,8 +175,12 @@ class _Combined:
     def seen(self, moved: Array) -> Array:
         return np.asarray(self.displacement @ moved)
 
+    @functools.cached_property
+    def _carried(self) -> scipy.sparse.csr_array:
+        return scipy.sparse.csr_array(self.traction.T)
+
     def carried(self, sigma: Array) -> Array:
-        return np.asarray(self.traction.T @ sigma)
+        return np.asarray(self._carried @ sigma)
 
     def felt(self, work: Array) -> Array:
         return np.asarray(self.traction @ work)
