@@ -125,7 +125,7 @@ class HODLR:
         here = (rows >= own[0]) & (rows < own[1])
         product[here] -= self.mult(mine)[rows[here] - own[0]]
         error = np.square(sum(self.workers.gather([product]))).mean(axis=1).max(initial=0.0)
-        scale = sum(self.workers.gather([squares])).max(initial=0.0)
+        scale = np.max(sum(self.workers.gather([squares])), initial=0.0)
         return float(np.sqrt(error / max(float(scale), float(np.finfo(np.float64).tiny))))
 
 

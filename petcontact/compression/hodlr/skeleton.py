@@ -93,7 +93,7 @@ class Axis:
         nodes = self.node[dofs]
         first = np.ones(len(nodes), dtype=bool)
         np.not_equal(nodes[1:], nodes[:-1], out=first[1:])
-        return nodes[first]
+        return np.asarray(nodes[first])
 
     def count(self, nodes: Index) -> int:
         """Number of degrees of freedom of some nodes."""
