@@ -76,7 +76,7 @@ class BoundaryOperators:
     def fill_columns(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
         """As `ColumnFiller.fill`: columns of A_0 and of the `right_hand_sides`."""
         self._filler.fill(rows, columns, system, right_hand_sides)
-        if system is None:
+        if system is None or not len(self.mesh.corner_nodes):
             return
         corners = np.intersect1d(self.mesh.corner_nodes, columns)
         for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, corners):

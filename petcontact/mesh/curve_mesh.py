@@ -107,7 +107,7 @@ class CurveMesh(Collocated):
         if self.unit_length == 0.0:
             object.__setattr__(self, "unit_length", hull_scale(np.vstack([self.start, self.x])))
 
-    @property
+    @functools.cached_property
     def corner_nodes(self) -> Index:
         """As in `Collocated`."""
         return np.asarray(self.first_node[np.flatnonzero(self.power)])

@@ -477,7 +477,7 @@ def test_a_folder_that_cannot_be_made(small, tmp_path):
 
 
 def command(*words: str, cwd: Path) -> subprocess.CompletedProcess:
-    return subprocess.run([forked.program(), "sweep", *words], cwd=cwd, capture_output=True, text=True, timeout=120)
+    return subprocess.run([forked.program(), "sweep", *words], cwd=cwd, capture_output=True, text=True, timeout=300)
 
 
 def test_the_command_lists_computes_and_says_what_it_did(tmp_path):
@@ -510,7 +510,7 @@ def test_results_that_do_not_fit_the_disk_end_in_one_line_and_lose_no_case(small
         "sys.argv[0] = 'petcontact'\ncli.entry()\n"
     )
     words = [sys.executable, "-c", program, "sweep", str(tmp_path / "small.toml"), "-o", str(tmp_path / "out")]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
     assert done.returncode == 1, done.stderr
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
     assert "results.h5: cannot be written (File too large); the finished cases are whole" in line
