@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -96,11 +96,11 @@ class PanelTails:
         self._last: Solution | None = None
         self._meshes: list[BoundaryMesh] = []
 
-    def mesh(self, number: int, one: Problem, boundary: Boundary, level: int) -> LevelMesh:
+    def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int) -> LevelMesh:
         """The mesh of the config, or a coarse one where it names none; later the refined one."""
         if self._meshes:
             return LevelMesh(self._meshes[number], 0.0)
-        return LevelMesh(mesh_of(self._first(one, boundary), boundary), 0.0)
+        return LevelMesh(mesh_of(self._first(one(), boundary), boundary), 0.0)
 
     def _first(self, one: Problem, boundary: Boundary) -> Problem:
         """With the options of the first mesh: order 2 for u_t, which is smooth, else 1, as good a node and cheaper."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -61,7 +62,7 @@ class Slip:
         self._last: Solution | None = None
         self._body: Body | None = None
 
-    def mesh(self, number: int, one: Problem, boundary: Boundary, level: Level) -> LevelMesh:
+    def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level) -> LevelMesh:
         """Graded to the transition points that the last solution shows.
 
         Raises
@@ -70,8 +71,9 @@ class Slip:
             If data contradict each other where parts meet.
         """
         if self._body is None:
-            self._body = Body.of(one, as_outline(boundary, "--adapt").joined).with_powers()
-            check_compatible(one, self._body.outline)
+            posed = one()
+            self._body = Body.of(posed, as_outline(boundary, "--adapt").joined).with_powers()
+            check_compatible(posed, self._body.outline)
         body = self._body
         longest = [side.length / FIRST_LOOK if contact and not self._shown else np.inf
                    for side, contact in zip(body.outline.sides, body.contact, strict=True)]  # fmt: skip
@@ -84,9 +86,10 @@ class Slip:
     def observe(self, solution: Solution, level: Level) -> None:
         """Keep what a solution shows."""
         assert self._body is not None
+        lines = contact_lines(self._body, solution)
         if self._last is not None:
-            self.differences.append(self.apart(solution))
-        self._shown.append(contact_lines(self._body, solution))
+            self.differences.append(difference(self._shown[-1], lines) / displacement_scale(solution))
+        self._shown.append(lines)
         self._levels.append(level)
         self._last = solution
 
