@@ -169,7 +169,8 @@ def _direction(motion: Array, weight: Array) -> str:
 
 def warnings_of(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
     """All that is to be reported of a solve that ended."""
-    return [*problem.discrete.warnings, *_ignored(problem), *_jammed(problem, results), *_unlike(problem, results),
+    posed = [*problem.discrete.warnings, *problem.discrete.mesh_warnings]
+    return [*posed, *_ignored(problem), *_jammed(problem, results), *_unlike(problem, results),
             *unusual(problem.discrete, results)]  # fmt: skip
 
 

@@ -145,7 +145,7 @@ def _pairs(
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
-            tails.of_pressure(pressure, states[where] == OPEN), tails.of(sigma_t),
+            tails.of_pressure(pressure, states[where] == OPEN), tails.of_contact(sigma_t, states[where] == OPEN),
         )  # fmt: skip
     return pairs
 
