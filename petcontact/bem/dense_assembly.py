@@ -46,6 +46,6 @@ def fill_dense(operators: BoundaryOperators, rows: Index, system: Array | None, 
             if block is not target:
                 target[:] = block
             place = int(np.count_nonzero(of_contact[: mine[0]])) if len(mine) else 0
-            contact[place : place + int(chosen.sum())] = beside[chosen]
+            np.compress(chosen, beside, axis=0, out=contact[place : place + int(np.count_nonzero(chosen))])
         if not chosen.all():
-            loads += np.tensordot(amplitudes[mine[~chosen]].T, beside[~chosen], 1)
+            loads += (amplitudes[mine].T @ beside.reshape(len(beside), -1)).reshape(loads.shape)

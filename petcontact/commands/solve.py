@@ -15,7 +15,7 @@ from typing import Any
 from ..errors import InputError, in_file
 from ..runtime.signals import Interrupted, stopping
 
-SOON = 3.0
+SOON = 5.0
 """Seconds of work that need no announcement."""
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
@@ -40,6 +40,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
     from ..model import case as config
     from ..runtime.atomic_write import check_target
+    from ..runtime.mpi import handed
     from ..runtime.terminal import StatusLine, say
     from ..runtime.world import world
 
@@ -73,12 +74,14 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         finally:
             status.clear()
         number = stop()
+    # every rank has the solution: another one looks for its peaks while the first one writes
+    written = handed(comm, solution.verdict)
     if first:
         try:
             write_solution(output, solution, replace=arguments.force)
         except Interrupted as late:
             number = late.number
-        say(f"{solution.verdict()}\n  result: {output}")
+        say(f"{written()}\n  result: {output}")
         if not (arguments.no_figures or number):
             from ..results.figures.plots import plot_all
 
@@ -129,7 +132,7 @@ def announcer(status: Any) -> Callable[[int, int, float, float], Callable[[float
         began = time.perf_counter()
         if seconds > SOON:
             size = f"{nodes} nodes, {unknowns} unknowns, about {memory / 1e9:.2g} GB"
-            print(f"petcontact: {size}: about {seconds:.0f} s for the matrices", file=sys.stderr, flush=True)
+            print(f"petcontact: {size}: about {seconds:.0f} s of processor time in all", file=sys.stderr, flush=True)
         return progress
 
     return announced

@@ -42,8 +42,9 @@ class Elimination:
     def __init__(self, system: Array, columns: Array, load: Array, kept: Index) -> None:
         n = len(system)
         inner = n - len(kept)
-        last = np.arange(inner, n)
-        out, into = np.setdiff1d(kept, last), np.setdiff1d(last, kept)
+        stays = np.zeros(n, dtype=bool)
+        stays[kept] = True
+        out, into = np.flatnonzero(stays[:inner]), inner + np.flatnonzero(~stays[inner:])
         by_column = system.T  # one after another in memory
         by_column[into], by_column[out] = by_column[out], by_column[into]
         self._order = np.arange(n)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -39,8 +40,9 @@ FINER = 0.9
 """Elements of the secondary smaller than this, over those of the primary, are finer ones."""
 POSED = ("body", "contact", "obstacle", "step")
 """Fields of a problem that its discrete one follows from; the others are those of the method."""
-MeshMaker = Callable[[int, Problem, Any], BoundaryMesh]
-"""The mesh of a body by its number, the body as a problem of its own, and its boundary; primaries are matched afterwards."""
+MeshMaker = Callable[[int, Callable[[], Problem], Any], BoundaryMesh]
+"""The mesh of a body by its number, a function that poses the body as a problem of its own, and its boundary; primaries are
+matched afterwards."""
 
 
 @dataclass
@@ -171,14 +173,14 @@ def meshed(
     made: list[Boundary] = [] if like is not None else [body.geometry.outline() for body in problem.body]
     boundaries = made if like is None else like.boundaries
     check_parts(problem, boundaries, sides)
-    problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
+    posed = [functools.partial(as_problem, body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
     if like is not None:
-        for one, boundary in zip(problems, boundaries, strict=True):
+        for one, boundary in zip(posed, boundaries, strict=True):
             if isinstance(boundary, Outline):
-                check_compatible(one, boundary)
+                check_compatible(one(), boundary)
         return boundaries, like.meshes
-    own = [mesh_of(problem, boundaries[b]) if make_mesh is None else make_mesh(b, problem, boundaries[b])
-           for b, problem in enumerate(problems)]  # fmt: skip
+    own = [mesh_of(one(), boundaries[b]) if make_mesh is None else make_mesh(b, one, boundaries[b])
+           for b, one in enumerate(posed)]  # fmt: skip
     pairs = [PairParts((s.body, s.part), s.primary, s.direction, s.periodic) for s in sides if s.primary is not None]
     return boundaries, matched(boundaries, own, pairs) if pairs else own
 
