@@ -26,7 +26,7 @@ from ...refinement.panels.quartering import cut, parents
 from ...refinement.panels.tail import FADE
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
-from ..choice import check_memory, is_compressed, resolved_bem, surface_seconds
+from ..choice import check_memory, is_compressed, resolved_bem, solve_seconds
 from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
@@ -250,7 +250,7 @@ class PanelTails:
         """What meshes cost beyond the budget or the memory; nothing where they fit."""
         budget, bem = BUDGETS[self.asked], resolved_bem(self._problem.bem)
         nodes = sum(mesh.n_nodes for mesh in meshes)
-        seconds = sum(surface_seconds(bem, mesh, len(solution.steps)) for mesh in meshes)
+        seconds = solve_seconds(bem, meshes, len(solution.steps))
         if nodes > budget.nodes:
             return f"the next mesh has {nodes} nodes, the budget is {budget.nodes}"
         if seconds > budget.seconds:
