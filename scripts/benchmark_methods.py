@@ -265,7 +265,10 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--sizes", type=int, nargs="+", default=[160, 640, 2560], help="contact nodes")
     parser.add_argument("--solvers", nargs="+", default=list(SOLVERS), help="names as in the table")
+    parser.add_argument("--quick", action="store_true", help="the smallest size, which measures nothing")
     arguments = parser.parse_args()
+    if arguments.quick:
+        arguments.sizes = [20]
     print("| solver | n_C | time/ms | times Newton, Cholesky | error of σ_t |\n| --- | ---: | ---: | ---: | ---: |")
     for size in arguments.sizes:
         dual = example_1(size)

@@ -111,6 +111,18 @@ class BoundaryData:
         """Components along the frames of vectors (n, d, r) that vary by their last axis, (n, d, r)."""
         return np.asarray(np.einsum("icj,ijr->icr", self.frame, vectors))
 
+    def has_matrix_of(self, other: BoundaryData) -> bool:
+        """Whether the same is known in the same directions, so that data of the same mesh differ in their values only."""
+        names = ("frame", "traction_known", "contact_nodes", "contact_directions")
+        return self.states == other.states and all(np.array_equal(getattr(self, n), getattr(other, n)) for n in names)
+
+    def equals(self, other: BoundaryData) -> bool:
+        """Whether the values are the same, too."""
+        pairs = [(getattr(self, name), getattr(other, name)) for name in ("value", "point", "force", "volume", "rigid")]
+        return self.has_matrix_of(other) and all(
+            one is two or (one is not None and two is not None and np.array_equal(one, two)) for one, two in pairs
+        )
+
     def reordered(self, nodes: Index) -> BoundaryData:
         """The data with node nodes[i] as node i."""
         place = np.argsort(nodes)[self.contact_nodes]
@@ -152,11 +164,11 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     free = ways[np.append(strengths, np.zeros(len(ways) - len(strengths))) <= 1e-12 * max(1.0, strengths.max(initial=0.0))].T
     elsewhere = given & ~contact[:, None]
     amplitudes = free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[:, elsewhere].T, rcond=None)[0]
-    value, largest = data.value.copy(), np.abs(data.value[:, elsewhere]).max(initial=0.0)
+    value, there = data.value.copy(), np.abs(data.value[:, elsewhere]).max(initial=0.0)
     left = data.value[:, elsewhere] - (along[elsewhere] @ amplitudes).T
-    if np.abs(left).max(initial=0.0) > LEFT * largest:
+    if np.abs(left).max(initial=0.0) > LEFT * there:
         return data
-    value[:, elsewhere] = np.where(np.abs(left) > ROUND_OFF * largest, left, 0.0)
+    value[:, elsewhere] = np.where(np.abs(left) > ROUND_OFF * there, left, 0.0)
     return replace(data, value=value, rigid=np.moveaxis(modes @ amplitudes, 2, 0))
 
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 
 from .. import native
-from ..arrays import AnyArray, Array, Index
+from ..arrays import Array, Index
 from ..mesh.boundary_mesh import BoundaryMesh
 from .kernel import ColumnData, Kernel
 
@@ -55,20 +55,15 @@ class PlainFiller:
                     sides = _times(g[:, :, owner], pushed) - _times(h[:, :, owner], moved)
                     right_hand_sides[beside, here] = sides[:, 0]
 
+    def of(self, data: ColumnData) -> PlainFiller:
+        """As in `ColumnFiller`."""
+        return replace(self, data=data)
+
 
 def _times(kernel: Array, vectors: Array) -> Array:
     """A kernel (d, d, k, m) times some vectors (k, c, d) a column: (k, c, m, d)."""
     found = [sum(part[j] * vectors[:, :, j, None] for j in range(len(part))) for part in kernel[:, :, :, None]]
     return np.stack(found, axis=-1)
-
-
-def data_members(data: ColumnData) -> list[AnyArray]:
-    """The last members of such a struct: what makes columns out of G and H."""
-    return [
-        native.contiguous(data.traction_known, np.int64), native.contiguous(data.frame),
-        native.contiguous(data.rhs_first, np.int64), native.contiguous(data.rhs_traction),
-        native.contiguous(data.rhs_displacement),
-    ]  # fmt: skip
 
 
 class CompiledFiller:
@@ -78,21 +73,33 @@ class CompiledFiller:
     ----------
     name : str
         Of a function of the library with the arguments `native.FILLER`.
-    mesh : native.Record
+    mesh : list
+        The first members of the struct: what it knows of a kernel and a mesh.
+    data : ColumnData
+        For its last ones.
     kept : object
         What the struct points to beyond its members.
     """
 
-    def __init__(self, name: str, mesh: native.Record, kept: object = None) -> None:
+    def __init__(self, name: str, mesh: list[Any], data: ColumnData, kept: object = None) -> None:
         function, address = native.function(name, native.FILLER), native.address(name)
         assert function is not None and address is not None
-        self._function, self._mesh, self._kept = function, mesh, kept
-        self.compiled: tuple[int, int] | None = address, mesh.address
+        self._name, self._function, self._members, self._kept = name, function, mesh, kept
+        self._record = native.Record(
+            *mesh, native.contiguous(data.traction_known, np.int64), native.contiguous(data.frame),
+            native.contiguous(data.rhs_first, np.int64), native.contiguous(data.rhs_traction),
+            native.contiguous(data.rhs_displacement),
+        )  # fmt: skip
+        self.compiled: tuple[int, int] | None = address, self._record.address
+
+    def of(self, data: ColumnData) -> CompiledFiller:
+        """As in `ColumnFiller`."""
+        return CompiledFiller(self._name, self._members, data, self._kept)
 
     def fill(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
         """As in `ColumnFiller`."""
         rows, columns = native.contiguous(rows, np.int64), native.contiguous(columns, np.int64)
         self._function(
-            self._mesh.address, len(rows), native.pointer(rows), len(columns), native.pointer(columns),
+            self._record.address, len(rows), native.pointer(rows), len(columns), native.pointer(columns),
             native.pointer(system), native.pointer(right_hand_sides),
         )  # fmt: skip

@@ -11,16 +11,16 @@ COLUMNS = 256
 """Nodes whose columns are filled at a time."""
 
 
-def fill_dense(operators: BoundaryOperators, rows: Index, system: Array, contact: Array, loads: Array) -> None:
-    """Equations of some nodes, a whole range of them in increasing order.
+def fill_dense(operators: BoundaryOperators, rows: Index, system: Array | None, contact: Array | None, loads: Array) -> None:
+    """Equations of some nodes, a whole range of them in increasing order; without system and contact columns their loads.
 
     Parameters
     ----------
     operators : BoundaryOperators
     rows : (r,) array
-    system : (n, d, r, d) array
+    system : (n, d, r, d) array, optional
         By column, direction, row and component; every entry is written.
-    contact : (m k, r, d) array
+    contact : (m k, r, d) array, optional
         G times `traction_scale`, a column for each contact node and direction.
     loads : (K, r, d) array
         Zero before.
@@ -30,15 +30,22 @@ def fill_dense(operators: BoundaryOperators, rows: Index, system: Array, contact
 
     for first in range(0, n, COLUMNS):
         columns = np.arange(first, min(first + COLUMNS, n))
-        mine = slice(int(rhs.first[first]), int(rhs.first[columns[-1]] + rhs.count[columns[-1]]))
-        target = system[first : columns[-1] + 1]
-        block = target if target.flags.c_contiguous else np.empty(target.shape)
-        beside = np.empty((mine.stop - mine.start, len(rows), d))
-        operators.fill_columns(rows, columns, block, beside)
-        if block is not target:
-            target[:] = block
+        if system is None:
+            columns = np.intersect1d(columns, rhs.node[~of_contact])
+        if not len(columns):
+            continue
+        mine, _ = rhs.of(columns)
+        beside = np.empty((len(mine), len(rows), d))
         chosen = of_contact[mine]
-        place = int(np.count_nonzero(of_contact[: mine.start]))
-        contact[place : place + int(chosen.sum())] = beside[chosen]
+        if system is None or contact is None:
+            operators.fill_columns(rows, columns, None, beside)
+        else:
+            target = system[first : columns[-1] + 1]
+            block = target if target.flags.c_contiguous else np.empty(target.shape)
+            operators.fill_columns(rows, columns, block, beside)
+            if block is not target:
+                target[:] = block
+            place = int(np.count_nonzero(of_contact[: mine[0]])) if len(mine) else 0
+            np.compress(chosen, beside, axis=0, out=contact[place : place + int(np.count_nonzero(chosen))])
         if not chosen.all():
-            loads += np.tensordot(amplitudes[mine][~chosen].T, beside[~chosen], 1)
+            loads += (amplitudes[mine].T @ beside.reshape(len(beside), -1)).reshape(loads.shape)

@@ -55,6 +55,10 @@ class ColumnFiller(Protocol):
         """Addresses of a function of C that does the same and of what it knows, or None."""
         ...
 
+    def of(self, data: ColumnData) -> ColumnFiller:
+        """The one of the same mesh with other right-hand sides."""
+        ...
+
 
 class Kernel(Protocol):
     """The fundamental solution of a material in d dimensions, integrated over the elements of a mesh.

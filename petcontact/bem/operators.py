@@ -8,14 +8,13 @@ entry is a pure number, and none depends on the units of length and stress.
 from __future__ import annotations
 
 import functools
-import itertools
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
-from ..mesh.boundary_mesh import BoundaryMesh, pieces
+from ..mesh.boundary_mesh import BoundaryMesh
 from .boundary_data import BoundaryData
 from .kernel import ColumnData, ColumnFiller, Kernel
 from .kernels import column_filler
@@ -77,9 +76,10 @@ class BoundaryOperators:
     def fill_columns(self, rows: Index, columns: Index, system: Array | None, right_hand_sides: Array | None) -> None:
         """As `ColumnFiller.fill`: columns of A_0 and of the `right_hand_sides`."""
         self._filler.fill(rows, columns, system, right_hand_sides)
-        corners = np.intersect1d(self.mesh.corner_nodes, columns) if system is not None else columns[:0]
+        if system is None or not len(self.mesh.corner_nodes):
+            return
+        corners = np.intersect1d(self.mesh.corner_nodes, columns)
         for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, corners):
-            assert system is not None
             place = np.flatnonzero(columns == node)
             for c, (known, frame) in enumerate(zip(self.data.traction_known[node], self.data.frame[node], strict=True)):
                 system[place, c] += np.tensordot(gain_h if known else -gain_g, frame, (1, 0)).T
@@ -92,11 +92,13 @@ class BoundaryOperators:
     @functools.cached_property
     def _filler(self) -> ColumnFiller:
         """For A_0 and the `right_hand_sides`."""
+        return column_filler(self.kernel, self.mesh, self._column_data)
+
+    @property
+    def _column_data(self) -> ColumnData:
         rhs = self.right_hand_sides
-        data = ColumnData(
-            self.data.traction_known, self.data.frame, np.append(rhs.first, len(rhs.node)), rhs.traction, rhs.displacement
-        )
-        return column_filler(self.kernel, self.mesh, data)
+        first = np.append(rhs.first, len(rhs.node))
+        return ColumnData(self.data.traction_known, self.data.frame, first, rhs.traction, rhs.displacement)
 
     @functools.cached_property
     def _columns(self) -> tuple[RightHandSides, Array]:
@@ -118,8 +120,9 @@ class BoundaryOperators:
         """Which right-hand sides are those of contact directions, (q,)."""
         rhs, data = self.right_hand_sides, self.data
         # of a node the contact directions come first
-        return np.arange(len(rhs.node)) - rhs.first[rhs.node] < np.where(
-            np.isin(rhs.node, data.contact_nodes), data.contact_shape[1], 0)  # fmt: skip
+        looked_for = np.zeros(self.mesh.n_nodes, dtype=np.int64)
+        looked_for[data.contact_nodes] = data.contact_shape[1]
+        return np.asarray(np.arange(len(rhs.node)) - rhs.first[rhs.node] < looked_for[rhs.node])
 
     @functools.cached_property
     def point_loads(self) -> Array:
@@ -135,13 +138,16 @@ class BoundaryOperators:
         return self.kernel.point_displacement(self.mesh.x[nodes], self.data.point, force)
 
     def residual(self, rows: Index, u: Array, traction: Array) -> Array:
-        """½u + Hu - Gt at some nodes, (len(rows), d) [length], from exact entries: zero for the discrete solution."""
-        result = 0.5 * u[rows]
-        targets, scaled = self.mesh.targets(rows), traction / self.traction_scale
-        for batch in pieces(self.mesh, max(1, RESIDUAL_NODES // int(np.diff(self.mesh.first_node).max()))):
-            kernel_g, kernel_h = self.kernel.integrals(targets, batch.elements)
-            for a, j in itertools.product(range(self.kernel.dim), repeat=2):
-                result[:, a] += u[batch.nodes, j] @ kernel_h[a, j] - scaled[batch.nodes, j] @ kernel_g[a, j]
+        """½u + Hu - Gt at some nodes in increasing order, (len(rows), d) [length], from exact entries: zero for the discrete
+        solution."""
+        d, scaled, every = self.kernel.dim, traction / self.traction_scale, np.arange(len(u) + 1)
+        filler = self._filler.of(replace(self._column_data, rhs_first=every, rhs_traction=scaled, rhs_displacement=u))
+        result = np.zeros((len(rows), d))
+        for first in range(0, len(u), RESIDUAL_NODES):
+            columns = every[first : min(first + RESIDUAL_NODES, len(u))]
+            each = np.empty((len(columns), len(rows), d))
+            filler.fill(rows, columns, None, each)
+            result -= each.sum(axis=0)
         for node, gain_g, gain_h in self.kernel.corner_columns(self.mesh, rows, self.mesh.corner_nodes):
             known, frame = self.data.traction_known[node], self.data.frame[node]
             for vectors, gain, chosen in ((u[node], gain_h, known), (-scaled[node], gain_g, ~known)):

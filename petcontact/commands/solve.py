@@ -15,7 +15,7 @@ from typing import Any
 from ..errors import InputError, in_file
 from ..runtime.signals import Interrupted, stopping
 
-SOON = 3.0
+SOON = 5.0
 """Seconds of work that need no announcement."""
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
@@ -40,6 +40,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     """Solve; exit status 0 converged, 3 not converged, 1 failed."""
     from ..model import case as config
     from ..runtime.atomic_write import check_target
+    from ..runtime.mpi import handed
     from ..runtime.terminal import StatusLine, say
     from ..runtime.world import world
 
@@ -51,6 +52,9 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     output = Path(arguments.output or f"{Path(arguments.config).stem}.h5")
     longest = "" if arguments.no_figures else f"{output.stem}-displacement.png"
     check_target(output, replace=arguments.force, inputs=read_files(arguments.config, case), longest=longest)
+    pictures = Path(arguments.figures) if arguments.figures else output.parent
+    if pictures.exists() and not pictures.is_dir():
+        raise InputError(f"--figures {pictures}: is a file, and figures need a folder")
     adaptive = wants_adaptive(arguments, case)
     from ..results.hdf5 import write_solution
 
@@ -70,17 +74,18 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
         finally:
             status.clear()
         number = stop()
+    # every rank has the solution: another one looks for its peaks while the first one writes
+    written = handed(comm, solution.verdict)
     if first:
         try:
             write_solution(output, solution, replace=arguments.force)
         except Interrupted as late:
             number = late.number
-        say(f"{solution.verdict()}\n  result: {output}")
+        say(f"{written()}\n  result: {output}")
         if not (arguments.no_figures or number):
             from ..results.figures.plots import plot_all
 
-            folder = Path(arguments.figures) if arguments.figures else output.parent
-            for path in plot_all(solution, folder, output.stem):
+            for path in plot_all(solution, pictures, output.stem):
                 say(f"  figure: {path}")
     if first:
         report_ignored(case, "accuracy" in solution.info)
@@ -127,7 +132,7 @@ def announcer(status: Any) -> Callable[[int, int, float, float], Callable[[float
         began = time.perf_counter()
         if seconds > SOON:
             size = f"{nodes} nodes, {unknowns} unknowns, about {memory / 1e9:.2g} GB"
-            print(f"petcontact: {size}: about {seconds:.0f} s for the matrices", file=sys.stderr, flush=True)
+            print(f"petcontact: {size}: about {seconds:.0f} s of processor time in all", file=sys.stderr, flush=True)
         return progress
 
     return announced

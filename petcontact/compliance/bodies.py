@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..arrays import Array, Index
+from ..bem.boundary_data import BoundaryData
 from ..contact.system import ContactSystem, Modes, Surrogate
 from ..geometry.rotation import rigid_motions
 from ..mesh.curve_mesh import CurveMesh, as_curve
@@ -80,28 +81,55 @@ class BodiesSystem:
         self.k, none = directions_looked_for(self.dim, interfaces), np.zeros(0)
         ends = np.cumsum([0, *(len(i.nodes) for i in interfaces)])
         self.slices = [slice(int(a), int(b)) for a, b in itertools.pairwise(ends)]
-        self.size, states = int(ends[-1]), bodies[0].data.states
+        self.size = int(ends[-1])
         self.weight = np.concatenate([none, *(bodies[i.body].mesh.weight[i.nodes] for i in interfaces)])
-        self.gap = np.concatenate([none, *(i.gap for i in interfaces)])
-        self.base = np.zeros((states, self.k * self.size))
         self._maps = [contact_maps(number, self.bodies, interfaces) for number in range(len(self.bodies))]
         self._x, self._layer = np.concatenate([np.zeros((0, self.dim)), *x]), list[Surrogate]()
         self._joint = None if join is None else join(self.bodies, interfaces, self._maps, comm)
         self._softened: tuple[Array, ContactCompliance] | None = None
-        modes, balance, resultant = [], [], []
+        mapped = list(zip(self._maps, self.bodies, strict=True))
+        self.modes = np.concatenate([maps.seen(body.contact_modes) for maps, body in mapped], axis=1)
+        self.balance = np.concatenate([maps.felt(body.balance.T).T for maps, body in mapped])
+        self._load()
+        self.obstacle_modes = [self._obstacle_modes(k, centre, x) for k, centre in enumerate(centres)]
+        self.operator = self._composed(comm, cases)
+
+    def _load(self) -> None:
+        """What loads, gaps and jumps come to."""
+        states = self.bodies[0].data.states
+        self.gap = np.concatenate([np.zeros(0), *(i.gap for i in self.interfaces)])
+        self.base = np.zeros((states, self.k * self.size))
         for body, maps in zip(self.bodies, self._maps, strict=True):
             self.base += maps.seen(body.u_0.reshape(states, -1).T).T
-            modes.append(maps.seen(body.contact_modes))
-            balance.append(maps.felt(body.balance.T).T)
-            resultant.append(body.resultant)
-        for where, face in zip(self.slices, interfaces, strict=True):
+        for where, face in zip(self.slices, self.interfaces, strict=True):
             if face.jump is not None:
                 at = slice(self.k * where.start, self.k * where.stop)
                 self.base[:, at] += np.einsum("mtc,sc->smt", face.directions, face.jump).reshape(states, -1)
-        self.modes, self.balance = np.concatenate(modes, axis=1), np.concatenate(balance)
-        self.resultant = np.concatenate(resultant, axis=1)
-        self.obstacle_modes = [self._obstacle_modes(k, centre, x) for k, centre in enumerate(centres)]
-        self.operator = self._composed(comm, cases)
+        self.resultant = np.concatenate([body.resultant for body in self.bodies], axis=1)
+
+    def loaded(self, data: Sequence[BoundaryData], interfaces: Sequence[Interface]) -> BodiesSystem | None:
+        """The same S under other known values, gaps and jumps; it is closed with this one.
+
+        Parameters
+        ----------
+        data : sequence of BoundaryData
+            One a body; of one that is loaded as here the same object.
+        interfaces : sequence of Interface
+            That differ from those here in gaps and jumps only.
+
+        Returns
+        -------
+        BodiesSystem or None
+            None where a body must be eliminated once more for it.
+        """
+        bodies = [body if new is body.data else body.with_data(new) for body, new in zip(self.bodies, data, strict=True)]
+        kept = [body for body in bodies if body is not None]
+        if len(kept) < len(bodies) or (self._joint is not None and kept != self.bodies):
+            return None
+        system = copy.copy(self)
+        system.bodies, system.interfaces = kept, list(interfaces)
+        system._load()
+        return system
 
     def _composed(self, comm: Any, cases: int) -> ContactCompliance:
         if self._joint is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -92,23 +93,48 @@ def contact_maps(number: int, bodies: Sequence[ElasticBody], interfaces: Sequenc
         frame = body.data.contact_frame
         if np.array_equal(np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[place]):
             return _Reordered((k * place[:, None] + np.arange(k)).ravel())
-    none = scipy.sparse.csr_array((0, body.data.contact_directions.size))
-    seen, carried = [none], [none]
-    for face in interfaces:
-        out = _blocks(face.directions, np.arange(len(face.nodes)), len(face.nodes))
-        moved, pushed = (scipy.sparse.csr_array((out.shape[0], body.data.contact_directions.size)) for _ in range(2))
+    seen, carried = list[_Triples](), list[_Triples]()
+    for face, where in zip(interfaces, slices(interfaces).values(), strict=True):
         if face.body == number:
-            own = out @ _blocks(body.data.contact_frame, np.searchsorted(body.contact, face.nodes), len(body.contact)).T
-            moved, pushed = moved + own, pushed + own
+            own = np.arange(len(face.nodes))
+            seen.append(_triples(face, where, body, own, face.nodes, np.ones(len(own))))
+            carried.append(seen[-1])
         if face.primary == number:
             assert face.values is not None and face.loads is not None and face.primary_nodes is not None
-            there = np.searchsorted(body.contact, face.primary_nodes)
-            other = _blocks(body.data.contact_frame, there, len(body.contact)).T
-            moved = moved - out @ _each(face.values, d) @ other
-            pushed = pushed - out @ _each(scipy.sparse.csr_array(face.loads.T), d) @ other
-        seen.append(moved)
-        carried.append(pushed)
-    return _Combined(*(scipy.sparse.csr_array(scipy.sparse.vstack(parts)) for parts in (seen, carried)))
+            node, other = _places_of(face.values)
+            seen.append(_triples(face, where, body, node, face.primary_nodes[other], -face.values.data))
+            other, node = _places_of(face.loads)
+            carried.append(_triples(face, where, body, node, face.primary_nodes[other], -face.loads.data))
+    shape = (k * sum(len(face.nodes) for face in interfaces), body.data.contact_directions.size)
+    return _Combined(_sum_of(seen, shape), _sum_of(carried, shape))
+
+
+_Triples = tuple[Array, Index, Index]
+"""Entries, rows and columns of a sparse matrix."""
+
+
+def _triples(face: Interface, where: slice, body: ElasticBody, node: Index, own: Index, share: Array) -> _Triples:
+    """Shares (q,) that nodes `own` of a body have in nodes of an interface, (q,) each, as what they are along the contact
+    directions of both."""
+    place, k = np.searchsorted(body.contact, own), face.directions.shape[1]
+    entries = share[:, None, None] * np.einsum("qac,qbc->qab", face.directions[node], body.data.contact_frame[place])
+    rows, columns = (k * each[:, None] + np.arange(k) for each in (where.start + node, place))
+    rows, columns = (np.broadcast_to(each, entries.shape).ravel() for each in (rows[:, :, None], columns[:, None]))
+    return entries.ravel(), rows, columns
+
+
+def _places_of(matrix: scipy.sparse.csr_array) -> tuple[Index, Index]:
+    """Rows and columns of the entries of a sparse matrix."""
+    return np.repeat(np.arange(matrix.shape[0]), np.diff(matrix.indptr)), matrix.indices
+
+
+def _sum_of(parts: list[_Triples], shape: tuple[int, int]) -> scipy.sparse.csr_array:
+    """The sparse matrix of some triples, added up where they are of one place, without zeros."""
+    if not parts:
+        return scipy.sparse.csr_array(shape)
+    entries, rows, columns = (np.concatenate(each) for each in zip(*parts, strict=True))
+    there = np.flatnonzero(entries)
+    return scipy.sparse.csr_array((entries[there], (rows[there], columns[there])), shape=shape)
 
 
 def places(body: ElasticBody, interfaces: Sequence[Interface]) -> Index:
@@ -174,22 +200,12 @@ class _Combined:
     def seen(self, moved: Array) -> Array:
         return np.asarray(self.displacement @ moved)
 
+    @functools.cached_property
+    def _carried(self) -> scipy.sparse.csr_array:
+        return scipy.sparse.csr_array(self.traction.T)
+
     def carried(self, sigma: Array) -> Array:
-        return np.asarray(self.traction.T @ sigma)
+        return np.asarray(self._carried @ sigma)
 
     def felt(self, work: Array) -> Array:
         return np.asarray(self.traction @ work)
-
-
-def _blocks(frame: Array, place: Index, count: int) -> scipy.sparse.csr_array:
-    """(k count, d len(place)): cartesian components of vectors to components along `frame` (count, k, d), of vectors at some
-    nodes to those at all; its transpose goes back."""
-    k, d = frame.shape[1:]
-    rows = np.repeat(k * place[:, None] + np.arange(k), d, axis=1)
-    columns = np.tile(d * np.arange(len(place))[:, None] + np.arange(d), (1, k))
-    return scipy.sparse.csr_array((frame[place].ravel(), (rows.ravel(), columns.ravel())), shape=(k * count, d * len(place)))
-
-
-def _each(values: scipy.sparse.csr_array, d: int) -> scipy.sparse.csr_array:
-    """The matrix of values at nodes applied to each of d components."""
-    return scipy.sparse.csr_array(scipy.sparse.kron(values, scipy.sparse.identity(d, format="csr")))

@@ -71,12 +71,13 @@ def ball_derivative(x: Array, radius: Array) -> tuple[Array, Array]:
 
 def contact_norm(x: Array, weight: Array) -> float:
     """L2(Γ_C) norm of nodal vectors (m, k) with the nodes' quadrature weights (m,)."""
-    total = float(np.einsum("m,mk,mk->", weight, x, x))  # which does not warn
+    total = float(np.dot((weight[:, None] * x).ravel(), x.ravel()))  # which does not warn
     if SAFE[0] < total < SAFE[1]:
         return math.sqrt(total)
     size = float(np.abs(x).max(initial=0.0))
     unit = 1.0 if SAFE[0] < size < SAFE[1] or not np.isfinite(size) else size or 1.0
-    return unit * math.sqrt(float(np.einsum("m,mk,mk->", weight, x / unit, x / unit)))
+    x = x / unit
+    return unit * math.sqrt(float(np.dot((weight[:, None] * x).ravel(), x.ravel())))
 
 
 def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, floor: float = 0.0) -> float:

@@ -14,7 +14,7 @@ from .friction_law import contact_norm
 from .law_protocol import WITHIN, ContactLaw, bound_excess, law_residual
 from .rho_rules import usable_balance
 from .state import ContactState, History, Monitor, Start
-from .system import EQUILIBRIUM, ContactSystem, MonolithicSystem
+from .system import EQUILIBRIUM, ContactSystem, is_monolithic
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ class Recorder:
             v, sigma = v + self.system.apply(inside - sigma), inside
             if self.relative(v, sigma) > tolerance or bound_excess(self.law, sigma) > WITHIN:
                 return None
-        allowed = tolerance if isinstance(self.system, MonolithicSystem) else EQUILIBRIUM
+        allowed = tolerance if is_monolithic(self.system) else EQUILIBRIUM
         return (v, sigma) if equilibrium_defect(self.system, sigma) <= allowed else None
 
     def report(

@@ -39,9 +39,11 @@ class History:
 
     def add(self, rho: float | Array, w: float | Array, change: float, residual: float, ksp_iterations: int) -> None:
         """Append a row, that of one iteration."""
-        row = float(np.max(rho)), float(np.max(w)), change, residual, ksp_iterations
-        for name, value in zip(COLUMNS, row, strict=True):
-            getattr(self, name).append(value)
+        self.rho.append(float(np.max(rho)))
+        self.w.append(float(np.max(w)))
+        self.change.append(change)
+        self.residual.append(residual)
+        self.ksp_iterations.append(ksp_iterations)
 
     def extend(self, other: History) -> None:
         """Append the rows of another method that went on from here."""
@@ -69,6 +71,8 @@ class ContactState:
     history : History
     stopped : bool
         Whether the monitor or an error ended it.
+    error : bool
+        Whether an error did.
     law : ContactLaw, optional
     alpha : (r,) array
         Amplitudes of the rigid motions that only contact holds.
@@ -83,6 +87,7 @@ class ContactState:
     reason: str
     history: History
     stopped: bool = False
+    error: bool = False
     law: ContactLaw | None = None
     alpha: Array = field(default_factory=lambda: np.zeros(0))
     where: str = ""

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, runtime_checkable
+from typing import Protocol, TypeGuard
 
 import numpy as np
 
@@ -269,7 +269,6 @@ class ContactSystem(Protocol):
         ...
 
 
-@runtime_checkable
 class MonolithicSystem(ContactSystem, Protocol):
     """A system that solves its own equations together with linear ones of the law.
 
@@ -287,3 +286,8 @@ class MonolithicSystem(ContactSystem, Protocol):
         """σ [stress], v [length] and α of a linearised law, near the last solution; inexact while that is far from the
         law's, and to a tenth of `tolerance` in the end."""
         ...
+
+
+def is_monolithic(system: ContactSystem) -> TypeGuard[MonolithicSystem]:
+    """Whether a system solves its own equations together with those of the law."""
+    return hasattr(system, "linear_solve")

@@ -73,8 +73,3 @@ class Field(StressState):
     """Displacement and stress at points of a body, and triangles (k, 3), counter-clockwise, or cells (k, 8) between them."""
 
     cells: Index
-
-    @property
-    def points(self) -> Array:
-        """`x`."""
-        return self.x

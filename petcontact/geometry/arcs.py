@@ -47,9 +47,11 @@ def on_arcs(start: Array, end: Array, alpha: Array | float, xi: Array, tangent: 
     chord = end - start
     size = np.hypot(chord[..., 0], chord[..., 1])[..., None]
     tangent = chord / size if tangent is None else tangent
-    left = np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
     if not np.any(alpha):  # straight ones: most bodies have no others
-        return 0.5 * (start + end) + (0.5 * size[..., 0] * xi)[:, None] * tangent, np.zeros((len(xi), 2)) - left
+        right = np.empty((len(xi), 2))
+        right[:, 0], right[:, 1] = tangent[..., 1] + 0.0, 0.0 - tangent[..., 0]
+        return 0.5 * (start + end) + (0.5 * size[..., 0] * xi)[:, None] * tangent, right
+    left = np.stack([-tangent[..., 1], tangent[..., 0]], axis=-1)
     half, turn = 0.5 * arc_lengths(size[..., 0], alpha), alpha * xi
     along = half * xi * np.sinc(turn / np.pi)
     # (cos αξ - cos α) a/α, to the right of the chord where the arc turns left

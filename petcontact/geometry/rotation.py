@@ -24,8 +24,11 @@ def rotations(away: Array) -> Array:
 
 def rigid_motions(away: Array) -> Array:
     """Translations along the axes, then rotations, (m, d, d(d+1)/2)."""
-    translations = np.broadcast_to(np.eye(away.shape[1]), (len(away), *[away.shape[1]] * 2))
-    return np.concatenate([translations, rotations(away)], axis=2)
+    d = away.shape[1]
+    result = np.zeros((len(away), d, d * (d + 1) // 2))
+    result[:, range(d), range(d)] = 1.0
+    result[:, :, d:] = rotations(away)
+    return result
 
 
 def moment(x: Array, force: Array) -> Axial:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+
 import numpy as np
 import scipy
 
@@ -40,29 +42,47 @@ class Elimination:
     def __init__(self, system: Array, columns: Array, load: Array, kept: Index) -> None:
         n = len(system)
         inner = n - len(kept)
-        last = np.arange(inner, n)
-        out, into = np.setdiff1d(kept, last), np.setdiff1d(last, kept)
+        stays = np.zeros(n, dtype=bool)
+        stays[kept] = True
+        out, into = np.flatnonzero(stays[:inner]), inner + np.flatnonzero(~stays[inner:])
         by_column = system.T  # one after another in memory
         by_column[into], by_column[out] = by_column[out], by_column[into]
         self._order = np.arange(n)
         self._order[into], self._order[out] = out, into
-        place = np.argsort(self._order)[kept] - inner
-        self._lu, swaps, info = scipy.linalg.lapack.dgetrf(system, overwrite_a=True)
+        self._kept = np.argsort(self._order)[kept]
+        self._lu, self._swaps, info = scipy.linalg.lapack.dgetrf(system, overwrite_a=True)
         if info > 0:
             raise SolverError("factor", f"zero pivot in LU (row {info})", "the matrix is singular: is the body fixed?")
-        self._forward = self._half_solved(columns, swaps)
-        self._load = self._half_solved(load, swaps)
+        self._forward = self._half_solved(columns)
+        self._load = self._half_solved(load)
+        self.influence, self.at_rest = self._corner_solved(self._forward), self._corner_solved(self._load)
+
+    def with_load(self, load: Array) -> Elimination:
+        """The same matrix and columns with another load (n, K), which is overwritten.
+
+        Raises
+        ------
+        SolverError
+            If the solution is not finite.
+        """
+        other = copy.copy(self)
+        other._load = self._half_solved(load)
+        other.at_rest = self._corner_solved(other._load)
+        return other
+
+    def _half_solved(self, rhs: Array) -> Array:
+        """L⁻¹ P rhs, in its place."""
+        swapped = scipy.linalg.lapack.dlaswp(rhs, self._swaps, overwrite_a=True)
+        return np.asarray(scipy.linalg.blas.dtrsm(1.0, self._lu, swapped, lower=1, diag=1, overwrite_b=1))
+
+    def _corner_solved(self, half_solved: Array) -> Array:
+        """The unknowns that are kept."""
+        inner = len(self._order) - len(self._kept)
         corner = np.asfortranarray(self._lu[inner:, inner:])
-        both = np.column_stack([self._forward[inner:], self._load[inner:]])
-        answer = scipy.linalg.blas.dtrsm(1.0, corner, both)[place]
+        answer = scipy.linalg.blas.dtrsm(1.0, corner, half_solved[inner:])[self._kept - inner]
         if not np.isfinite(answer).all():
             raise SolverError("factor", "the solution is not finite", "look at the data and the mesh")
-        self.influence, self.at_rest = np.split(answer, [columns.shape[1]], axis=1)
-
-    def _half_solved(self, rhs: Array, swaps: Index) -> Array:
-        """L⁻¹ P rhs, in its place."""
-        swapped = scipy.linalg.lapack.dlaswp(rhs, swaps, overwrite_a=True)
-        return np.asarray(scipy.linalg.blas.dtrsm(1.0, self._lu, swapped, lower=1, diag=1, overwrite_b=1))
+        return np.asarray(answer)
 
     def unknowns(self, shares: Array, y: Array) -> Array:
         """x (n,) for loads weighted by `shares` (K,) and y (m,)."""

@@ -13,6 +13,8 @@ from .. import native
 from ..arrays import Array
 from ..errors import SolverError
 
+_compiled = native.function("petcontact_hessenberg_solve", "pidpp")
+
 
 class HessenbergForm:
     """S = Q H Qᵀ of a matrix (n, n).
@@ -28,7 +30,6 @@ class HessenbergForm:
     def __init__(self, matrix: Array) -> None:
         form, self._basis = scipy.linalg.hessenberg(matrix, calc_q=True, check_finite=False)
         self._columns = np.ascontiguousarray(form.T)
-        self._compiled = native.function("petcontact_hessenberg_solve", "pidpp")
 
     def solve(self, rho: float, rhs: Array) -> tuple[Array, Array]:
         """x with (I + ρS) x = rhs, and S x.
@@ -48,9 +49,9 @@ class HessenbergForm:
     def _solve(self, rho: float, b: Array) -> None:
         """(I + ρH) x = b, b overwritten by x."""
         n = len(b)
-        if self._compiled is not None:
+        if _compiled is not None:
             work = np.empty(3 * n)
-            self._compiled(native.pointer(self._columns), n, rho, native.pointer(b), native.pointer(work))
+            _compiled(native.pointer(self._columns), n, rho, native.pointer(b), native.pointer(work))
             return
         carried, factor, swapped = rho * self._columns[-1], np.zeros(n), np.zeros(n, dtype=bool)
         carried[-1] += 1.0

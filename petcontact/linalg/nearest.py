@@ -36,7 +36,7 @@ def nearest(points: Array, places: Array, count: int = 1, reach: float = np.inf)
     if len(points) * len(places) > FEW:
         distance, number = scipy.spatial.cKDTree(points).query(places, k=range(1, count + 1), distance_upper_bound=reach)
         return np.asarray(distance), np.asarray(number)
-    square = _squares(points, places)
+    square = squares(points, places)
     number = np.argsort(square, axis=1, kind="stable")[:, :count] if count > 1 else square.argmin(axis=1)[:, None]
     distance = np.sqrt(np.take_along_axis(square, number, axis=1))
     beyond = distance >= reach
@@ -55,10 +55,10 @@ def within(points: Array, places: Array, reach: Array) -> tuple[Index, Index]:
         found = scipy.spatial.cKDTree(points).query_ball_point(places, reach, return_sorted=True)
         place = np.repeat(np.arange(len(places)), [len(numbers) for numbers in found])
         return place, np.concatenate([np.asarray(numbers, dtype=np.int64) for numbers in found])
-    place, number = np.nonzero(_squares(points, places) <= reach[:, None] ** 2)
+    place, number = np.nonzero(squares(points, places) <= reach[:, None] ** 2)
     return place, number
 
 
-def _squares(points: Array, places: Array) -> Array:
+def squares(points: Array, places: Array) -> Array:
     """Squares of all distances, (m, n), without the cancellation of |x|² - 2xy + |y|²."""
     return np.asarray(sum((places[:, None, i] - points[None, :, i]) ** 2 for i in range(points.shape[1])))

@@ -42,8 +42,12 @@ def gauss(order: int) -> tuple[Array, Array]:
 
 def legendre(order: int, s: Array) -> Array:
     """Legendre polynomials P_0 ... P_p at points s, (p+1, len(s))."""
-    values: Array = np.polynomial.legendre.legvander(s, order)  # type: ignore[no-untyped-call]
-    return values.T
+    values = np.ones((order + 1, len(s)))
+    if order > 0:
+        values[1] = s
+    for k in range(2, order + 1):
+        values[k] = (values[k - 1] * s * (2 * k - 1) - values[k - 2] * (k - 1)) / k
+    return values
 
 
 @functools.cache

@@ -107,7 +107,7 @@ class CurveMesh(Collocated):
         if self.unit_length == 0.0:
             object.__setattr__(self, "unit_length", hull_scale(np.vstack([self.start, self.x])))
 
-    @property
+    @functools.cached_property
     def corner_nodes(self) -> Index:
         """As in `Collocated`."""
         return np.asarray(self.first_node[np.flatnonzero(self.power)])
@@ -149,9 +149,9 @@ class CurveMesh(Collocated):
         return numbers, Curves(self.start[numbers], self.end[numbers], self.curvature[numbers])
 
     @staticmethod
-    def lower_degree(kind: int) -> Array:
+    def lower_degree(kind: int, less: int = 1) -> Array:
         """See `BoundaryMesh.lower_degree`."""
-        return legendre(kind - 1, gauss(kind)[0]).T
+        return legendre(max(kind - less, 0), gauss(kind)[0]).T
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
         """Nodal values to values at fractions (q,) of the arc lengths of elements (q,), as a sparse array (q, n)."""
@@ -178,7 +178,7 @@ class CurveMesh(Collocated):
     def targets(self, nodes: Index | slice) -> Targets:
         """The kernels' view of collocation nodes."""
         element = self.element[nodes]
-        before, after = (numbers[element] for numbers in self._even_arcs)
+        before, after = self._even_arcs[:, element]
         return Targets(self.x[nodes], self.line[element], element, self.xi[nodes], before, after)
 
     def points(self, x: Array) -> Targets:
@@ -205,13 +205,15 @@ class CurveMesh(Collocated):
         return round_loops([len(loop) for loop in self.loops()])
 
     @functools.cached_property
-    def _even_arcs(self) -> tuple[Index, Index]:
+    def _even_arcs(self) -> Index:
         """The elements before and after each one that is a constant arc between two like it, -2 for the others."""
+        if not ((self.order == 0) & (self.curvature != 0.0)).any():
+            return np.full((2, self.n_elements), -2)
         pair = np.array(self.neighbours())
         even = np.all((self.order == 0) & (self.curvature != 0.0) & (self.order[pair] == 0)
                       & np.isclose(self.curvature[pair], self.curvature, rtol=1e-6, atol=0.0)
                       & np.isclose(self.length[pair], self.length, rtol=1e-6, atol=0.0), axis=0)  # fmt: skip
-        return np.where(even, pair[0], -2), np.where(even, pair[1], -2)
+        return np.where(even, pair, -2)
 
     def on_element(self, number: int, xi: Array) -> tuple[Array, Array]:
         """Points (k, 2) of an element at places ξ in [-1, 1] and outward normals there."""

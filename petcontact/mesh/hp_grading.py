@@ -7,6 +7,7 @@ elements at the marks, moved or new marks.
 
 from __future__ import annotations
 
+import functools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -16,6 +17,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..geometry.outline import Outline
+from ..linalg.nearest import FEW, squares
 from .curve_mesh import CurveMesh, build_mesh
 from .grading import largest_turn
 
@@ -142,8 +144,8 @@ def _of_corner(orders: Index, grading: Grading) -> None:
 
 def balanced(marks: Marks, grading: Grading, share: float = 1.0) -> Marks:
     """The marks with elements no larger than fits the shorter interval on either side of each, or a share of that."""
-    interval = np.diff(marks.position)
-    shorter = np.minimum(np.append(interval, np.inf), np.insert(interval, 0, np.inf))
+    interval = np.concatenate([[np.inf], np.diff(marks.position), [np.inf]])
+    shorter = np.minimum(interval[:-1], interval[1:])
     fitting = np.minimum(marks.size, 0.5 * grading.ratio * share * shorter)
     return replace(marks, size=np.where(np.isfinite(marks.size), fitting, np.inf))
 
@@ -154,6 +156,7 @@ def _steps(half: float, smallest: float, ratio: float) -> Array:
     return np.concatenate([[0.0], half * ratio ** np.arange(levels, -1.0, -1.0)])
 
 
+@functools.lru_cache(maxsize=256)
 def _orders(count: int, grading: Grading) -> Index:
     """Orders of elements away from a mark; the longest has the full one, however few there are."""
     away: Index = np.floor(1.0 + SLOPE * np.arange(count)).astype(np.int64)
@@ -196,6 +199,11 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
     side = np.repeat(numbers, counts)
     owner = np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])])
     before, after = outline.neighbours
+    if len(points) * len(cloud) <= FEW:
+        beside = np.eye(len(sides), dtype=bool)
+        beside[numbers, before] = beside[numbers, after] = True
+        apart = np.where(beside[side][:, owner], np.inf, squares(cloud, points))
+        return np.split(np.sqrt(apart.min(axis=1)), np.cumsum(counts)[:-1])
     tree, limits = scipy.spatial.cKDTree(cloud), np.full(len(points), np.inf)
     # most points next to an element are of its own side and of those next to it: look further until one is of another
     for first in range(0, len(points), CHUNK):

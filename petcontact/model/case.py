@@ -36,7 +36,7 @@ def read_toml(path: str | Path) -> dict[str, Any]:
             content = file.read(LARGEST_FILE + 1)
         if len(content) > LARGEST_FILE:
             raise InputError(f"{path}: larger than {LARGEST_FILE} bytes, this is no config")
-        return parse_toml(content.decode("utf-8"), f"{path}")
+        return parse_toml(content.decode("utf-8-sig"), f"{path}")
     except OSError as error:
         raise InputError(f"{path}: cannot be read ({error.strerror})") from None
     except UnicodeDecodeError:

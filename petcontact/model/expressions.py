@@ -116,22 +116,26 @@ def evaluate(value: Value, variables: Mapping[str, Array], count: int, key: str,
         return np.array(value)
     if not isinstance(value, str):
         return np.full(count, float(value))
-    allowed = f"allowed are {', '.join(variables)}, pi, e and {', '.join(sorted(_FUNCTIONS))}"
     try:
         result = plain_value(parse_expression(value), variables, count)
     except (simpleeval.NameNotDefined, simpleeval.FunctionNotDefined) as error:
         name = str(getattr(error, "name", None) or getattr(error, "func_name", "?"))
         if name == "free":
             raise InputError(f'{key}: only a displacement can be "free"; a free component of a traction is 0.0') from None
-        raise InputError(f"{key}: unknown name {_shown(name)} in expression {_shown(value)}; {allowed}") from None
+        text = f"{key}: unknown name {_shown(name)} in expression {_shown(value)}"
+        raise InputError(f"{text}; {_allowed(variables)}") from None
     except InputError as error:
         raise InputError(f"{key}: cannot evaluate expression {_shown(value)}: {error}") from None
     except RecursionError:
         raise InputError(f"{key}: expression is nested too deeply") from None
     except Exception as error:  # whatever a stranger's text does inside the evaluator is a mistake of the input
         reason = str(error).splitlines()[0] if str(error) else type(error).__name__
-        raise InputError(f"{key}: cannot evaluate expression {_shown(value)} ({reason}); {allowed}") from None
+        raise InputError(f"{key}: cannot evaluate expression {_shown(value)} ({reason}); {_allowed(variables)}") from None
     return _finite(result, variables, f"{key}: expression {_shown(value)}") if finite else result
+
+
+def _allowed(variables: Mapping[str, Array]) -> str:
+    return f"allowed are {', '.join(variables)}, pi, e and {', '.join(sorted(_FUNCTIONS))}"
 
 
 def _called(function: Callable[..., Any], variables: Mapping[str, Array], count: int, key: str, finite: bool) -> Array:
@@ -161,11 +165,16 @@ def _finite(values: Array, variables: Mapping[str, Array], what: str) -> Array:
 
 def plain_value(tree: ast.expr, variables: Mapping[str, Array], count: int) -> Array:
     """Values (count,) of a syntax tree from `parse_expression`, finite or not; mistakes are simpleeval's."""
-    names = {**variables, "pi": np.pi, "e": np.e}
-    evaluator = simpleeval.SimpleEval(operators=_OPERATORS, functions=_CALLED, names=names)
+    evaluator = _evaluator()
+    evaluator.names = {**variables, "pi": np.pi, "e": np.e}
     with np.errstate(all="ignore"):
         value: Array = np.broadcast_to(_real(evaluator.eval("", previously_parsed=tree)), (count,)).astype(float)
     return value
+
+
+@functools.cache
+def _evaluator() -> simpleeval.SimpleEval:
+    return simpleeval.SimpleEval(operators=_OPERATORS, functions=_CALLED)
 
 
 def _shown(text: str) -> str:

@@ -136,7 +136,7 @@ class Bem(Model):
     mat_type: Literal["auto", "dense", "hodlr", "hmatrix"] = "auto"
     hodlr_tol: Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=1e-1)] = 1e-10
     hmatrix_tol: Annotated[float, pydantic.Field(strict=True, ge=1e-7, lt=1e-1)] = 1e-4
-    hodlr_leaf: Annotated[int, pydantic.Field(ge=8, le=10**6, strict=True)] = 128
+    hodlr_leaf: Annotated[int, pydantic.Field(ge=8, le=10**6, strict=True)] = 100
 
 
 Order = Annotated[int, pydantic.Field(ge=0, le=5, strict=True)]

@@ -85,8 +85,9 @@ class Record:
 
     def __init__(self, *members: AnyArray | int | float | None) -> None:
         self.arrays = [member for member in members if isinstance(member, np.ndarray)]
-        kinds = "".join("d" if isinstance(m, float) else "q" if isinstance(m, int) else "P" for m in members)
-        values = [pointer(m) or 0 if m is None or isinstance(m, np.ndarray) else m for m in members]
+        numbers = [(type(m) is not int, m) if isinstance(m, int | float) else None for m in members]
+        values = [pointer(m) or 0 if isinstance(m, np.ndarray) else m or 0 for m in members]
+        kinds = "".join(["P" if pair is None else "qd"[pair[0]] for pair in numbers])
         self._memory = ctypes.create_string_buffer(struct.pack(kinds, *values))
         self.address = ctypes.addressof(self._memory)
 

@@ -25,8 +25,7 @@ from ..results.body_fields import BodyFields
 from ..results.records import BodyResult
 from ..runtime.petsc import options
 from ..runtime.world import world
-from .discrete.discretise import Discrete, discretise, without_contact
-from .discrete.interfaces import interfaces_of
+from .discrete.discretise import Discrete, discretise
 from .eliminate import eliminated, eliminated_alone
 
 
@@ -235,11 +234,10 @@ def operators(problem: Problem | str | Path, comm: Any = None) -> Operators:
     problem = load(problem) if isinstance(problem, str | Path) else problem
     comm = comm if comm is not None else world()
     with options(problem.petsc):
-        if not interfaces_of(problem):
-            discrete, system = without_contact(problem), None
+        discrete, system = discretise(problem), None
+        if not discrete.sides:
             bodies = [eliminated_alone(discrete, b, comm) for b in range(len(problem.body))]
         else:
-            discrete = discretise(problem)
             system = eliminated(discrete, comm)
             bodies = system.bodies
     named = {body.name: BodyOperators(body.name, mesh, elastic, problem, b) for b, (body, mesh, elastic) in

@@ -97,7 +97,8 @@ def solve(
             solution = with_estimate(run(prepared, monitor=monitor), prepared.comm, law)
         finally:
             prepared.close()
-    left = [name for name in petsc_options or () if f"-{name}" in unused_options()]
+    unused = unused_options() if petsc_options else []
+    left = [name for name in petsc_options or () if f"-{name}" in unused]
     if left:
         warnings.warn(f"petsc_options that nothing used: {', '.join(left)}", stacklevel=2)
     return solution

@@ -143,7 +143,7 @@ def condensed_body(solution: SolutionData, name: str | None = None, comm: Any = 
         if not np.array_equal(boundary_data(problem, number, mesh, faces, step).traction_known, data[number].traction_known):
             raise InputError(f"body {name!r}: step {step} holds what is free before, or the other way round; a superelement "
                              "has one compliance: condense the problem of one of the steps")  # fmt: skip
-    add_volume_loads(problem, meshes, data)
+    data = add_volume_loads(problem, meshes, data)
     boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
     law, nothing = Tresca(np.zeros(0), mesh.dim - 1), np.zeros(0)
     discrete = Discrete(problem, boundaries, meshes, [], faces, law, data, [], nothing)

@@ -217,14 +217,15 @@ def transition(line: ContactLine, k: int) -> float:
     if degree < 1:
         return border
     scale = float(r[chosen].max())
-    fit = np.polyfit(r[chosen] / scale, np.abs(line.u_t[places][chosen]) ** (2.0 / 3.0), degree)
-    slope = np.polyder(fit)
+    fit = np.polyfit(r[chosen] / scale, np.abs(line.u_t[places][chosen]) ** (2.0 / 3.0), degree).tolist()
     root = 0.0
     for _ in range(8):
-        steepness = float(np.polyval(slope, root))
+        value = steepness = 0.0
+        for coefficient in fit:
+            value, steepness = value * root + coefficient, steepness * root + value
         if steepness <= 0.0:
             return border
-        root -= float(np.polyval(fit, root)) / steepness
+        root -= value / steepness
     # the states of the nodes say more than an extrapolation that contradicts them
     if not abs(root) < 1.0:
         return border

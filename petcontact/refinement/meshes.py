@@ -34,6 +34,8 @@ EXPONENT = 1.4
 """Of the grading of boxes; friction limits the order to 2, and this is near enough to what edges and corners ask."""
 PLANE_KEYS = ("grading", "levels", "graded_points")
 """Keys of `[mesh]` that say nothing in space."""
+BOX_KEYS = ("element_sizes", "exponent")
+"""Keys of `[mesh]` that only boxes have."""
 
 
 def mesh_of(problem: Problem, boundary: Any = None) -> BoundaryMesh:
@@ -82,11 +84,7 @@ def _(boundary: BoxSurface, problem: Problem) -> SurfaceMesh:
 @_mesh.register(RevolvedSurface)
 def _(boundary: RoundSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
-    _refuse(
-        problem.mesh,
-        ("element_sizes", "exponent"),
-        "is for boxes; panels of round bodies are of one size, mesh.element_size",
-    )
+    _refuse(problem.mesh, BOX_KEYS, "is for boxes; panels of round bodies are of one size, mesh.element_size")
     size = problem.mesh.element_size or boundary.usual_size
     _check_size(boundary.area / size**2 * (order + 1) ** 2)
     return round_mesh(boundary, size, order)
@@ -95,7 +93,7 @@ def _(boundary: RoundSurface, problem: Problem) -> SurfaceMesh:
 @_mesh.register
 def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
-    keys = ("element_size", "element_sizes", "exponent")
+    keys = ("element_size", *BOX_KEYS)
     _refuse(problem.mesh, keys, "the facets of a surface from a file are its panels; mesh it finer in Gmsh")
     _check_size(len(boundary.facets) * (order + 1) ** 2)
     return facet_mesh(boundary, order)
@@ -104,9 +102,7 @@ def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
 @_mesh.register
 def _(boundary: CadSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
-    _refuse(
-        problem.mesh, ("element_sizes", "exponent"), "is for boxes; panels of CAD files are of one size, mesh.element_size"
-    )
+    _refuse(problem.mesh, BOX_KEYS, "is for boxes; panels of CAD files are of one size, mesh.element_size")
     size = problem.mesh.element_size or boundary.usual_size
     _check_size(2.0 * boundary.area / size**2 * (order + 1) * (order + 2) / 2)
     facets = boundary.facets(size)

@@ -196,8 +196,9 @@ def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array)
     rows, free, s, below = rows[taken], free[taken], s[taken, None, None], below[:, taken]
     rim = np.stack([each.boundary.stress(element[rows], place[rows]) for each in increments], axis=2)
     share = np.clip(2.0 - s / CLOSE, 0.0, 1.0)
-    found = np.where(share > 0.0, share * rim + (1.0 - share) * stress[rows], stress[rows])
-    first, second = np.split(_inside(increments, below[:, free].reshape(-1, mesh.dim), None, np.nan)[1], 2)
-    s, rim = s[free], rim[free]
-    found[free] = 0.5 * (1.0 - s) * (2.0 - s) * rim + s * (2.0 - s) * first - 0.5 * s * (1.0 - s) * second
+    found = share * rim + (1.0 - share) * stress[rows]
+    if free.any():
+        first, second = np.split(_inside(increments, below[:, free].reshape(-1, mesh.dim), None, np.nan)[1], 2)
+        s, rim = s[free], rim[free]
+        found[free] = 0.5 * (1.0 - s) * (2.0 - s) * rim + s * (2.0 - s) * first - 0.5 * s * (1.0 - s) * second
     stress[rows] = np.where(np.isfinite(found), found, stress[rows])

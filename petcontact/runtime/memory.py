@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import math
 import mmap
@@ -9,7 +10,6 @@ import os
 import re
 import resource
 import sys
-from pathlib import Path
 from typing import Any
 
 from ..errors import SolverError
@@ -69,9 +69,9 @@ def release_memory() -> None:
 
 def _peak() -> int:
     """Of this process. Linux's getrusage also counts what a parent held when it started this one; /proc does not."""
-    status = Path("/proc/self/status")
-    found = re.search(r"VmHWM:\s*(\d+)", status.read_text()) if status.exists() else None
-    if found:
-        return 1024 * int(found[1])
+    with contextlib.suppress(OSError), open("/proc/self/status", "rb") as status:
+        found = re.search(rb"VmHWM:\s*(\d+)", status.read())
+        if found:
+            return 1024 * int(found[1])
     used = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     return used if sys.platform == "darwin" else 1024 * used

@@ -130,7 +130,7 @@ def _local() -> Iterator[None]:
 
 def _launched() -> bool:
     """Whether a launcher of ranks started this process."""
-    return any(name in os.environ for name in _LAUNCHED)
+    return any(map(os.environ.__contains__, _LAUNCHED))
 
 
 def is_asked_for() -> bool:

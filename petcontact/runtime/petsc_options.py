@@ -162,7 +162,7 @@ def _given_in_file(name: str, within: tuple[str, ...]) -> Iterator[tuple[str, st
     PETSc would follow a circle of them for ever, and prints a page where a line is none of its own.
     """
     if not name or not Path(name).is_file():
-        raise InputError(f"-options_file {name}: no such file")
+        raise InputError(f"-options_file {name}: {'is a folder' if name and Path(name).is_dir() else 'no such file'}")
     real = os.path.realpath(name)
     if real in within:
         raise InputError(f"-options_file {name}: includes itself")

@@ -2,37 +2,59 @@
 
 from __future__ import annotations
 
-import dataclasses
 import re
+from dataclasses import replace
 from typing import Any
 
 from ..contact.methods.registry import method_of
 from ..model.problem import Problem
-from ..pipeline.discrete.discretise import with_laws_of
-from ..pipeline.run import run
+from ..pipeline.discrete.discretise import discretise
+from ..pipeline.run import prepare, run
 from ..pipeline.steps.increment import PreparedProblem
 from ..results.solution import Solution
 
-LAWS = re.compile(r"(contact|boundary|body\.\d+\.boundary)\.\d+\.(friction_coefficient|friction_bound|wear_coefficient)")
-MOTIONS = re.compile(r"(step\.\d+\.)?obstacle\.\d+\.(displacement|rotation|force|moment)(\.\d+)?")
+FRICTION = re.compile(r"(contact|boundary|body\.\d+\.boundary)\.\d+\.(friction_coefficient|friction_bound|wear_coefficient)")
+GAPS = re.compile(r"(contact|boundary|body\.\d+\.boundary)\.\d+\.gap")
+MOTIONS = re.compile(
+    r"(step\.\d+\.)?obstacle\.\d+\.(displacement|rotation|force|moment)(\.\d+)?|step\.\d+\.(increments|name)"
+)
+LOADS = re.compile(
+    r"(step\.\d+\.|body\.\d+\.)?(boundary\.\d+\.(value|pressure|jump)|point_force\.\d+\.(force|at))(\.\d+)?"
+    r"|(step\.\d+\.loads\.\d+|(body\.\d+\.)?loads)\.(acceleration|force|angular_velocity|centre|axis|temperature)(\.\d+)?"
+    r"|(body\.\d+\.)?material\.(density|thermal_expansion)"
+)
 
 
-def shares_elimination(key: str, value: Any) -> bool:
-    """Whether cases that differ in the value of a dotted key, of this one and others like it, share their elimination.
+def elimination_needs(key: str, value: Any, *, meshes_fixed: bool) -> Any:
+    """What of the value of a dotted key the elimination depends on: None if nothing, else what must be the same.
 
-    Parameters of the method do; coefficients and bounds of friction do, those of wear, and how many cycles there are;
-    motions and loads of obstacles do. The elimination depends on meshes, materials, on which components are known, and on
-    the data of the bodies (their loads are eliminated with them); a friction that is zero or an expression may change the
-    mesh.
+    Parameters of the method are nothing to it, coefficients and bounds of friction, those of wear, how many cycles and
+    increments there are, motions and loads of obstacles. Where meshes follow from sizes that are given, gaps and loads are
+    not either, but for which components are free, and friction may be an expression; where meshes resolve their data, or
+    friction is zero, they may differ.
     """
     if key.startswith(("method.", "cycle.")):
-        return key != "method.formulation"
-    if LAWS.fullmatch(key):
-        return isinstance(value, (int, float)) and value > 0.0
-    return key == "title" or MOTIONS.fullmatch(key) is not None
+        return value if key == "method.formulation" else None
+    if key == "title" or MOTIONS.fullmatch(key):
+        return None
+    if FRICTION.fullmatch(key):
+        positive = value > 0.0 if isinstance(value, (int, float)) else meshes_fixed
+        return None if positive else value
+    if meshes_fixed and GAPS.fullmatch(key):
+        return value == "geometry" or None
+    if meshes_fixed and LOADS.fullmatch(key):
+        return [component == "free" for component in value] if isinstance(value, list) else value == "free" or None
+    return value
 
 
 def run_case(shared: PreparedProblem, case: Problem) -> Solution:
-    """One case on the preparation of its group."""
-    discrete = with_laws_of(shared.discrete, case)
-    return run(dataclasses.replace(shared, discrete=discrete, method=method_of(case.method)))
+    """One case on the preparation of its group; eliminated on its own where other loads take that."""
+    discrete = discretise(case, like=shared.discrete)
+    system = shared.system.loaded(discrete.data, discrete.interfaces)
+    if system is not None:
+        return run(replace(shared, discrete=discrete, system=system, method=method_of(case.method)))
+    own = prepare(case, shared.comm, discrete)
+    try:
+        return run(own)
+    finally:
+        own.close()

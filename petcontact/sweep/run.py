@@ -182,17 +182,25 @@ class _Worker:
             self.log.flush()
             all_meet(world)
 
-    def _prepare(self, group: int) -> None:
-        """Make sure that this team holds the prepared problem of a group, and no other one; -1 is no group."""
-        if group == self._group:
-            return
-        if self._prepared is not None:
-            self._prepared.close()
-        self._group, self._prepared, self._reason = group, None, ""
-        if group < 0:
-            return
-        first, size = int(self.groups.first[group]), int(self.groups.size[group])
-        self._prepared, self._reason = self.team.attempt(lambda: prepare(self.sweep[first].case, self.team.comm, cases=size))
+    def _prepare(self, group: int, place: int = -1) -> None:
+        """Make sure that this team holds the prepared problem of a group, and no other one; -1 is no group.
+
+        It is that of the group's first case; where this one fails, which its loads may be the cause of, of the case at a
+        place.
+        """
+        if group != self._group:
+            if self._prepared is not None:
+                self._prepared.close()
+            self._group, self._prepared, self._reason = group, None, ""
+            if group >= 0:
+                self._eliminate(group, int(self.groups.first[group]))
+        if group >= 0 and self._prepared is None and place != self.groups.first[group]:
+            self._eliminate(group, place)
+
+    def _eliminate(self, group: int, place: int) -> None:
+        """Prepare a group by one of its cases."""
+        size = int(self.groups.size[group])
+        self._prepared, self._reason = self.team.attempt(lambda: prepare(self.sweep[place].case, self.team.comm, cases=size))
         if self._prepared is not None:
             self._took(self._prepared.timings)
 
@@ -200,7 +208,7 @@ class _Worker:
         """One case from its config to its record."""
         group = int(self.groups.of_case[place])
         self.log.begin(self.costs[group].case + (self.costs[group].prepare if group != self._group else 0.0))
-        self._prepare(group)
+        self._prepare(group, place)
         prepared, reason, case = self._prepared, self._reason, None
         solution: Solution | None = None
         try:

@@ -32,7 +32,7 @@ def petcontact(folder, *words, program=(), **environment):
     """A forked command, or what the words in `program` make of an interpreter."""
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     start = [sys.executable, *program] if program else [forked.program()]
-    done = subprocess.run([*start, *words], capture_output=True, text=True, timeout=120, cwd=folder,
+    done = subprocess.run([*start, *words], capture_output=True, text=True, timeout=300, cwd=folder,
                           env=os.environ | {"PYTHONPATH": path} | environment)  # fmt: skip
     assert "Traceback" not in done.stderr, done.stderr
     return done
@@ -96,6 +96,7 @@ def test_a_small_solve_needs_no_petsc(folder):
         (["solve", "case.toml", "--set", "method.rhho=3"], "method.rhho: unknown key, did you mean 'rho'?"),
         (["solve", "case.toml", "--set", "method.rho=fast"], "method.rho: must be a number, got 'fast'"),
         (["solve", "case.toml", "-o", "no/such/folder/r.h5"], "the folder no/such/folder does not exist"),
+        (["solve", "case.toml", "--figures", "case.toml"], "--figures case.toml: is a file, and figures need a folder"),
         (["plot", "case.toml"], "case.toml: not a whole HDF5 file"),
         (["doctor", "-ksp_type", "lu"], "doctor takes no PETSc options"),
     ],
@@ -116,6 +117,7 @@ def test_bad_input_is_one_line_and_status_2(folder, words, message, monkeypatch,
     ("words", "message"),
     [
         ("-options_file none.txt", "-options_file none.txt: no such file"),
+        ("-options_file .", "-options_file .: is a folder"),
         ("-ksp_type gmress", "Unable to find requested KSP type gmress"),
         ("-elastic_pc_type luu", "Unable to find requested PC type luu"),
         ("-ksp_type gmres -ksp_rtol abc", "abc has no numeric value"),
@@ -294,7 +296,7 @@ def test_main_returns_the_status(capsys):
 def test_a_reader_that_leaves_ends_quietly(folder):
     solve(folder)
     command = f"{forked.program()} solve case.toml --force --no-figures {' '.join(COARSE)} -ksp_view | head -1"
-    done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, timeout=60, cwd=folder)
+    done = subprocess.run(["bash", "-o", "pipefail", "-c", command], capture_output=True, text=True, timeout=300, cwd=folder)
     assert "Traceback" not in done.stderr and "KSP Object" in done.stdout
 
 
@@ -330,7 +332,7 @@ def test_two_solves_onto_one_name_lose_nothing(folder):
     words = [forked.program(), "solve", "case.toml", "-o", "r.h5", "--no-figures", *COARSE]
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True}
     runs = [subprocess.Popen(words, cwd=folder, **pipes) for _ in range(2)]
-    errors = [run.communicate(timeout=120)[1] for run in runs]
+    errors = [run.communicate(timeout=300)[1] for run in runs]
     status = sorted(run.returncode for run in runs)
     # the second one is late, or comes so late that it is refused at once
     assert status in ([0, 1], [0, 2]), errors

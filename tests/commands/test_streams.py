@@ -26,7 +26,7 @@ def shell(folder, line, **environment):
     program = f'petcontact() {{ {shlex.quote(forked.program())} "$@"; }}; {line}'
     path = os.pathsep.join(filter(None, [str(ROOT), os.environ.get("PYTHONPATH", "")]))
     return subprocess.run(
-        ["bash", "-o", "pipefail", "-c", program], cwd=folder, capture_output=True, text=True, timeout=60,
+        ["bash", "-o", "pipefail", "-c", program], cwd=folder, capture_output=True, text=True, timeout=300,
         env=os.environ | {"PYTHONPATH": path} | environment,
     )  # fmt: skip
 
@@ -65,12 +65,13 @@ def test_a_title_of_any_characters_is_printed_on_one_line_and_drawn(folder, loca
     """Formulas that are none, escape sequences, line ends, letters that the stream has not."""
     (folder / "c.toml").write_text((folder / "c.toml").read_text().replace('title = "', f"title = {toml(EVIL)} # "))
     more = {"LC_ALL": locale, "PYTHONUTF8": "0", "PYTHONCOERCECLOCALE": "0"}
-    done = shell(folder, f"petcontact solve c.toml {COARSE} --set 'boundary.0.friction_bound=150'", **more)
+    figures = "" if locale == "C" else "--no-figures"  # they know no locale; once is enough
+    done = shell(folder, f"petcontact solve c.toml {COARSE} {figures} --set 'boundary.0.friction_bound=150'", **more)
     assert done.returncode == 0 and done.stderr == ""
     first, second = done.stdout.splitlines()[:2]
     accented = "é" if locale == "C.UTF-8" else "\\xe9"
     assert first == f"$\\frac{{$ \\x1b[31mred\\n second line {accented}" and second.startswith("  converged")
-    assert len(list(folder.glob("*.png"))) == 7
+    assert len(list(folder.glob("*.png"))) == (0 if figures else 7)
 
 
 def toml(text):

@@ -83,7 +83,7 @@ def test_command(tmp_path):
     done = subprocess.run(
         [forked.program(), "compare", str(ROOT / "configs/example1.toml"), "-o", "out", "--rho", "1,1e4",
          "--element-size", "0.4", "--methods", "rule (4.3),operator-robin"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=60
+        cwd=tmp_path, capture_output=True, text=True, timeout=300
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "operator-robin" in done.stdout and "semismooth" not in done.stdout
@@ -92,7 +92,7 @@ def test_command(tmp_path):
     ]  # fmt: skip
     wrong = subprocess.run(
         [forked.program(), "compare", "x.toml", "--methods", "magic"],
-        cwd=tmp_path, capture_output=True, text=True, timeout=60
+        cwd=tmp_path, capture_output=True, text=True, timeout=300
     )  # fmt: skip
     assert wrong.returncode == 2 and "magic" in wrong.stderr and "operator-robin" in wrong.stderr
 

@@ -134,7 +134,7 @@ def test_ksp_view_names_the_compression(tmp_path):
     done = subprocess.run(
         [forked.program(), "solve", str(CONFIGS / "example1.toml"), "-o", str(tmp_path / "r.h5"),
          "--no-figures", "-bem_mat_type", "hodlr", "-bem_hodlr_tol", "1e-9", "-ksp_view", "--set", "mesh.element_size=0.2"],
-        capture_output=True, text=True, timeout=120,
+        capture_output=True, text=True, timeout=300,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     assert "I + rho S, S by condensed, hodlr 1e-09" in done.stdout

@@ -88,7 +88,7 @@ def _paths(first):
 
 def test_the_command_on_this_installation():
     allow = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1"}
-    done = subprocess.run([sys.executable, "-m", "petcontact", "doctor"], capture_output=True, text=True, timeout=60,
+    done = subprocess.run([sys.executable, "-m", "petcontact", "doctor"], capture_output=True, text=True, timeout=300,
                           env=os.environ | allow)  # fmt: skip
     assert done.returncode == 0, done.stdout + done.stderr
     assert "starts 2 ranks" in done.stdout and "PETSc" in done.stdout

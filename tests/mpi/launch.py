@@ -19,7 +19,7 @@ def mpiexec() -> tuple[str, ...]:
     """The launcher beside the interpreter (a wheel's MPICH), else the one on the PATH; more ranks than cores are allowed."""
     beside = Path(sys.executable).parent / "mpiexec"
     launcher = str(beside) if beside.exists() else shutil.which("mpiexec") or "mpiexec"
-    version = subprocess.run([launcher, "--version"], capture_output=True, text=True, timeout=30).stdout
+    version = subprocess.run([launcher, "--version"], capture_output=True, text=True, timeout=300).stdout
     return launcher, *(["--oversubscribe"] if "Open MPI" in version or "OpenRTE" in version else [])
 
 

@@ -43,7 +43,7 @@ def test_a_library_of_other_files_is_not_used(tmp_path, interface):
     source.write_text(f"void petcontact_level(char *name) {{ *(int *) 0 = 0; }} {function}")
     subprocess.run(["cc", "-shared", "-fPIC", "-o", library, source], check=True)
     program = "from petcontact import native; print(native.describe())"
-    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=60, check=True,
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=300, check=True,
                           env={**os.environ, native.VARIABLE: str(library)})  # fmt: skip
     assert done.stdout == "numpy (not compiled, or from other C files)\n"
     assert done.stderr.startswith(f"petcontact: {library} was built from other C files") and done.stderr.count("\n") == 1

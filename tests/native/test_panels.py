@@ -73,7 +73,8 @@ def test_fields_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, corners: int, 
     for one, other, least in zip(ours, theirs, (0.0, 0.0, 1e-11), strict=True):
         size = np.abs(other).reshape(len(points), -1).max(axis=1) + least
         error = np.abs(one - other).reshape(len(points), -1).max(axis=1)
-        assert np.all(error <= 1e-9 * size) and np.median(error / size) <= 1e-13
+        # at heights of 1e-8 of a panel both lose digits, each its own (beside long doubles up to 3e-9)
+        assert np.all(error <= 1e-8 * size) and np.median(error / size) <= 1e-13
 
 
 @pytest.mark.parametrize("order", [0, 2, 3])

@@ -57,7 +57,7 @@ def test_a_signal_keeps_the_last_iterate(tmp_path, number, status):
     job = start(tmp_path, *ENDLESS, "-ksp_monitor", preexec_fn=lambda: signal.signal(number, signal.SIG_DFL))
     wait_for_iterations(job)
     job.send_signal(number)
-    out, err = job.communicate(timeout=120)
+    out, err = job.communicate(timeout=300)
     assert job.returncode == status, err
     assert f"interrupted by {number.name}; the last iterate is saved in case.h5" in err and err.count("interrupted") == 1
     assert f"failed: interrupted by {number.name}" in out
@@ -267,7 +267,7 @@ def test_kill_9_of_a_solve_leaves_the_old_result(tmp_path, comm):
     job = start(tmp_path, *ENDLESS, "--force", "-ksp_monitor")
     wait_for_iterations(job)
     job.kill()
-    job.communicate(timeout=120)
+    job.communicate(timeout=300)
     assert (tmp_path / "case.h5").read_bytes() == before and sorted(os.listdir(tmp_path)) == ["case.h5", "case.toml"]
 
 
@@ -277,7 +277,7 @@ def test_too_little_memory_is_one_line(tmp_path):
         resource.setrlimit(resource.RLIMIT_AS, (2_000_000_000, 2_000_000_000))
 
     job = start(tmp_path, "--set", "mesh.element_size=0.002", "--set", "bem.mat_type=dense", preexec_fn=limit)
-    _, err = job.communicate(timeout=60)
+    _, err = job.communicate(timeout=300)
     assert job.returncode == 1 and "out of memory" in err and "-bem_mat_type hodlr" in err
     # the size is announced first
     assert err.count("\n") == 2 and err.startswith("petcontact: 12000 nodes, 24000 unknowns, about ")

@@ -52,7 +52,7 @@ for k in range(4):
 
 def test_petsc_counts_as_many_destructions_as_creations():
     path = os.pathsep.join([str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", "")])
-    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=60,
+    done = subprocess.run([sys.executable, "-c", PROGRAM], capture_output=True, text=True, timeout=300,
                           env=os.environ | {"PYTHONPATH": path})  # fmt: skip
     assert done.returncode == 0, done.stderr
     table = done.stdout.split("Object Type")[1]

@@ -100,13 +100,15 @@ def test_petsc4py_is_no_hard_dependency():
 
 
 SMALLEST = {
-    "benchmark": "--quick", "benchmark_methods.py": "--sizes 20",
-    "benchmark_space": "growth --sizes 2.0 --ours", "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
-    "verify_contact": "--pairs 1 --floors 0", "mutate": "--list", "verification": "B10 B19",
+    "benchmark": "--quick refactoring assembly compression growth steps contact sweeps startup fields",
+    "benchmark_methods.py": "--quick", "benchmark_space": "--quick",
+    "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
+    "verify_contact": "--pairs 1 --floors 0", "mutate": "--list", "verification": "B10",
     "drawings": "-o {folder}", "benchmark_contact": "--quick --here", "benchmark_accuracy": "--quick --example 1",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
-LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick", "assemblies": "solve hip"}
+LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick", "verify_meshes": "--quick",
+        "assemblies": "solve hip"}  # fmt: skip
 APART = {"attack"}
 """Has a test of its own: test_attack.py."""
 NEED_MORE = {"docs", "compare_versions", "benchmark_sweep"}
@@ -302,7 +304,7 @@ def test_run_is_replaced_by_petcontact_so_that_signals_reach_it(ready):
         assert job.stdout is not None
         assert int(job.stdout.readline()) == job.pid
         job.send_signal(signal.SIGTERM)
-        assert job.wait(timeout=120) == 143
+        assert job.wait(timeout=300) == 143
     finally:
         job.kill()
         job.communicate()

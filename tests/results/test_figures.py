@@ -119,12 +119,12 @@ def test_states_differ_by_shape_and_colour(plate):
 
 def test_the_largest_stress_is_told_with_its_place(solution):
     field = field_on_grid(solution.mesh, solution.u, solution.traction, solution.case.material, (30, 30))
-    peak = peak_of(solution.mesh, field.points, field.von_mises)
+    peak = peak_of(solution.mesh, field.x, field.von_mises)
     assert peak.corner == "top and left" and peak.usual < peak.stress
     assert np.hypot(*(peak.place - [0.0, 4.0])) < 0.01 and "where top and left meet and stress may be infinite" in str(peak)
-    inside = np.hypot(*(field.points - [4.0, 2.0]).T)
+    inside = np.hypot(*(field.x - [4.0, 2.0]).T)
     high = replace(field, stress=field.stress * (1e6 * (inside == inside.min()) + 1.0)[:, None])
-    peak = peak_of(solution.mesh, field.points, high.von_mises)
+    peak = peak_of(solution.mesh, field.x, high.von_mises)
     assert peak.corner == "" and np.hypot(*(peak.place - [4.0, 2.0])) < 0.2 and "infinite" not in str(peak)
     assert sorted(corners(solution.mesh)[1]) == ["bottom and right", "left and bottom", "right and top", "top and left"]
 

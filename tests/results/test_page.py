@@ -97,5 +97,5 @@ def test_a_browser_draws_the_bodies_and_turns_them(solution, tmp_path):
     flags = ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking",
              "--disable-component-update", "--disable-sync", "--use-gl=angle", "--use-angle=swiftshader",
              "--enable-unsafe-swiftshader", f"--user-data-dir={tmp_path / 'profile'}", "--dump-dom"]  # fmt: skip
-    done = subprocess.run([CHROMIUM, *flags, page.as_uri()], capture_output=True, text=True, timeout=120, check=False)
+    done = subprocess.run([CHROMIUM, *flags, page.as_uri()], capture_output=True, text=True, timeout=300, check=False)
     assert 'data-found="0 true true true"' in done.stdout, done.stderr[-2000:]

@@ -35,7 +35,7 @@ def test_alone(given, tmp_path):
     environment = {key: value for key, value in os.environ.items() if not key.startswith(("OMPI", "PMI"))}
     environment |= {"TMPDIR": str(tmp_path), **given}
     done = subprocess.run([sys.executable, "-c", PROGRAM.format(children=int(daemon), given=given)], env=environment,
-                          capture_output=True, text=True, timeout=60)  # fmt: skip
+                          capture_output=True, text=True, timeout=300)  # fmt: skip
     assert done.returncode == 0, done.stderr
 
 

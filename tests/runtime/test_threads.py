@@ -41,5 +41,5 @@ assert os.environ["OPENBLAS_NUM_THREADS"] == "2" and os.environ["OMP_NUM_THREADS
 def test_threads(program, given):
     environment = {key: value for key, value in os.environ.items() if key not in VARIABLES}
     environment |= {"MPI_LOCALNRANKS": "512", **given}
-    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=60)
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, timeout=300)
     assert done.returncode == 0, done.stderr

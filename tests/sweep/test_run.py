@@ -13,7 +13,9 @@ import pytest
 from sweep_files import CONFIGS, quietly, sweep_file
 
 from petcontact import load_case, load_sweep
+from petcontact.compliance.body.hodlr_operators import CompressedOperators
 from petcontact.errors import InputError, ResultError, SolverError
+from petcontact.linalg.elimination import Elimination
 from petcontact.pipeline.run import prepare, run
 from petcontact.pipeline.solve import solve
 from petcontact.sweep import problems
@@ -22,7 +24,7 @@ from petcontact.sweep.design.sweep import build_sweep, read_sweep
 from petcontact.sweep.design.sweep_file import read_files
 from petcontact.sweep.schedule import cost as costs
 from petcontact.sweep.schedule.cost import estimate
-from petcontact.sweep.schedule.groups import describe
+from petcontact.sweep.schedule.groups import describe, make_groups
 from petcontact.sweep.store.case_table import read_case_table
 from petcontact.sweep.store.log import Record, records
 
@@ -90,6 +92,89 @@ def test_a_sweep_computes_each_case_once_and_prepares_each_group_once(small, tmp
     assert table_of(folder) == before
     assert quietly(small, folder, force=True, only=["*-h0.4"]).computed == 4
     assert table_of(folder) == before
+
+
+STEPPED = """
+problems = ["fretting.toml"]
+keep = "all"
+[set]
+"body.0.mesh.element_sizes" = { top = 0.25 }
+"body.0.mesh.element_size" = 1.5
+"body.1.mesh.element_size" = 1.5
+"step.2.increments" = 1
+"step.3.increments" = 1
+[zip]
+"contact.0.friction_coefficient" = [0.4, 0.3, "0.2 + 0.05*x**2", 0.4, 0.4, 0.4]
+"contact.0.gap" = ["x**2/2", "x**2/2", "x**2/2", "x**2/3", "x**2/2", "x**2/2"]
+"step.0.boundary.0.value" = [[0.0, -0.6], [0.0, -0.6], [0.0, -0.6], [0.0, -0.6], [0.0, -0.5], ["sqrt(-1 - x**2)", 0.0]]
+"step.1.increments" = [1, 1, 1, 1, 2, 1]
+"""
+PLAIN = """
+problems = ["example1.toml"]
+keep = "all"
+[set]
+element_size = 0.8
+[zip]
+"boundary.2.value" = [["1/(x - x)", 0.0], [400.0, 0.0], [300.0, "y"], [0.0, 0.0]]
+"boundary.1.value.0" = [0.0, 0.0, 1e-3, 1e-3]
+"boundary.0.friction_bound" = [150.0, 150.0, "100 + x", 150.0]
+"boundary.0.gap" = [0.0, 0.0, "1e-3*x", 0.0]
+"loads.force" = [[0.0, 0.0], [0.0, 0.0], [0.0, -1.0], ["x", 0.0]]
+"""
+
+
+@pytest.mark.parametrize(("text", "eliminations"), [(STEPPED, 2), (PLAIN, 1)], ids=["steps", "one body"])
+def test_loads_gaps_and_friction_share_one_elimination(text, eliminations, tmp_path, monkeypatch, comm):
+    (tmp_path / "fretting.toml").write_text((CONFIGS / "fretting.toml").read_text())
+    sweep = read_sweep(sweep_file(tmp_path, text))
+    calls, built = [], Elimination.__init__
+    monkeypatch.setattr(Elimination, "__init__", lambda *words: calls.append(1) or built(*words))
+    summary = quietly(sweep, tmp_path / "out")
+    monkeypatch.undo()
+    assert len(calls) == eliminations
+    # the one whose load is no number fails, also where it is the first of its group
+    assert len(summary.failed) == 1
+    for chosen in sweep:
+        if chosen.id in summary.failed:
+            with pytest.raises(InputError) as alone:
+                solve(chosen.case, comm=comm)
+            assert summary.failed[chosen.id] == str(alone.value)
+        else:
+            alone, kept = solve(chosen.case, comm=comm), load_case(tmp_path / "out", chosen.id)
+            assert [step.load_factor for step in kept.steps] == [step.load_factor for step in alone.steps]
+            assert kept.status == alone.status == "converged"
+            for one, other in zip(kept.steps, alone.steps, strict=True):
+                for name, body in other.bodies.items():
+                    np.testing.assert_allclose(one.bodies[name].u, body.u, atol=1e-12 * np.abs(body.u).max())
+                for name, pair in other.pairs.items():
+                    np.testing.assert_allclose(
+                        one.pairs[name].sigma_t, pair.sigma_t, atol=1e-12 * np.abs(pair.sigma_t).max()
+                    )
+
+
+PROPORTIONAL = (
+    PLAIN.split("[zip]")[0]
+    + """
+"bem.mat_type" = "hodlr"
+[zip]
+"boundary.2.value" = [[400.0, 0.0], [300.0, 0.0], [300.0, 20.0]]
+"boundary.0.friction_bound" = [150.0, "100 + x", 150.0]
+"""
+)
+
+
+def test_compressed_bodies_share_what_loads_leave_alone_but_for_their_size(tmp_path, monkeypatch, comm):
+    sweep, calls = read_sweep(sweep_file(tmp_path, PROPORTIONAL)), []
+    assert make_groups(sweep).size.tolist() == [3]
+    built = CompressedOperators.__init__
+    monkeypatch.setattr(CompressedOperators, "__init__", lambda *words: calls.append(1) or built(*words))
+    assert quietly(sweep, tmp_path / "out").exit_status == 0
+    monkeypatch.undo()
+    # 300 for 400 is a factor; another direction takes another elimination
+    assert len(calls) == 2
+    for chosen in sweep:
+        alone, kept = solve(chosen.case, comm=comm), load_case(tmp_path / "out", chosen.id)
+        np.testing.assert_allclose(kept.contact.u_t, alone.contact.u_t, atol=1e-9 * np.abs(alone.contact.u_t).max())
 
 
 def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_path):
@@ -418,7 +503,7 @@ def test_a_folder_that_cannot_be_made(small, tmp_path):
 
 
 def command(*words: str, cwd: Path) -> subprocess.CompletedProcess:
-    return subprocess.run([forked.program(), "sweep", *words], cwd=cwd, capture_output=True, text=True, timeout=120)
+    return subprocess.run([forked.program(), "sweep", *words], cwd=cwd, capture_output=True, text=True, timeout=300)
 
 
 def test_the_command_lists_computes_and_says_what_it_did(tmp_path):
@@ -451,7 +536,7 @@ def test_results_that_do_not_fit_the_disk_end_in_one_line_and_lose_no_case(small
         "sys.argv[0] = 'petcontact'\ncli.entry()\n"
     )
     words = [sys.executable, "-c", program, "sweep", str(tmp_path / "small.toml"), "-o", str(tmp_path / "out")]
-    done = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(words, capture_output=True, text=True, timeout=300)
     assert done.returncode == 1, done.stderr
     (line,) = [line for line in done.stderr.splitlines() if line.startswith("petcontact:")]
     assert "results.h5: cannot be written (File too large); the finished cases are whole" in line

@@ -13,7 +13,7 @@ from ...arrays import Array, Index
 from ...mesh.basis import gauss, lagrange_coefficients, product_weights
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.elements import Elements, Targets
-from ..column_fillers import CompiledFiller, data_members
+from ..column_fillers import CompiledFiller
 from ..kernel import ColumnData
 from .arcs import MIDDLE, Arcs, counts, series
 from .moments import RULES
@@ -67,7 +67,8 @@ def _add_points(rule: Array, order: int, count: int) -> None:
 
 def _rules(orders: Index) -> Array:
     """Addresses of rules by order, of those that are asked for."""
-    return np.array([native.pointer(_rule(order)) if np.any(orders == order) else 0 for order in RULES])
+    there = np.bincount(orders, minlength=len(RULES))
+    return np.array([native.pointer(_rule(order)) if there[order] else 0 for order in RULES])
 
 
 @functools.cache
@@ -141,7 +142,7 @@ def compiled_columns(kernel: Any, mesh: CurveMesh, data: ColumnData) -> Compiled
     if _columns is None:
         return None
     ratio, length = kernel.material.plane_strain_ratio, kernel.unit_length
-    return CompiledFiller("petcontact_plane_columns", native.Record(
+    return CompiledFiller("petcontact_plane_columns", [
         *_elements(mesh, np.arange(mesh.n_elements), ratio, length, 1.0 / length), *_points(mesh.targets(slice(None))),
-        native.contiguous(mesh.first_node, np.int64), *data_members(data),
-    ))  # fmt: skip
+        native.contiguous(mesh.first_node, np.int64),
+    ], data)  # fmt: skip

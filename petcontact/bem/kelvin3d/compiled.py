@@ -14,7 +14,7 @@ from ...mesh.basis import gauss
 from ...mesh.curved_panels import CurvedPanels, reference_rule
 from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
-from ..column_fillers import CompiledFiller, data_members
+from ..column_fillers import CompiledFiller
 from ..kernel import ColumnData
 from .polar import digits, tables, warp
 from .rules import COUNTS, MOST_POINTS, degrees, least_log_rho, tolerance_of
@@ -172,8 +172,8 @@ def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> Compil
         kinds[_kind(panels)] = _rules(tolerance, MOST_POINTS[type(panels)]), _weights(_kind(panels), tolerance)
     rules, weights = (np.array([native.pointer(kinds[k][part]) if k in kinds else 0 for k in range(2 * CURVED)])
                       for part in range(2))  # fmt: skip
-    return CompiledFiller("petcontact_panel_columns", native.Record(
+    return CompiledFiller("petcontact_panel_columns", [
         native.contiguous(mesh.x), *(native.contiguous(array, np.int64) for array in (mesh.element, mesh.first_node)), kind,
         np.concatenate(records), first, rules, weights, kernel.material.poisson_ratio,
-        kernel.unit_length, *data_members(data),
-    ), kinds)  # fmt: skip
+        kernel.unit_length,
+    ], data, kinds)  # fmt: skip

@@ -9,13 +9,14 @@ With r = y - x, C = 1/(8π(1-ν)), n the outward normal at y and w = n·r (Brebb
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import AnyArray, Array, Index
 from ...mesh.curved_panels import CurvedPanels
 from ...mesh.panels import Panels
 from ..kelvin import COMPONENTS
@@ -96,13 +97,50 @@ BY_NUMPY: dict[type, Callable[[Array, Any, float, Array, Array], None]] = {Panel
 
 def near_stress(points: Array, panels: Panels, element: Index, column: Index, poisson_ratio: float, data: Array) -> Array:
     """What is missing of the stress of `compiled.compiled_field`, (m, 6): pairs of a panel and a point in closed form."""
-    result, data = np.zeros((len(points), 6)), data.reshape(len(panels.index), panels.n_nodes, 6)
+    result, data = np.zeros((len(points), 6)), data.reshape(len(panels.index), panels.n_nodes, 2, 3)
     for first in range(0, len(element), NEAR_CHUNK):
         some = slice(first, first + NEAR_CHUNK)
-        d, s = _near(points[column[some]], panels, element[some], poisson_ratio)
-        own = data[element[some]]
-        values = np.einsum("nckb,nbk->nc", d, own[..., :3]) + np.einsum("nckb,nbk->nc", s, own[..., 3:])
-        np.add.at(result, column[some], values)
+        chosen = element[some]
+        moments, basis, w = _near_moments(points[column[some]], panels, chosen)
+        frame, scale = panels.frame[chosen], np.array([np.ones(len(chosen)), 1.0 / panels.size[chosen]])
+        # tractions and displacements along the panel's axes, as coefficients of the monomials
+        both = np.einsum("nbq,nbsi,nai,sn->sqan", basis, data[chosen], frame, scale, optimize=True)
+        local = _contracted(moments, panels.exponents, w, both, poisson_ratio)
+        turned = np.einsum("nai,nbj,abn->ijn", frame, frame, local, optimize=True)
+        np.add.at(result, column[some], np.array([turned[i, j] for i, j in COMPONENTS[3]]).T)
+    return result
+
+
+def _contracted(moments: dict[int, Table], exponents: AnyArray, w: Array, data: Array, poisson_ratio: float) -> Array:
+    """Stress (3, 3, n) along the axes of panels by traction and displacement: coefficients (2, q, 3, n) of the monomials."""
+    nu, scale, one_2nu = poisson_ratio, 1.0 / (8.0 * np.pi * (1.0 - poisson_ratio)), 1.0 - 2.0 * poisson_ratio
+    axes, result = range(3), np.empty((3, 3, len(w)))
+
+    @functools.cache
+    def planar(which: int, k: int, first: int, second: int) -> Array:
+        """∫ x^first y^second/r^k times the three components, (3, n)."""
+        table = np.array([moments[k][a + first, b + second] for a, b in exponents.tolist()])
+        return np.asarray(np.einsum("qan,qn->an", data[which], table))
+
+    def of(which: int, component: int, k: int, *indices: int) -> Array:
+        values = planar(which, k, indices.count(0), indices.count(1))[component]
+        return np.asarray(values * w ** indices.count(2))
+
+    force, jump = functools.partial(of, 0), functools.partial(of, 1)
+    bulk_force, bulk_jump = (sum(some(k, power, k, *more) for k in axes)
+                             for some, power, more in ((force, 3, ()), (jump, 5, (2,))))  # fmt: skip
+    bend = [sum(jump(k, 5, j, k) for k in axes) for j in axes]
+    for i, j in COMPONENTS[3]:
+        pushed = one_2nu * (force(i, 3, j) + force(j, 3, i)) + 3.0 * sum(force(k, 5, i, j, k) for k in axes)
+        moved = 3.0 * one_2nu * jump(2, 5, i, j) + 3.0 * nu * (jump(i, 5, j, 2) + jump(j, 5, i, 2))
+        moved = moved - 15.0 * sum(jump(k, 7, i, j, k, 2) for k in axes)
+        for one, other in ((i, j), (j, i)):
+            if one == 2:  # along the normal
+                moved = moved + 3.0 * nu * bend[other] + one_2nu * jump(other, 3)
+        if i == j:
+            pushed = pushed - one_2nu * bulk_force
+            moved = moved + 3.0 * one_2nu * bulk_jump - (1.0 - 4.0 * nu) * jump(2, 3)
+        result[i, j] = result[j, i] = scale * (pushed - moved)
     return result
 
 
@@ -146,10 +184,8 @@ def _at_points(r: Array) -> Integral:
 
 def _near(x: Array, panels: Panels, element: Index, poisson_ratio: float) -> tuple[Array, Array]:
     """D and S (pairs, 6, 3, k) of pairs of a panel and a point in closed form."""
-    local, w = local_targets(x, panels, element)
     exponents, frame, size = panels.exponents, panels.frame[element], panels.size[element]
-    moments = _moments(panels.polygon[element], local[:2].T, w, panels.order + 4, int(exponents.sum(axis=1).max()) + 4)
-    basis = to_basis(panels, element, local[:2])
+    moments, basis, w = _near_moments(x, panels, element)
     parts = []
     for a, b in exponents.tolist():
 
@@ -166,6 +202,17 @@ def _near(x: Array, panels: Panels, element: Index, poisson_ratio: float) -> tup
     rotated = [np.einsum("nai,nbj,nck,abcmn->ijknm", frame, frame, frame, whole, optimize=True) for whole in full]
     d, s = (np.array([whole[i, j] for i, j in COMPONENTS[3]]).transpose(2, 0, 1, 3) for whole in rotated)
     return d, s / size[:, None, None, None]
+
+
+def _near_moments(x: Array, panels: Panels, element: Index) -> tuple[dict[int, Table], Array, Array]:
+    """Moments of pairs of a panel and a point, its basis in their monomials (n, k, q), and the height of its plane (n,)."""
+    local, w = local_targets(x, panels, element)
+    highest = int(panels.exponents.sum(axis=1).max()) + 4
+    return (
+        _moments(panels.polygon[element], local[:2].T, w, panels.order + 4, highest),
+        to_basis(panels, element, local[:2]),
+        w,
+    )
 
 
 def _moments(polygon: Array, origin: Array, w: Array, highest: int, degree: int) -> dict[int, Table]:

@@ -129,8 +129,8 @@ def one_field(output: Path, solution: Any, name: str, resolution: Any, box: Any,
     mesh = solution.meshes[name]
     field = field_inside(solution, grid_inside(mesh, resolution, box), name, progress=progress)
     write_vtu(output, field, solution.problem.units)
-    peak = peak_of(mesh, field.points, field.von_mises)
-    print(f"{output}: {len(field.points)} points, largest von Mises stress {peak}")
+    peak = peak_of(mesh, field.x, field.von_mises)
+    print(f"{output}: {len(field.x)} points, largest von Mises stress {peak}")
     return {name: field}
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import functools
 
 import numpy as np
 
@@ -80,6 +81,10 @@ class ElasticBody(abc.ABC):
     def describe(self) -> str:
         """How the operators are stored."""
 
+    def with_data(self, data: BoundaryData) -> ElasticBody | None:
+        """The same body under other known values; None where that takes another elimination."""
+        return None
+
     def contact_compliance(self, place: Index, surrogate: MakeSurrogate) -> ContactCompliance | None:
         """S of this body alone, of contact nodes in another order, where it is not composed from `compliance` or `apply`."""
         return None
@@ -110,8 +115,7 @@ class ElasticBody(abc.ABC):
 
         It sees what no solver can: a wrong or badly conditioned factorisation, a compression that missed its tolerance.
         """
-        count = min(PROBED, self.mesh.n_nodes)
-        rows = np.sort(np.random.default_rng(PROBE_SEED).choice(self.mesh.n_nodes, count, replace=False))
+        rows = _probed(self.mesh.n_nodes)
         rigid = np.zeros_like(u) if self.data.rigid is None else np.tensordot(shares, self.data.rigid, 1)
         u = u - rigid
         held = u - self.modes @ alpha if alpha.size else u
@@ -137,6 +141,13 @@ class ElasticBody(abc.ABC):
         """
         mean = float(self.mesh.weight @ np.abs(traction).max(axis=1)) / float(self.mesh.weight.sum())
         return max(float(np.abs(u).max(initial=0.0)), HELD * mean / self.operators.traction_scale)
+
+
+@functools.lru_cache(maxsize=16)
+def _probed(n_nodes: int) -> Index:
+    """Nodes at which the integral equations are checked, increasing."""
+    chosen = np.random.default_rng(PROBE_SEED).choice(n_nodes, min(PROBED, n_nodes), replace=False)
+    return np.sort(chosen)
 
 
 def gauge(mesh: BoundaryMesh, data: BoundaryData, modes: Array) -> Array:

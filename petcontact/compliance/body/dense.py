@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...bem.boundary_data import BoundaryData
 from ...bem.dense_assembly import fill_dense
 from ...bem.operators import BoundaryOperators
 from ...linalg.elimination import Elimination
@@ -51,9 +54,29 @@ class DenseBody(ElasticBody):
             if isinstance(self._solved, _ByKSP):
                 influence, at_rest = (self._solved.everywhere(rows[system.own(kept)]) for rows in (influence, at_rest))
         self.compliance = influence / operators.traction_scale
-        at_rest = at_rest[:, :-1]
         self.digits_lost = self._error_of_known(system.known)
-        self.u_0 = at_rest.T.reshape(operators.data.states, *operators.data.contact_shape) + operators.data.sliding
+        self.u_0 = self._at_rest(at_rest)
+
+    def with_data(self, data: BoundaryData) -> DenseBody | None:
+        """The same body under other known values, by forward substitution of their loads; None where a KSP has eliminated
+        it, or the values are those of other components."""
+        if isinstance(self._solved, _ByKSP) or not data.has_matrix_of(self.data):
+            return None
+        body, (n, d) = copy.copy(self), self.mesh.x.shape
+        ElasticBody.__init__(body, replace(self.operators, data=data), self.modes)
+        loads = np.zeros((data.states + 1, d * n + self.modes.shape[2]))
+        with stage("factor"):
+            acting = loads[:-1, : d * n].reshape(data.states, n, d)
+            fill_dense(body.operators, np.arange(n), None, None, acting)
+            acting += body.operators.point_loads.T.reshape(acting.shape)
+            body._solved = self._solved.with_load(loads.T)
+            body.u_0 = body._at_rest(body._solved.at_rest)
+        return body
+
+    def _at_rest(self, solved: Array) -> Array:
+        """u_0 from the columns (m k, K + 1) of all loads."""
+        data = self.operators.data
+        return solved[:, :-1].T.reshape(data.states, *data.contact_shape) + data.sliding
 
     def apply(self, traction: Array) -> Array:
         """Displacement S t of the contact nodes under tractions t there."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
+from typing import TypeVar
 
 import numpy as np
 
@@ -53,21 +54,19 @@ class Level:
         return max((len(basis.kept) for pair in bases for basis in pair), default=0)
 
 
-def pack(clusters: list[Cluster], like: Level | None = None) -> Level:
-    """One level from its clusters. The clusters' arrays are replaced by views, some clusters at a time, so that what was
-    there before makes room; bases of rows are those of `like`."""
+def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> Level:
+    """One level from its compressed clusters, whose blocks are in `near`. Their bases are replaced by views, some clusters
+    at a time, so that what was there before makes room; bases of rows are those of `like`."""
     compressed = [c for c in clusters if c.row_basis and c.column_basis]
     above = [sum(len(c.row_basis.kept) for c in compressed if c.row_basis),
              sum(len(c.column_basis.kept) for c in compressed if c.column_basis)]  # fmt: skip
-    here = [sum(len(c.rows) for c in clusters), sum(len(c.columns) for c in clusters)]
-    near, by_column = Batches(here[0], here[1]), Batches(above[1], here[1])
-    by_row = Batches(here[0], above[0]) if like is None else like.row_combine
+    by_column = Batches(above[1], near.shape[1])
+    by_row = Batches(near.shape[0], above[0]) if like is None else like.row_combine
     kept_rows, kept_columns = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)]
     rows = columns = up_rows = up_columns = 0
     for group in grouped(clusters):
-        blocks, row_blocks, column_blocks = [], [], []
+        row_blocks, column_blocks = [], []
         for c in group:
-            blocks += [Block(rows + b.rows, columns + b.columns, b.values) for b in c.near]
             if c.row_basis and c.column_basis:
                 r, s = c.row_basis, c.column_basis
                 row_blocks.append(Block(rows + r.rest, up_rows + np.arange(len(r.kept)), r.combine))
@@ -76,21 +75,38 @@ def pack(clusters: list[Cluster], like: Level | None = None) -> Level:
                 kept_columns.append(columns + s.kept)
                 up_rows, up_columns = up_rows + len(r.kept), up_columns + len(s.kept)
             rows, columns = rows + len(c.rows), columns + len(c.columns)
-        views, column_views = iter(near.take(blocks)), iter(by_column.take(column_blocks))
+        column_views = iter(by_column.take(column_blocks))
         row_views = iter(by_row.take(row_blocks) if like is None else [block.values for block in row_blocks])
-        del blocks, row_blocks, column_blocks
+        del row_blocks, column_blocks
         for c in group:
-            c.near = [replace(b, values=next(views)) for b in c.near]
             if c.row_basis and c.column_basis:
                 c.row_basis = replace(c.row_basis, combine=next(row_views))
                 c.column_basis = replace(c.column_basis, combine=next(column_views))
     return Level(near, np.concatenate(kept_rows), np.concatenate(kept_columns), by_row, by_column, clusters)
 
 
-def grouped(clusters: list[Cluster]) -> Iterator[list[Cluster]]:
+T = TypeVar("T")
+
+
+def grouped(items: Sequence[T]) -> Iterator[Sequence[T]]:
     """Some clusters at a time."""
-    for first in range(0, len(clusters), TOGETHER):
-        yield clusters[first : first + TOGETHER]
+    for first in range(0, len(items), TOGETHER):
+        yield items[first : first + TOGETHER]
+
+
+def _made(make: Callable[[T], Cluster], of: Sequence[T], n_rows: int, n_columns: int) -> tuple[list[Cluster], Batches]:
+    """Clusters of one level, which have so many active rows and columns together, and their blocks, packed as they come."""
+    clusters, near, rows, columns = list[Cluster](), Batches(n_rows, n_columns), 0, 0
+    for group in grouped(of):
+        made, blocks = [make(item) for item in group], []
+        for c in made:
+            blocks += [Block(rows + b.rows, columns + b.columns, b.values) for b in c.near]
+            rows, columns = rows + len(c.rows), columns + len(c.columns)
+        views = iter(near.take(blocks))
+        for c in made:
+            c.near = [Block(b.rows, b.columns, next(views)) for b in c.near]
+        clusters += made
+    return clusters, near
 
 
 def padded(x: Array) -> Array:
@@ -140,17 +156,17 @@ def build_part(operator: Operator, start: int, stop: int, leaf: int, whole: bool
 
     `like` is that of another operator with the same rows, whose bases serve both.
     """
-    bounds = halved(start, stop, leaf)
-    clusters = [operator.leaf(int(a), int(b)) for a, b in itertools.pairwise(bounds)]
-    return _climb(operator, clusters, whole, like)
+    leaves = list(itertools.pairwise(halved(start, stop, leaf).tolist()))
+    sizes = [int(axis.offsets[stop] - axis.offsets[start]) for axis in (operator.row_axis, operator.column_axis)]
+    return _climb(operator, *_made(lambda ends: operator.leaf(*ends), leaves, *sizes), whole, like)
 
 
 def build_top(operator: Operator, roots: list[Cluster], like: Stack | None = None) -> Stack:
     """The tree above the compressed roots of all parts."""
-    return _climb(operator, _merged(operator, roots), True, like)
+    return _climb(operator, *_merged(operator, roots), True, like)
 
 
-def _climb(operator: Operator, clusters: list[Cluster], whole: bool, like: Stack | None) -> Stack:
+def _climb(operator: Operator, clusters: list[Cluster], near: Batches, whole: bool, like: Stack | None) -> Stack:
     levels: list[Level] = []
     usual = 0
     while True:
@@ -161,11 +177,14 @@ def _climb(operator: Operator, clusters: list[Cluster], whole: bool, like: Stack
             else:
                 for cluster, other in zip(clusters, level.clusters, strict=True):
                     operator.compress_columns(cluster, other)
-        levels.append(pack(clusters, level))
+        levels.append(pack(clusters, near, level))
         if len(clusters) == 1:
             return Stack(levels)
-        clusters = _merged(operator, clusters)
+        clusters, near = _merged(operator, clusters)
 
 
-def _merged(operator: Operator, clusters: list[Cluster]) -> list[Cluster]:
-    return [operator.merge(clusters[i : i + 2]) for i in range(0, len(clusters), 2)]
+def _merged(operator: Operator, clusters: list[Cluster]) -> tuple[list[Cluster], Batches]:
+    rows = sum(len(c.row_basis.kept) for c in clusters if c.row_basis)
+    columns = sum(len(c.column_basis.kept) for c in clusters if c.column_basis)
+    pairs = [clusters[i : i + 2] for i in range(0, len(clusters), 2)]
+    return _made(operator.merge, pairs, rows, columns)

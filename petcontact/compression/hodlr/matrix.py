@@ -17,6 +17,9 @@ from .skeleton import Entries, ManyEntries, Operator
 from .subtrees import Forest
 from .workers import Workers
 
+PROBED = 20_000
+"""Nodes whose columns of some exact rows are held at a time."""
+
 
 @dataclass(frozen=True)
 class Split:
@@ -102,21 +105,27 @@ class HODLR:
         probes : int
             Number of nodes, and of vectors.
         """
-        axes = self.operator.row_axis, self.operator.column_axis
-        carriers = np.flatnonzero(np.diff(axes[0].offsets))
+        rows_of, columns_of = self.operator.row_axis, self.operator.column_axis
+        carriers = np.flatnonzero(np.diff(rows_of.offsets))
         nodes, x = self.workers.at_root(
             lambda: (np.sort(rng.choice(carriers, min(probes, len(carriers)), replace=False)),
                      rng.standard_normal((self.shape[1], probes)))
         )  # fmt: skip
-        own = [axis.offsets[[self.first_node, self.last_node]] for axis in axes]
-        exact = entries(nodes, np.arange(self.first_node, self.last_node))
-        rows = axes[0].of(nodes)
-        here = (rows >= own[0][0]) & (rows < own[0][1])
-        mine = x[own[1][0] : own[1][1]]
-        product = exact @ mine
-        product[here] -= self.mult(mine)[rows[here] - own[0][0]]
+        rows, own = rows_of.of(nodes), rows_of.offsets[[self.first_node, self.last_node]]
+        mine = x[columns_of.offsets[self.first_node] : columns_of.offsets[self.last_node]]
+        del x
+        product, squares = np.zeros((len(rows), probes)), np.zeros(len(rows))
+        # rows of a large operator are long: some columns at a time
+        cuts = [*range(self.first_node, self.last_node, PROBED), self.last_node]
+        places = columns_of.offsets[cuts] - columns_of.offsets[self.first_node]
+        for (first, last), (a, b) in zip(itertools.pairwise(cuts), itertools.pairwise(places), strict=True):
+            exact = entries(nodes, np.arange(first, last))
+            product += exact @ mine[a:b]
+            squares += np.einsum("ij,ij->i", exact, exact)
+        here = (rows >= own[0]) & (rows < own[1])
+        product[here] -= self.mult(mine)[rows[here] - own[0]]
         error = np.square(sum(self.workers.gather([product]))).mean(axis=1).max(initial=0.0)
-        scale = sum(self.workers.gather([(exact * exact).sum(axis=1)])).max(initial=0.0)
+        scale = np.max(sum(self.workers.gather([squares])), initial=0.0)
         return float(np.sqrt(error / max(float(scale), float(np.finfo(np.float64).tiny))))
 
 

@@ -91,7 +91,9 @@ class Axis:
     def nodes_of(self, dofs: Index) -> Index:
         """Nodes of some increasing degrees of freedom, each once."""
         nodes = self.node[dofs]
-        return nodes[np.diff(nodes, prepend=-1) > 0]
+        first = np.ones(len(nodes), dtype=bool)
+        np.not_equal(nodes[1:], nodes[:-1], out=first[1:])
+        return np.asarray(nodes[first])
 
     def count(self, nodes: Index) -> int:
         """Number of degrees of freedom of some nodes."""
@@ -149,13 +151,15 @@ class Operator:
         """Entries of some rows and columns."""
         row_nodes, column_nodes = self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns)
         values = self.between(row_nodes, column_nodes)
-        picked = values[self.row_axis.places(row_nodes, rows)[:, None], self.column_axis.places(column_nodes, columns)]
-        return np.asarray(picked)
+        # columns first: entries lie column by column
+        picked = values[:, self.column_axis.places(column_nodes, columns)]
+        return np.asarray(picked[self.row_axis.places(row_nodes, rows)])
 
     def leaf(self, start: int, stop: int) -> Cluster:
         """A cluster with all its rows and columns active, and its dense diagonal block."""
         rows, columns = self.row_axis.span(start, stop), self.column_axis.span(start, stop)
-        near = Block(np.arange(len(rows)), np.arange(len(columns)), self.block(rows, columns))
+        values = self.between(self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns))
+        near = Block(np.arange(len(rows)), np.arange(len(columns)), values)
         return Cluster(start, stop, rows, columns, [near])
 
     def merge(self, children: list[Cluster]) -> Cluster:

@@ -63,8 +63,6 @@ class Pivot:
         Nodes that lie on another piece than was supposed.
     push : (r,) array
         Motion along which the loads push and that no node resists; 0 where all motions are resisted or in equilibrium.
-    bent : float
-        Largest |Π(τ) + σ| at the new τ over the largest |σ|: round-off where pieces are linear and no node is wrong.
     """
 
     sigma: Array
@@ -74,7 +72,11 @@ class Pivot:
     tau: Array
     wrong: int
     push: Array
-    bent: float
+
+    def bent(self, law: ContactLaw) -> float:
+        """Largest |Π(τ) + σ| at the new τ over the largest |σ|: round-off where pieces are linear and no node is wrong."""
+        size = float(np.abs(self.sigma).max(initial=0.0)) or 1.0
+        return float(np.abs(law.project(self.tau) + self.sigma).max(initial=0.0)) / size
 
 
 def next_tau(
@@ -91,7 +93,7 @@ def next_tau(
     size, moved = lengths(sigma[:, tangential]), lengths(v[:, tangential])
     # what closes slips at once if it slid further than its overlap lets friction hold it: one ρ for both components
     limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0))
-    rho[:, tangential] = np.clip(limit, 1e-9 * ratio, 1e9 * ratio)[:, None]
+    rho[:, tangential] = np.minimum(np.maximum(limit, 1e-9 * ratio), 1e9 * ratio)[:, None]
     tau = rho * v - sigma
     # a guess of other loads may be any size: its share is that of round-off in this τ, which a light touch exceeds
     size, guessed = (np.abs(part).max(initial=0.0) for part in (tau, linearised.tau))
@@ -141,8 +143,7 @@ def pivots(
             farthest = RUNAWAY * max(float(np.abs(part).max(initial=0.0)) for part in (base, strain)) or np.inf
         revised, rho = next_tau(linearised, law, sigma, v, solver.noise, VANISHED * max(begun, largest))
         wrong = np.flatnonzero(law.states(revised) != linearised.states)
-        bent = float(np.abs(law.project(revised) + sigma).max(initial=0.0) / (np.abs(sigma).max(initial=0.0) or 1.0))
-        step = Pivot(sigma, v, alpha, linearised, revised, len(wrong), push, bent)
+        step = Pivot(sigma, v, alpha, linearised, revised, len(wrong), push)
         yield step
         if len(wrong) < fewest:
             fewest, patience = len(wrong), PATIENCE
@@ -203,6 +204,6 @@ def box_problem(
     For Tresca's law and a symmetric operator it is the minimum of ½σᵀWSσ + σᵀWu_0 over |σ| <= g, W the weights.
     """
     for last in itertools.islice(pivots(solver, law, base, modes, tau, sigma=sigma), limit):
-        if last.wrong == 0 and last.bent <= tolerance:
+        if last.wrong == 0 and last.bent(law) <= tolerance:
             break
     return last

@@ -28,12 +28,18 @@ from ..law_protocol import OPEN, ContactLaw, law_residual
 from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
-from ..system import ContactSystem, MonolithicSystem, RigidModeConstraint, Surrogate
+from ..system import ContactSystem, RigidModeConstraint, Surrogate, is_monolithic
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
-LATE = 2
-"""Steps with a dense S of bodies before a prediction: most need no more."""
+# Seconds of one core with a dense S of bodies in the plane, of 200 to 900 unknowns, of which about two thirds are active.
+STEP, STEP_FLOP = 5e-4, 2e-11
+"""A step of q unknowns takes STEP + STEP_FLOP q³."""
+PREDICTION, PREDICTION_UNKNOWN = 1e-2, 5e-5
+"""Setting T up and predicting once take PREDICTION + PREDICTION_UNKNOWN q."""
+LATE = (2, 8)
+"""Least and most steps with a dense S before a prediction: most problems need no more than 2, and after 8 exchanges may have
+stopped gaining (`pivots.PATIENCE`)."""
 LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
 TRIES = 3
@@ -73,13 +79,13 @@ class SemismoothNewton:
         if predict is None:
             predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
         # a mixed system's step costs no more than T does to set up
-        mixed = isinstance(system, MonolithicSystem)
+        mixed = is_monolithic(system)
         surrogate = system.surrogate() if not mixed and (system.matrix_free or (predict and not late)) else None
         if surrogate is not None:
             surrogate.rtol = LOOSE
         foretell = _Foresight(system, law, surrogate) if predict and (late or surrogate is not None) else None
         solver: LinearSolver
-        if isinstance(system, MonolithicSystem):
+        if is_monolithic(system):
             solver = MonolithicSolver(system, iteration.criterion.tolerance)
         else:
             solver = active_set_solver(system, surrogate)
@@ -108,11 +114,12 @@ def first_guess(system: ContactSystem, surrogate: Surrogate, solver: LinearSolve
 
 
 class _Foresight:
-    """Sets by the contact problem of T through an iterate; where T is still to be made, from the LATE-th step on."""
+    """Sets by the contact problem of T through an iterate; where T is still to be made, once the steps so far have cost as
+    much as that will."""
 
     def __init__(self, system: ContactSystem, law: ContactLaw, surrogate: Surrogate | None) -> None:
         self.surrogate, self._system, self._law = surrogate, system, law
-        self._wait = 0 if surrogate is not None else LATE
+        self._wait = 0 if surrogate is not None else steps_before(system.u_0.size)
 
     def __call__(self, step: Pivot) -> tuple[Array, Array]:
         """τ and σ of the prediction."""
@@ -135,6 +142,16 @@ class _Foresight:
         return (last.tau, last.sigma) if modes is None else (tau, sigma)
 
 
+def steps_before(unknowns: int) -> int:
+    """Steps with a dense S of some unknowns that cost as much as T and a prediction by it.
+
+    >>> steps_before(300), steps_before(900), steps_before(2000)
+    (8, 4, 2)
+    """
+    price = (PREDICTION + PREDICTION_UNKNOWN * unknowns) / (STEP + STEP_FLOP * unknowns**3)
+    return min(max(round(price), LATE[0]), LATE[1])
+
+
 Guess = tuple[Array, Array, Array]
 """τ, σ and v."""
 
@@ -145,7 +162,7 @@ def _first_guess(
     base = system.u_0
     stuck = everywhere(base, law, 0.0)
     start = iteration.start
-    if start is None and isinstance(system, MonolithicSystem) and system.modes is None and len(law.groups) > 1:
+    if start is None and is_monolithic(system) and system.modes is None and len(law.groups) > 1:
         # nodes that do not meet without contact need not be solved for, nor preconditioned, as closed ones
         start = base, np.zeros_like(base)
     if start is not None:

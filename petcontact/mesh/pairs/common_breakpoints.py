@@ -67,11 +67,12 @@ def match(meshes: list[list[SideMesh]], pairs: list[Projection]) -> None:
     """Give the primaries the joints of their secondaries, in place; joints that a primary cannot do without go back."""
     imposed: Imposed = {}
     for _ in range(4):
-        before = sum(map(len, imposed.values()))
+        before = [side.breaks for sides in meshes for side in sides]
         for pair in pairs:
             _carry_back(meshes, pair, imposed)
             _carry_over(meshes, pair, imposed)
-        if sum(map(len, imposed.values())) == before:
+        after = (side.breaks for sides in meshes for side in sides)
+        if all(a.shape == b.shape and np.abs(a - b).max() <= SAME for a, b in zip(before, after, strict=True)):
             break
     for pair in pairs:
         _take_orders(meshes, pair)
@@ -109,7 +110,7 @@ def _carry_over(meshes: list[list[SideMesh]], pair: Projection, imposed: Imposed
         breaks = _distinct(np.concatenate([[0.0, 1.0], given]))
         kept = old.breaks[1:-1][~faced(old.breaks[1:-1])]
         breaks = _filled(breaks, kept, faced(0.5 * (breaks[1:] + breaks[:-1])))
-        meshes[b][side] = SideMesh(breaks, _orders_at(old, breaks))
+        meshes[b][side] = SideMesh(breaks, _orders_at(old, 0.5 * (breaks[1:] + breaks[:-1])))
 
 
 def _filled(breaks: Array, own: Array, faced: Mask) -> Array:
@@ -146,21 +147,18 @@ def _take_orders(meshes: list[list[SideMesh]], pair: Projection) -> None:
         mesh = meshes[b][side]
         met, fractions = pair.to_secondary(k, 0.5 * (mesh.breaks[1:] + mesh.breaks[:-1]))
         order = mesh.order.copy()
-        for j in np.flatnonzero(met >= 0):
-            facing = meshes[a][a_sides[met[j]]]
-            order[j] = _orders_at(facing, np.array([fractions[j], fractions[j]]))[0]
+        for number in np.unique(met[met >= 0]):
+            mine = met == number
+            order[mine] = _orders_at(meshes[a][a_sides[number]], fractions[mine])
         meshes[b][side] = SideMesh(mesh.breaks, order)
 
 
 def _distinct(fractions: Array) -> Array:
     """Increasing fractions without those that are one to round-off."""
-    values: Array = np.unique(fractions)
-    if len(values) == 0:
-        return values
-    values = values[np.append(True, np.diff(values) > SAME)]
+    values: Array = np.sort(fractions)
     values[np.abs(values) <= SAME] = 0.0
     values[np.abs(values - 1.0) <= SAME] = 1.0
-    return np.unique(values)
+    return np.asarray(values[np.append(True, np.diff(values) > SAME)[: len(values)]])
 
 
 def _with_joints(side: SideMesh, needed: Array) -> SideMesh:
@@ -172,10 +170,9 @@ def _with_joints(side: SideMesh, needed: Array) -> SideMesh:
     apart = np.minimum(old - around[place - 1], around[place] - old)
     kept = old[(apart > CLOSE * size) | (old == 0.0) | (old == 1.0)]
     breaks = _distinct(np.concatenate([kept, needed]))
-    return SideMesh(breaks, _orders_at(side, breaks))
+    return SideMesh(breaks, _orders_at(side, 0.5 * (breaks[1:] + breaks[:-1])))
 
 
-def _orders_at(side: SideMesh, breaks: Array) -> Index:
-    """Orders (n,) of a side's elements at the middles of others, given by their breaks (n + 1,)."""
-    middle = 0.5 * (breaks[1:] + breaks[:-1])
+def _orders_at(side: SideMesh, middle: Array) -> Index:
+    """Orders (n,) of a side's elements at the middles of others (n,)."""
     return np.asarray(side.order[np.clip(np.searchsorted(side.breaks, middle) - 1, 0, len(side.order) - 1)])

@@ -76,7 +76,8 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     values = projection(secondary, elements, primary, others, segments, y)[a][:, b]
     # what looks past the other part carries nothing, though its element may face some of it
     met = (there.face >= 0) & (np.diff(values.indptr) > 0)
-    values = scipy.sparse.csr_array(scipy.sparse.diags(met.astype(float)) @ values)
+    values.data *= np.repeat(met, np.diff(values.indptr))
+    values.eliminate_zeros()
     distance = np.where(met, there.distance, np.inf)
     faced = secondary.x[a] + np.where(met, distance, 0.0)[:, None] * normal
     values = rounded(balanced(values, primary.x[b], faced, secondary.tangents_to(normal), primary.weight[b]))
@@ -88,14 +89,17 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     sides = [np.unique(numbers) for numbers in couples.T]
     matched = all(len(numbers) == len(couples) for numbers in sides)
     sizes = [float(every[numbers].sum()) / max(1, len(numbers)) for every, numbers in zip(measure, sides, strict=True)]
-    missed = [float(sag(faces)[numbers].max(initial=0.0)) for faces, numbers in zip((own, opposite), sides, strict=True)]
-    loads = scipy.sparse.diags(1.0 / primary.weight[b]) @ values.T @ scipy.sparse.diags(secondary.weight[a])
-    return Facing(a, b, normal, distance, values, scipy.sparse.csr_array(loads), matched, (sizes[0], sizes[1]),
-                  0.0 if matched else max(missed))  # fmt: skip
+    missed = 0.0
+    if not matched:
+        missed = max(float(sag(faces)[some].max(initial=0.0)) for faces, some in zip((own, opposite), sides, strict=True))
+    pushed = values.data * np.repeat(secondary.weight[a], np.diff(values.indptr)) / primary.weight[b][values.indices]
+    loads = scipy.sparse.csr_array((pushed, values.indices, values.indptr), shape=values.shape).T
+    return Facing(a, b, normal, distance, values, scipy.sparse.csr_array(loads), matched, (sizes[0], sizes[1]), missed)
 
 
 def _couples(segments: Segments, size: Array) -> Index:
     """Which faces of the secondary, of sizes (n,), and of the primary face one another, (k, 2)."""
-    couples, number = np.unique(np.column_stack([segments.face, segments.other]), axis=0, return_inverse=True)
-    shared = np.bincount(number.ravel(), segments.weight, len(couples))
-    return np.asarray(couples[shared > SHARED * size[couples[:, 0]]])
+    many = int(segments.other.max(initial=0)) + 1
+    couples, number = np.unique(segments.face * many + segments.other, return_inverse=True)
+    couples = couples[np.bincount(number, segments.weight, len(couples)) > SHARED * size[couples // many]]
+    return np.column_stack(np.divmod(couples, many))

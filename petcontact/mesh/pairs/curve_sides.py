@@ -28,9 +28,7 @@ def side_meshes(outline: Outline, mesh: CurveMesh) -> list[SideMesh]:
     """The joints of each side of a mesh of the outline."""
     result, first = [], 0
     for side in outline.sides:
-        last = first + 1
-        while not np.array_equal(mesh.end[last - 1], side.end):
-            last += 1
+        last = first + 1 + int(np.argmax((mesh.end[first:] == side.end).all(axis=1)))
         joints = np.concatenate([[0.0], np.cumsum(mesh.length[first:last])])
         result.append(SideMesh(joints / joints[-1], mesh.order[first:last]))
         first = last

@@ -8,8 +8,6 @@ therefore hands on force and moment of the normal tractions exactly.
 
 from __future__ import annotations
 
-import itertools
-
 import numpy as np
 import scipy
 
@@ -46,20 +44,28 @@ def projection(
     basis = _blocks(secondary, element, segments.place[order])
     root = np.sqrt(segments.weight[order])
     size = np.bincount(secondary.element, secondary.weight, secondary.n_elements)
-    ends = np.append(np.flatnonzero(np.diff(element, prepend=-1)), len(element))
+    start = np.flatnonzero(np.diff(element, prepend=-1))
+    count, nodes = np.diff(np.append(start, len(element))), np.diff(secondary.first_node)[element[start]]
+    whole = np.add.reduceat(root**2, start) >= WHOLE * size[element[start]] if len(start) else np.zeros(0, dtype=bool)
+    # elements alike are projected at once, those that face something in part one by one
+    alike = np.column_stack([count, nodes, np.where(whole, -1, np.arange(len(start)))])
     rows, columns, entries = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
-    for start, end in itertools.pairwise(ends):
-        first, last = secondary.first_node[element[start] : element[start] + 2]
-        here = root[start:end]
-        trial = np.eye(last - first)
-        if here @ here < WHOLE * size[element[start]]:
-            trial = _affine(secondary.x[first:last])
-        factor = here[:, None] * (basis[start:end, : last - first] @ trial)
-        rows.append(np.repeat(np.arange(first, last), end - start))
-        columns.append(np.tile(np.arange(start, end), last - first))
-        entries.append((trial @ np.linalg.pinv(factor) * here).ravel())
+    for points, p, one in np.unique(alike, axis=0).tolist():
+        chosen = np.flatnonzero((alike == (points, p, one)).all(axis=1))
+        place = start[chosen][:, None] + np.arange(points)
+        node = secondary.first_node[element[start[chosen]]][:, None] + np.arange(p)
+        factor = root[place][:, :, None] * basis[place][:, :, :p]
+        if one < 0:
+            found = np.linalg.pinv(factor)
+        else:
+            trial = _affine(secondary.x[node[0]])
+            found = trial @ np.linalg.pinv(factor @ trial)
+        found *= root[place][:, None, :]
+        rows.append(np.broadcast_to(node[:, :, None], found.shape).ravel())
+        columns.append(np.broadcast_to(place[:, None], found.shape).ravel())
+        entries.append(found.ravel())
     triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
-    project = scipy.sparse.csr_array(scipy.sparse.coo_array(triples, shape=(secondary.n_nodes, len(element))))
+    project = scipy.sparse.csr_array(triples, shape=(secondary.n_nodes, len(element)))
     seen = _seen(primary, others[segments.other[order]], segments.opposite[order], y[order])
     return scipy.sparse.csr_array(project @ seen)
 
@@ -150,7 +156,7 @@ def balanced(
 
 def rounded(values: scipy.sparse.csr_array) -> scipy.sparse.csr_array:
     """V with entries that are 0 or 1 to round-off made so."""
-    whole = np.round(values.data)
+    whole = np.rint(values.data)
     values.data = np.where((np.abs(values.data - whole) < ROUND) & (np.abs(whole) <= 1.0), whole, values.data)
     values.eliminate_zeros()
     return values

@@ -171,7 +171,7 @@ class AdaptiveSolve:
         """The solution on the mesh of a level."""
         self.missed = 0.0
 
-        def make(number: int, one: Problem, boundary: Boundary) -> BoundaryMesh:
+        def make(number: int, one: Callable[[], Problem], boundary: Boundary) -> BoundaryMesh:
             made = self.quantity.mesh(number, one, boundary, level)
             self.missed = max(self.missed, made.missed)
             mesh: BoundaryMesh = made.mesh

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
 from ...bem.compatibility import check_compatible
+from ...bem.kernels import kernel_for
 from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
@@ -60,7 +62,7 @@ class Slip:
         self._last: Solution | None = None
         self._body: Body | None = None
 
-    def mesh(self, number: int, one: Problem, boundary: Boundary, level: Level) -> LevelMesh:
+    def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level) -> LevelMesh:
         """Graded to the transition points that the last solution shows.
 
         Raises
@@ -69,8 +71,9 @@ class Slip:
             If data contradict each other where parts meet.
         """
         if self._body is None:
-            self._body = Body.of(one, as_outline(boundary, "--adapt").joined).with_powers()
-            check_compatible(one, self._body.outline)
+            posed = one()
+            self._body = Body.of(posed, as_outline(boundary, "--adapt").joined).with_powers()
+            check_compatible(posed, self._body.outline)
         body = self._body
         longest = [side.length / FIRST_LOOK if contact and not self._shown else np.inf
                    for side, contact in zip(body.outline.sides, body.contact, strict=True)]  # fmt: skip
@@ -83,9 +86,10 @@ class Slip:
     def observe(self, solution: Solution, level: Level) -> None:
         """Keep what a solution shows."""
         assert self._body is not None
+        lines = contact_lines(self._body, solution)
         if self._last is not None:
-            self.differences.append(self.apart(solution))
-        self._shown.append(contact_lines(self._body, solution))
+            self.differences.append(difference(self._shown[-1], lines) / displacement_scale(solution))
+        self._shown.append(lines)
         self._levels.append(level)
         self._last = solution
 
@@ -168,8 +172,7 @@ def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
     side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
     element = mesh.element[contact.nodes]
     sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
-    material = solution.problem.body[0].material
-    compliance = (1.0 - material.poisson_ratio) / (np.pi * material.shear_modulus)
+    compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
     negligible = NEGLIGIBLE * displacement_scale(solution) / (compliance * float(contact.weight.sum()))
     lines = []
     for k in np.flatnonzero(body.contact):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -68,12 +69,13 @@ class Tractions:
         self._pressed = pressed_sides(outlines, interfaces_of(problem))
         self._places = fading_places(problem)
 
-    def mesh(self, number: int, one: Problem, boundary: Boundary, level: Level) -> LevelMesh:
+    def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level) -> LevelMesh:
         """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
         if number not in self._bodies:
-            body = Body.of(one, as_outline(boundary, "--adapt").joined)
+            posed = one()
+            body = Body.of(posed, as_outline(boundary, "--adapt").joined)
             body = with_pressing_corners(body, self._pressed[number])
-            self._bodies[number] = with_later_data(body, self._problem, number, one)
+            self._bodies[number] = with_later_data(body, self._problem, number, posed)
         body, pressed = self._bodies[number], self._pressed[number].inner
         found = {part: self._edges.get(name, []) for (b, part), name in self._names.items() if b == number}
         largest, inner = list[float](), dict[int, list[tuple[float, float]]]()

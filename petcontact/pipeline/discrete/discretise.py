@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -9,24 +10,27 @@ from typing import Any
 import numpy as np
 import scipy
 
-from ...arrays import Array, Mask
+from ...arrays import Array
 from ...bem.boundary_data import BoundaryData
-from ...bem.particular.volume import volume_solution
+from ...bem.compatibility import check_compatible
+from ...bem.particular.volume import VolumeSolution, volume_solution
 from ...compliance.interface import Interface, slices
 from ...contact.law_protocol import ContactLaw
-from ...contact.laws import SignoriniCoulomb, Tresca
-from ...contact.methods.registry import ContactNodes, law_of
+from ...contact.laws import Tresca
 from ...errors import InputError
+from ...geometry.outline import Outline
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.pairs.contact_search import face
+from ...mesh.pairs.contact_search import Facing, face
 from ...mesh.pairs.matching import PairParts, matched
 from ...mesh.pairs.periodic import partner_nodes
 from ...mesh.pairs.ray_casting import along
 from ...model.expressions import evaluate
+from ...model.loads import loads_by_step
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
 from .interfaces import InterfaceSpec, as_problem, check_parts, interfaces_of
+from .laws import law_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
 
 OUTWARD = 1e-9
@@ -34,8 +38,11 @@ OUTWARD = 1e-9
 
 FINER = 0.9
 """Elements of the secondary smaller than this, over those of the primary, are finer ones."""
-MeshMaker = Callable[[int, Problem, Any], BoundaryMesh]
-"""The mesh of a body by its number, the body as a problem of its own, and its boundary; primaries are matched afterwards."""
+POSED = ("body", "contact", "obstacle", "step")
+"""Fields of a problem that its discrete one follows from; the others are those of the method."""
+MeshMaker = Callable[[int, Callable[[], Problem], Any], BoundaryMesh]
+"""The mesh of a body by its number, a function that poses the body as a problem of its own, and its boundary; primaries are
+matched afterwards."""
 
 
 @dataclass
@@ -57,7 +64,12 @@ class Discrete:
         The smallest distance or gap of each interface, infinite where nothing is faced [length].
     wear : (M,) array
         Coefficient of Archard's law at the nodes of all interfaces [1/stress].
-    warnings : list of str
+    warnings, mesh_warnings : lists of str
+        Of data and steps, and of the meshes, which are looked at when the bodies are eliminated.
+    facings : list of Facing
+        Of each side what it faces; None where that is no body.
+    volumes : list of VolumeSolution
+        Of each body; None where nothing loads its volume.
     """
 
     problem: Problem
@@ -70,6 +82,9 @@ class Discrete:
     distance: list[float]
     wear: Array
     warnings: list[str] = field(default_factory=list)
+    mesh_warnings: list[str] = field(default_factory=list)
+    facings: list[Facing | None] = field(default_factory=list)
+    volumes: list[VolumeSolution | None] = field(default_factory=list)
 
     @property
     def holds_normals(self) -> bool:
@@ -77,42 +92,61 @@ class Discrete:
         return all(face.held for face in self.interfaces)
 
 
-def discretise(problem: Problem, make_mesh: MeshMaker | None = None, law: Any = None) -> Discrete:
+def discretise(
+    problem: Problem, make_mesh: MeshMaker | None = None, law: Any = None, like: Discrete | None = None
+) -> Discrete:
     """Meshes, data and laws of a problem; the bodies' own meshes are what their options ask for, or `make_mesh`.
+
+    Parameters
+    ----------
+    problem : Problem
+    make_mesh : MeshMaker, optional
+    law : optional
+        As in `solve`.
+    like : Discrete, optional
+        Of a problem that differs in friction, gaps, loads, motions or the method only: its meshes are taken, what their
+        sides face, and the data that are the same.
 
     Raises
     ------
     InputError
         If a part does not exist or has two conditions, data are not finite, or a coefficient or bound is negative.
     """
+    if like is not None and all(getattr(problem, key) == getattr(like.problem, key) for key in POSED):
+        return replace(like, problem=problem, warnings=list(like.warnings))
     sides = interfaces_of(problem)
+    boundaries, meshes = meshed(problem, sides, make_mesh, like)
     if not sides:
-        return without_contact(problem, make_mesh)
-    boundaries, meshes = meshed(problem, sides, make_mesh)
+        return _without_contact(problem, boundaries, meshes, like)
+    facings = [_facing(side, meshes) for side in sides] if like is None else like.facings
     notes: list[str] = []
     interfaces, distance = [], []
-    for side in sides:
+    for side, facing in zip(sides, facings, strict=True):
         if side.periodic:
             interfaces.append(_periodic(problem, side, meshes[side.body]))
             distance.append(0.0)
             continue
-        interface, smallest, mismatch = _interface(side, meshes, all(side.holds_normal for side in sides))
+        interface, smallest, mismatch = _interface(side, meshes, facing, all(side.holds_normal for side in sides))
         interfaces.append(interface)
         distance.append(smallest)
         notes += mismatch
-    given, (interfaces, law) = law, _with_law(law, sides, interfaces, meshes)
+    given, (interfaces, law) = law, with_law(law, sides, interfaces, meshes)
     data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
     if given is None and isinstance(law, Tresca) and _held_by_friction(interfaces, meshes, boundaries, data, law.bound):
         # equilibrium of what only contact holds is exact where all its tractions are looked for
         interfaces = [replace(face, held=False) for face in interfaces]
-        law = _law(sides, interfaces, meshes)
+        law = law_between(sides, interfaces, meshes)
         data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
-    notes += add_volume_loads(problem, meshes, data)
-    return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance,
-                    _wear(sides, interfaces, meshes), notes)  # fmt: skip
+    data, volumes = _with_volume_loads(problem, meshes, data, like)
+    notes += [note for volume in volumes if volume is not None for note in volume.notes]
+    wear = wear_between(sides, interfaces, meshes)
+    return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, wear, notes,
+                    [] if like is None else like.mesh_warnings, facings, volumes)  # fmt: skip
 
 
-def without_contact(problem: Problem, make_mesh: MeshMaker | None = None) -> Discrete:
+def _without_contact(
+    problem: Problem, boundaries: list[Boundary], meshes: list[BoundaryMesh], like: Discrete | None
+) -> Discrete:
     """The bodies of a problem, of which no part is in contact, on meshes; there is no law.
 
     Raises
@@ -122,37 +156,61 @@ def without_contact(problem: Problem, make_mesh: MeshMaker | None = None) -> Dis
     """
     for obstacle in problem.obstacle:
         raise InputError(f"obstacle {obstacle.name!r}: no part is in contact; a [[contact]] says what it touches")
-    boundaries, meshes = meshed(problem, [], make_mesh)
     data = [boundary_data(problem, b, mesh, []) for b, mesh in enumerate(meshes)]
     for boundary, mesh, known in zip(boundaries, meshes, data, strict=True):
         if body_motions(boundary, known, mesh).shape[2]:
             check_held(known, mesh, np.zeros(0))
-    notes = add_volume_loads(problem, meshes, data)
+    data, volumes = _with_volume_loads(problem, meshes, data, like)
+    notes = [note for volume in volumes if volume is not None for note in volume.notes]
     return Discrete(problem, boundaries, meshes, [], [], Tresca(np.zeros(0), meshes[0].dim - 1), data, [],
-                    np.zeros(0), notes)  # fmt: skip
+                    np.zeros(0), notes, [] if like is None else like.mesh_warnings, [], volumes)  # fmt: skip
 
 
 def meshed(
-    problem: Problem, sides: list[InterfaceSpec], make_mesh: MeshMaker | None
+    problem: Problem, sides: list[InterfaceSpec], make_mesh: MeshMaker | None, like: Discrete | None = None
 ) -> tuple[list[Boundary], list[BoundaryMesh]]:
     """Boundaries and meshes of the bodies, which match where parts face one another."""
-    boundaries: list[Boundary] = [body.geometry.outline() for body in problem.body]
+    made: list[Boundary] = [] if like is not None else [body.geometry.outline() for body in problem.body]
+    boundaries = made if like is None else like.boundaries
     check_parts(problem, boundaries, sides)
-    problems = [as_problem(body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
-    own = [mesh_of(problem, boundaries[b]) if make_mesh is None else make_mesh(b, problem, boundaries[b])
-           for b, problem in enumerate(problems)]  # fmt: skip
+    posed = [functools.partial(as_problem, body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
+    if like is not None:
+        for one, boundary in zip(posed, boundaries, strict=True):
+            if isinstance(boundary, Outline):
+                check_compatible(one(), boundary)
+        return boundaries, like.meshes
+    own = [mesh_of(one(), boundaries[b]) if make_mesh is None else make_mesh(b, one, boundaries[b])
+           for b, one in enumerate(posed)]  # fmt: skip
     pairs = [PairParts((s.body, s.part), s.primary, s.direction, s.periodic) for s in sides if s.primary is not None]
     return boundaries, matched(boundaries, own, pairs) if pairs else own
 
 
-def add_volume_loads(problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData]) -> list[str]:
-    """Put particular solutions for volume loads into the data; what is to be reported of them."""
-    notes: list[str] = []
-    for b, mesh in enumerate(meshes):
-        if (solution := volume_solution(problem, b, mesh)) is not None:
-            data[b] = replace(data[b], volume=solution.on(mesh))
-            notes += solution.notes
-    return notes
+def add_volume_loads(problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData]) -> list[BoundaryData]:
+    """The data with particular solutions for volume loads."""
+    return _with_volume_loads(problem, meshes, data, None)[0]
+
+
+def _with_volume_loads(
+    problem: Problem, meshes: list[BoundaryMesh], data: list[BoundaryData], like: Discrete | None
+) -> tuple[list[BoundaryData], list[VolumeSolution | None]]:
+    """Data with the particular solutions of volume loads, and these; of loads that are those of `like` the same ones."""
+    found, volumes = [], []
+    for b, (mesh, known) in enumerate(zip(meshes, data, strict=True)):
+        if like is not None and _loads_volume_alike(problem, like.problem, b):
+            volume, at_nodes = like.volumes[b], like.data[b].volume
+        else:
+            volume = volume_solution(problem, b, mesh)
+            at_nodes = None if volume is None else volume.on(mesh)
+        volumes.append(volume)
+        posed = known if at_nodes is None else replace(known, volume=at_nodes)
+        found.append(like.data[b] if like is not None and posed.equals(like.data[b]) else posed)
+    return found, volumes
+
+
+def _loads_volume_alike(problem: Problem, other: Problem, number: int) -> bool:
+    """Whether a body has the same material and volume loads in both."""
+    same = problem.body[number].material == other.body[number].material
+    return same and loads_by_step(problem, number) == loads_by_step(other, number)
 
 
 def _held_by_friction(
@@ -175,27 +233,27 @@ def _held_by_friction(
     return found
 
 
-def with_laws_of(discrete: Discrete, problem: Problem) -> Discrete:
-    """The same meshes and data with the friction, steps and obstacles of a problem of the same bodies and pairs."""
-    sides = interfaces_of(problem)
-    if not sides:
-        return replace(discrete, problem=problem, warnings=list(discrete.warnings))
-    nodes = _contact_nodes(sides, discrete.interfaces, discrete.meshes)
-    return replace(discrete, problem=problem, sides=sides, law=law_of(None, nodes), warnings=list(discrete.warnings),
-                   wear=_wear(sides, discrete.interfaces, discrete.meshes))  # fmt: skip
+def _facing(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> Facing | None:
+    """What a side faces of another body; directions are looked at."""
+    if side.periodic:
+        return None
+    mesh, direction = meshes[side.body], side.direction
+    if direction is not None and not (mesh.normal[mesh.nodes_of(side.part)] @ direction).max() > OUTWARD:
+        raise InputError(f"{side.key}.direction: must point out of part {side.part!r}, from the secondary to the primary; "
+                         f"{direction.round(6).tolist()} does not")  # fmt: skip
+    if side.primary is None:
+        return None
+    b, part = side.primary
+    return face(mesh, side.part, meshes[b], part, direction)
 
 
-def _interface(side: InterfaceSpec, meshes: list[BoundaryMesh], held: bool) -> tuple[Interface, float, list[str]]:
+def _interface(
+    side: InterfaceSpec, meshes: list[BoundaryMesh], facing: Facing | None, held: bool
+) -> tuple[Interface, float, list[str]]:
     mesh = meshes[side.body]
     nodes = mesh.nodes_of(side.part)
     notes: list[str] = []
-    facing = None
-    if side.direction is not None and not (mesh.normal[nodes] @ side.direction).max() > OUTWARD:
-        raise InputError(f"{side.key}.direction: must point out of part {side.part!r}, from the secondary to the primary; "
-                         f"{side.direction.round(6).tolist()} does not")  # fmt: skip
-    if side.primary is not None:
-        b, part = side.primary
-        facing = face(mesh, side.part, meshes[b], part, side.direction)
+    if facing is not None:
         normal, present = facing.normal, facing.met
         if not present.any():
             notes.append(f"pair {side.name!r}: no node of the secondary faces the primary along its normals: "
@@ -230,58 +288,3 @@ def _periodic(problem: Problem, side: InterfaceSpec, mesh: BoundaryMesh) -> Inte
     jump = np.array([(0.0, 0.0), *(getattr(state[side.part], "jump", ()) for state in problem.conditions(side.body))])
     return Interface(side.name, side.body, nodes, normal, mesh.tangents_to(normal), gap, side.body, partner, same, same,
                      jump=jump)  # fmt: skip
-
-
-def _with_law(
-    given: Any, sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
-) -> tuple[list[Interface], ContactLaw]:
-    """The law, and interfaces that look for as many components as it has: a law of the user's may have the normal one."""
-    nodes = _contact_nodes(sides, interfaces, meshes)
-    wanted = getattr(given, "k", None) if hasattr(given, "project") or given is None else given(nodes).k
-    if interfaces[0].held and wanted == meshes[0].dim:
-        interfaces = [replace(face, held=False) for face in interfaces]
-        nodes = _contact_nodes(sides, interfaces, meshes)
-    return interfaces, law_of(given, nodes)
-
-
-def _contact_nodes(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactNodes:
-    return ContactNodes(
-        np.concatenate([meshes[face.body].x[face.nodes] for face in interfaces]),
-        np.concatenate([face.normal for face in interfaces]),
-        np.concatenate([meshes[face.body].weight[face.nodes] for face in interfaces]),
-        slices(interfaces),
-        _law(sides, interfaces, meshes),
-    )
-
-
-def _law(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> ContactLaw:
-    parts: list[tuple[Array, Array, Mask, Mask]] = []
-    for side, interface in zip(sides, interfaces, strict=True):
-        m, law, absent = len(interface.nodes), side.law, ~np.isfinite(interface.gap)
-        mu, bound = (_not_negative(side, interface, meshes, key) for key in ("friction_coefficient", "friction_bound"))
-        if bound is None:
-            bound = np.full(m, np.inf if mu is not None or law.normal == "bonded" else 0.0)
-        parts.append((np.full(m, np.inf) if mu is None else mu, bound, np.full(m, law.normal == "unilateral"), absent))
-    coefficient, bound, opens, absent = (np.concatenate(values) for values in zip(*parts, strict=True))
-    if interfaces[0].held:
-        return Tresca(bound, meshes[0].dim - 1)
-    return SignoriniCoulomb(coefficient, bound, opens, meshes[0].dim, absent)
-
-
-def _wear(sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]) -> Array:
-    found = [_not_negative(side, face, meshes, "wear_coefficient") for side, face in zip(sides, interfaces, strict=True)]
-    return np.concatenate([np.zeros(len(face.nodes)) if values is None else values
-                           for face, values in zip(interfaces, found, strict=True)])  # fmt: skip
-
-
-def _not_negative(side: InterfaceSpec, interface: Interface, meshes: list[BoundaryMesh], key: str) -> Array | None:
-    """Values (m,) of what the law of an interface has under a key; None where it is not given."""
-    value, mesh, nodes = getattr(side.law, key), meshes[side.body], interface.nodes
-    if value is None:
-        return None
-    values = evaluate(value, mesh.variables(nodes), len(nodes), f"{side.key}.{key}")
-    if np.any(values < 0.0):
-        k = int(np.argmin(values))
-        place = ", ".join(f"{name} = {at:g}" for name, at in zip("xyz", mesh.x[nodes[k]], strict=False))
-        raise InputError(f"{side.key}.{key}: must be >= 0, is {values[k]:g} at {place}")
-    return values

@@ -120,12 +120,16 @@ def carried_over(problem: PreparedProblem, old: Solution) -> Start:
         if face.name not in old.last.pairs:
             raise InputError(f"method.start: the file holds no pair {face.name!r}; it has {', '.join(old.last.pairs)}")
         pair, mesh = old.last.pairs[face.name], problem.discrete.meshes[side.body]
-        place = _interpolation(mesh, pair, face.nodes)
+        near, share = _interpolation(mesh, pair, face.nodes)
+
+        def there(values: Array, near: Index = near, share: Array = share) -> Array:
+            return np.asarray(np.einsum("nk,nk...->n...", share, values[near]))
+
         slip, shear = (np.einsum("nk,nkd->nd", getattr(pair, key), pair.tangent) for key in ("slip_increment", "sigma_t"))
-        moved, push = (np.einsum("nkd,nd->nk", face.tangent, place @ vectors) for vectors in (slip, shear))
+        moved, push = (np.einsum("nkd,nd->nk", face.tangent, there(vectors)) for vectors in (slip, shear))
         if not face.held:
             gap = np.where(np.isfinite(pair.gap), pair.gap, 0.0)
-            moved, push = (np.column_stack([a, place @ b]) for a, b in ((moved, -gap), (push, -pair.pressure)))
+            moved, push = (np.column_stack([a, there(b)]) for a, b in ((moved, -gap), (push, -pair.pressure)))
         v.append(moved)
         sigma.append(push)
     return np.concatenate(v), np.concatenate(sigma)
@@ -139,17 +143,16 @@ def _read(file: str, name: str) -> Solution:
 
 
 @functools.singledispatch
-def _interpolation(mesh: BoundaryMesh, old: PairResult, nodes: Index) -> scipy.sparse.csr_array:
-    """Values at the nodes of a pair to values at some nodes of another mesh (m, n_old): from the nearest ones."""
+def _interpolation(mesh: BoundaryMesh, old: PairResult, nodes: Index) -> tuple[Index, Array]:
+    """From which nodes of a pair values at some nodes of another mesh come, and their shares, (m, k) each: the nearest."""
     near = min(NEAREST, len(old.x))
     distance, place = scipy.spatial.cKDTree(old.x).query(mesh.x[nodes], k=range(1, near + 1))
     share = 1.0 / np.maximum(distance, 1e-12 * np.ptp(old.x)) ** 2
-    share /= share.sum(axis=1, keepdims=True)
-    return _matrix(place, share, len(old.x))
+    return place, share / share.sum(axis=1, keepdims=True)
 
 
 @_interpolation.register
-def _(mesh: CurveMesh, old: PairResult, nodes: Index) -> scipy.sparse.csr_array:
+def _(mesh: CurveMesh, old: PairResult, nodes: Index) -> tuple[Index, Array]:
     """Linear in arc length, constant beyond the ends."""
     order = np.argsort(old.arc_length)
     known, s = old.arc_length[order], mesh.arc_length[nodes]
@@ -157,9 +160,4 @@ def _(mesh: CurveMesh, old: PairResult, nodes: Index) -> scipy.sparse.csr_array:
     before = np.maximum(after - 1, 0)
     width = known[after] - known[before]
     share = np.clip(np.divide(s - known[before], width, out=np.zeros(len(s)), where=width > 0.0), 0.0, 1.0)
-    return _matrix(order[np.column_stack([before, after])], np.column_stack([1.0 - share, share]), len(known))
-
-
-def _matrix(place: Index, share: Array, columns: int) -> scipy.sparse.csr_array:
-    rows = np.repeat(np.arange(len(place)), place.shape[1])
-    return scipy.sparse.csr_array((share.ravel(), (rows, place.ravel())), shape=(len(place), columns))
+    return order[np.column_stack([before, after])], np.column_stack([1.0 - share, share])

@@ -41,7 +41,7 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
             away = mesh.x - mesh.weight @ mesh.x / mesh.weight.sum()
             size = float(np.abs(away).max())
             motions = rigid_motions(away / size).reshape(mesh.x.size, -1)
-            rotation = np.linalg.lstsq(motions, body.u.ravel(), rcond=None)[0][mesh.dim :] / size
+            rotation = np.linalg.lstsq(motions.T @ motions, motions.T @ body.u.ravel(), rcond=None)[0][mesh.dim :] / size
             _raise(turned, f"body {name!r}", np.abs(rotation).max())
             _raise(moved, f"body {name!r}", np.abs(body.u).max() / (2.0 * size))
         for name, obstacle in result.obstacles.items():

@@ -122,19 +122,19 @@ def _draw_plane(
     for name in picture.bodies:
         fields[name] = field = given.get(name) or _field(solution, name, picture, cells)
         values[name] = quantity(field, picture.quantity)
-    peaks = {name: peak_of(as_curve(solution.meshes[name]), field.points, np.abs(values[name]))
+    peaks = {name: peak_of(as_curve(solution.meshes[name]), field.x, np.abs(values[name]))
              for name, field in fields.items()}  # fmt: skip
     usual = max((peak.usual for peak in peaks.values()), default=0.0) or 1.0
     signed = min((float(v.min(initial=0.0)) for v in values.values()), default=0.0) < -SIGNED * usual
     shown = {"shading": "gouraud", "cmap": "coolwarm" if signed else "viridis", "vmin": -usual if signed else 0.0,
              "vmax": usual, "rasterized": True}  # fmt: skip
     for name, field in fields.items():
-        colours = axes.tripcolor(*(field.points + factor * field.u).T, values[name], triangles=field.cells, **shown)
+        colours = axes.tripcolor(*(field.x + factor * field.u).T, values[name], triangles=field.cells, **shown)
     draw_outlines(axes, solution, picture.view)
     if peaks:
         name, peak = max(peaks.items(), key=lambda item: item[1].stress)
         field, at = fields[name], int(np.argmax(np.abs(values[name])))
-        axes.plot(*(field.points[at] + factor * field.u[at]), "x", color="black", ms=5.0, mew=1.0, label="largest")
+        axes.plot(*(field.x[at] + factor * field.u[at]), "x", color="black", ms=5.0, mew=1.0, label="largest")
         ends = "both" if signed else "max"
         figure.colorbar(colours, ax=axes, label=picture.label(solution), shrink=0.8,
                         extend=ends if peak.stress > usual else "neither")  # fmt: skip
@@ -142,7 +142,7 @@ def _draw_plane(
     place(axes, solution)
     if picture.window is not None and fields:
         # where the points of the window are drawn
-        drawn = np.vstack([field.points + factor * field.u for field in fields.values()])
+        drawn = np.vstack([field.x + factor * field.u for field in fields.values()])
         (left, bottom), (right, top) = drawn.min(axis=0), drawn.max(axis=0)
         axes.set(xlim=(left, right), ylim=(bottom, top))
     legend_below(axes, 5)

@@ -55,10 +55,10 @@ def inside_cells(field: Field) -> meshio.Mesh:
     """Triangles or cells of a grid with the point data of `write_vtu`."""
     data = {"displacement": field.u, "von_mises": field.von_mises}
     # VTK's order of a symmetric tensor is xx, yy, zz, xy, yz, xz
-    if field.points.shape[1] == 3:
-        kind, points, data["stress"] = "hexahedron", field.points, field.stress[:, [0, 1, 2, 3, 5, 4]]
+    if field.x.shape[1] == 3:
+        kind, points, data["stress"] = "hexahedron", field.x, field.stress[:, [0, 1, 2, 3, 5, 4]]
     else:
-        kind, points, (x, y, xy) = "triangle", in_space(field.points), field.stress.T
+        kind, points, (x, y, xy) = "triangle", in_space(field.x), field.stress.T
         data |= {"displacement": in_space(field.u), "stress": np.column_stack([x, y, field.sigma_zz, xy, 0 * x, 0 * x]),
                  "principal_1": field.principal_in_plane[:, 0], "principal_2": field.principal_in_plane[:, 1]}  # fmt: skip
     return meshio.Mesh(points, [(kind, field.cells)], point_data=data)

@@ -7,15 +7,18 @@ computes what an uninterrupted one does, bit for bit.
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Index
+from ...errors import PetcontactError
+from ...geometry.outline import Outline
+from ...model.problem import Problem
 from ..design.sweep import Sweep
-from ..problems import shares_elimination
+from ..problems import elimination_needs
 from .cost import PROCESS_MEMORY, Cost
 
 ESTIMATED = 64
@@ -56,8 +59,9 @@ class Groups:
 
 def make_groups(sweep: Sweep) -> Groups:
     """Cases that differ in nothing that the elimination depends on belong together."""
-    of_case, first, size = _numbers(_codes(sweep, _shapes_system))
-    meshes, _, _ = _numbers(_codes(sweep, lambda key, value: _shapes_mesh(key)))
+    fixed = all(map(_has_fixed_meshes, _first_cases(sweep)))
+    of_case, first, size = _numbers(_codes(sweep, lambda key, value: elimination_needs(key, value, meshes_fixed=fixed)))
+    meshes, _, _ = _numbers(_codes(sweep, lambda key, value: value if _shapes_mesh(key) else None))
     return Groups(of_case, first, size, meshes[first])
 
 
@@ -65,16 +69,30 @@ def _shapes_mesh(key: str) -> bool:
     return key == "method.formulation" or key.split(".")[0] in ("geometry", "mesh", "bem", "body")
 
 
-def _shapes_system(key: str, value: Any) -> bool:
-    return not shares_elimination(key, value)
+def _first_cases(sweep: Sweep) -> Iterator[Problem | None]:
+    """One case of each base; None if it is invalid."""
+    for place in range(0, len(sweep), len(sweep) // len(sweep.bases)):
+        try:
+            yield sweep[place].case
+        except PetcontactError:
+            yield None
 
 
-def _codes(sweep: Sweep, matters: Callable[[str, Any], bool]) -> list[Index]:
-    """For the bases and each axis: entries that differ in nothing that matters have the same number."""
-    bases = [[base.problem, {k: v for k, v in base.fixed.items() if matters(k, v)}] for base in sweep.bases]
-    axes = ([[(k, v) for k, v in zip(axis.keys, some, strict=True) if matters(k, v)] for some in axis.values]
-            for axis in sweep.axes)  # fmt: skip
-    return [_same(bases), *map(_same, axes)]
+def _has_fixed_meshes(case: Problem | None) -> bool:
+    """Whether sizes are given, or bodies are in space: other meshes of bodies in the plane resolve their data."""
+    return case is not None and not any(
+        body.mesh.automatic and isinstance(body.geometry.outline(), Outline) for body in case.body
+    )
+
+
+def _codes(sweep: Sweep, needs: Callable[[str, Any], Any]) -> list[Index]:
+    """For the bases and each axis: entries that differ in nothing that is needed have the same number."""
+
+    def needed(entry: Iterable[tuple[str, Any]]) -> list[tuple[str, Any]]:
+        return [(key, what) for key, value in entry if (what := needs(key, value)) is not None]
+
+    axes = ([needed(zip(axis.keys, some, strict=True)) for some in axis.values] for axis in sweep.axes)
+    return [_same([[base.problem, needed(base.fixed.items())] for base in sweep.bases]), *map(_same, axes)]
 
 
 def _same(entries: Sequence[object]) -> Index:

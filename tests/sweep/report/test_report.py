@@ -263,7 +263,7 @@ def test_a_browser_draws_the_page(table, tmp_path):
     (tmp_path / "page.html").write_text(html(table, make_tables(table)))
     words = [browser, "--headless", "--no-sandbox", "--disable-gpu", "--window-size=1200,3000",
              f"--screenshot={tmp_path / 'page.png'}", str(tmp_path / "page.html")]  # fmt: skip
-    subprocess.run(words, capture_output=True, timeout=60, check=True)
+    subprocess.run(words, capture_output=True, timeout=300, check=True)
     import matplotlib.image
 
     picture = matplotlib.image.imread(tmp_path / "page.png")

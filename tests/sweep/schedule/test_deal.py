@@ -112,7 +112,7 @@ def test_numbers_are_given_once_to_threads_and_processes(tmp_path):
     for thread in threads:
         thread.join()
     for job in jobs:
-        won.extend(map(int, job.communicate(timeout=60)[0].split()))
+        won.extend(map(int, job.communicate(timeout=300)[0].split()))
     assert sorted(won) == list(range(1800))
     assert counters.look("n") == 1800 and counters.look("nothing") == 0
 

@@ -1,0 +1,66 @@
+"""Known data that vary within elements are named where a mesh misses them."""
+
+from __future__ import annotations
+
+import pytest
+
+from petcontact import (
+    BoundaryChange,
+    Box,
+    Contact,
+    Displacement,
+    Material,
+    MeshOptions,
+    Problem,
+    Rectangle,
+    Step,
+    Traction,
+    solve,
+)  # fmt: skip
+from petcontact.pipeline.trust.known_data import missed_data
+
+SOFT = Material(young_modulus=1000.0, poisson_ratio=0.3)
+NARROW = "10*exp(-(y - 0.52)**2/2e-4)"
+SMOOTH = "10*sin(pi*y)"
+
+
+def block(side=0.0, bound=0.3, step=()):
+    sides = [Traction("left", (side, 0.0)), Displacement("top", (0.0, -0.01)), Contact("bottom", friction_bound=bound)]
+    sides.append(Traction("right", (0.0, 0.0)))
+    return Problem(material=SOFT, geometry=Rectangle((0.0, 0.0), (1.0, 1.0)), mesh=MeshOptions(element_size=0.125, order=1),
+                   boundary=sides, step=step)  # fmt: skip
+
+
+def warned(problem):
+    found = solve(problem)
+    return [text for text in found.info.get("warnings", []) if "misses" in text]
+
+
+def test_a_narrow_load_between_the_nodes_is_named():
+    assert warned(block(SMOOTH)) == []
+    (text,) = warned(block(NARROW))
+    assert "of the traction on left" in text
+
+
+def test_a_pole_is_named_though_no_node_meets_it():
+    (text,) = warned(block("1/(y - 0.5)"))
+    assert "of the traction on left" in text
+
+
+def test_functions_bounds_and_steps_are_looked_at():
+    (text,) = warned(block(lambda y: 0.0 * y, "1 + 1e3*(abs(x - 0.53) < 0.005)"))
+    assert "of the friction bound on bottom" in text
+    step = Step(name="load", boundary=[BoundaryChange(part="left", value=(NARROW, 0.0))])
+    (text,) = warned(block(step=[step]))
+    assert "of the traction on left" in text
+
+
+@pytest.mark.parametrize(("pressure", "count"), [("1 + 0.2*x", 0), ("exp(-((x - 0.3)**2 + (y - 0.55)**2)/1e-4)", 1)])
+def test_in_space(pressure, count):
+    sides = [Traction("top", pressure=pressure), Contact("bottom", friction_bound=0.3),
+             *(Traction(part, (0.0,) * 3) for part in ("left", "right", "front", "back"))]  # fmt: skip
+    box = Problem(material=SOFT, geometry=Box((0.0,) * 3, (1.0,) * 3), mesh=MeshOptions(element_size=0.5), boundary=sides)
+    solution = solve(box)
+    found = missed_data(box, solution.meshes)
+    assert len(found) == count and all("of the traction on top" in text for text in found)
+    assert [text for text in solution.info.get("warnings", []) if "misses" in text] == found
