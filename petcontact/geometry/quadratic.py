@@ -126,7 +126,9 @@ class QuadraticCells:
         across = np.einsum("nfek,nfk->nfe", off, normal)
         square = np.maximum(np.sum(off**2, axis=3) - (1.0 - ACROSS**2) * across**2, 0.0)
         reach = np.sum(flat**2, axis=3)
-        return np.sqrt(np.max(np.divide(square, reach, out=np.zeros_like(reach), where=reach > 0.0), axis=(1, 2)))
+        return np.asarray(
+            np.sqrt(np.max(np.divide(square, reach, out=np.zeros_like(reach), where=reach > 0.0), axis=(1, 2)))
+        )
 
     def each(self, local: Array) -> Array:
         """Local coordinates (q, 2) that are the same on all cells, (n, q, 2)."""
