@@ -15,7 +15,7 @@ from typing import Any
 from ..errors import InputError, in_file
 from ..runtime.signals import Interrupted, stopping
 
-SOON = 3.0
+SOON = 5.0
 """Seconds of work that need no announcement."""
 STATUS = {"converged": 0, "not converged": 3, "failed": 1}
 
@@ -132,7 +132,7 @@ def announcer(status: Any) -> Callable[[int, int, float, float], Callable[[float
         began = time.perf_counter()
         if seconds > SOON:
             size = f"{nodes} nodes, {unknowns} unknowns, about {memory / 1e9:.2g} GB"
-            print(f"petcontact: {size}: about {seconds:.0f} s for the matrices", file=sys.stderr, flush=True)
+            print(f"petcontact: {size}: about {seconds:.0f} s of processor time in all", file=sys.stderr, flush=True)
         return progress
 
     return announced

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,12 @@ class HessenbergCompliance(DenseCompliance):
 
     def __init__(self, operator: ContactCompliance, comm: Any) -> None:
         super().__init__(operator.matrix(), comm, operator.surrogate)
-        self._operator, self._form = operator, HessenbergForm(self._matrix)
+        self._operator = operator
+
+    @functools.cached_property
+    def _form(self) -> HessenbergForm:
+        """Made by the first Robin solve: Newton's method asks for none."""
+        return HessenbergForm(self._matrix)
 
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """(I + ρS) δσ = r and δv = S δσ."""

@@ -71,6 +71,8 @@ class ContactState:
     history : History
     stopped : bool
         Whether the monitor or an error ended it.
+    error : bool
+        Whether an error did.
     law : ContactLaw, optional
     alpha : (r,) array
         Amplitudes of the rigid motions that only contact holds.
@@ -85,6 +87,7 @@ class ContactState:
     reason: str
     history: History
     stopped: bool = False
+    error: bool = False
     law: ContactLaw | None = None
     alpha: Array = field(default_factory=lambda: np.zeros(0))
     where: str = ""

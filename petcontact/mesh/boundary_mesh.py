@@ -104,8 +104,9 @@ class BoundaryMesh(Protocol):
         """Nodal values to values at places, as `Hits` has them, of elements (q,): a sparse array (q, n)."""
         ...
 
-    def lower_degree(self, kind: int) -> Array:
-        """Polynomials of one degree less, a basis (k, r), at the k nodes of an element of a kind; of order 1 or more."""
+    def lower_degree(self, kind: int, less: int = 1) -> Array:
+        """Polynomials of one degree `less`, or of two, at least constants: a basis (k, r), at the k nodes of an element of a
+        kind; of order 1 or more."""
         ...
 
     def batches(self) -> list[Batch]:

@@ -149,9 +149,9 @@ class CurveMesh(Collocated):
         return numbers, Curves(self.start[numbers], self.end[numbers], self.curvature[numbers])
 
     @staticmethod
-    def lower_degree(kind: int) -> Array:
+    def lower_degree(kind: int, less: int = 1) -> Array:
         """See `BoundaryMesh.lower_degree`."""
-        return legendre(kind - 1, gauss(kind)[0]).T
+        return legendre(max(kind - less, 0), gauss(kind)[0]).T
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:
         """Nodal values to values at fractions (q,) of the arc lengths of elements (q,), as a sparse array (q, n)."""

@@ -121,10 +121,10 @@ class SurfaceMesh(Collocated):
         return {**dict(zip("xyz", x.T, strict=True)), **dict(zip(("nx", "ny", "nz"), normal.T, strict=True))}
 
     @staticmethod
-    def lower_degree(kind: int) -> Array:
+    def lower_degree(kind: int, less: int = 1) -> Array:
         """See `BoundaryMesh.lower_degree`."""
         corners, order = (3 if kind & TRIANGLE else 4), kind % TRIANGLE
-        return monomials(reference_nodes(corners, order)[0], reference_nodes(corners, order - 1)[1])
+        return monomials(reference_nodes(corners, order)[0], reference_nodes(corners, max(order - less, 0))[1])
 
     def batches(self) -> list[Batch]:
         """All panels, grouped by shape and order."""

@@ -144,22 +144,24 @@ class Problem(Setting):
         """`OneBody` for what has no [[body]]."""
         return OneBody if isinstance(data, dict) and "body" not in data else cls
 
-    @pydantic.model_validator(mode="before")
+    @pydantic.model_validator(mode="wrap")
     @classmethod
-    def _with_bodies(cls, data: Any) -> Any:
-        """What is said of one body moved into a [[body]]."""
+    def _with_bodies(cls, data: Any, build: pydantic.ModelWrapValidatorHandler[Problem]) -> Problem:
+        """What is said of one body moved into a [[body]]; where that is refused, `OneBody` names keys as they were given."""
         if not isinstance(data, dict):
-            return data
+            return build(data)
         if "body" in data:
             for key in filter(data.__contains__, OWN):
                 raise ValueError(f"{key}: belongs to a body; where there is [[body]] it stands in each of them")
-            return data
-        flat = OneBody.model_validate(data)  # its report names the keys as they were given
-        given = {name: getattr(flat, name) for name in flat.model_fields_set}
-        if not given.keys() & {"boundary", "contact"}:
-            raise ValueError("boundary: this key is required")
-        one = {"name": ONE_BODY, **{name: value for name, value in given.items() if name in OWN}}
-        return {**{name: value for name, value in given.items() if name not in OWN}, "body": (one,)}
+            return build(data)
+        one = {"name": ONE_BODY, **{name: value for name, value in data.items() if name in OWN}}
+        try:
+            if not data.keys() & {"boundary", "contact"}:
+                raise ValueError("boundary: this key is required")
+            return build({**{name: value for name, value in data.items() if name not in OWN}, "body": (one,)})
+        except ValueError:
+            OneBody.model_validate(data)
+            raise
 
     @pydantic.model_validator(mode="after")
     def _names_exist(self) -> Problem:

@@ -10,7 +10,11 @@
 typedef void (*Filler)(const void *context, int64_t m, const int64_t *rows, int64_t k, const int64_t *columns,
                        double *system, double *beside);
 
-enum { CHECKS = 4, CHECKS_OF_KNOWN = 8 }; /* nodes whose rows have to be right in the end */
+enum {
+    CHECKS = 4,
+    CHECKS_OF_KNOWN = 8, /* nodes whose rows have to be right in the end */
+    COMPONENTS = 3       /* d at most */
+};
 
 typedef struct {
     Filler fill;
@@ -67,6 +71,27 @@ INLINE double dot(const double *x, const double *y, int64_t n)
     return sum;
 }
 
+/* Products of x with k rows, four of them at a time. */
+INLINE void dots(int64_t k, const double *rows, const double *x, int64_t n, double *out)
+{
+    int64_t l = 0;
+    for (; l + 4 <= k; l += 4) {
+        Lanes lane[4] = {{0.0}, {0.0}, {0.0}, {0.0}};
+        const double *r = rows + l * n;
+        int64_t j = 0;
+        for (; j + 8 <= n; j += 8)
+            for (int i = 0; i < 4; i++)
+                lane[i] += *(const Lanes *)(r + i * n + j) * *(const Lanes *)(x + j);
+        for (int i = 0; i < 4; i++) {
+            out[l + i] = total(lane[i]);
+            for (int64_t h = j; h < n; h++)
+                out[l + i] += r[i * n + h] * x[h];
+        }
+    }
+    for (; l < k; l++)
+        out[l] = dot(rows + l * n, x, n);
+}
+
 /* y -= Σ factor[l] rows[l], four rows at a time. */
 INLINE void subtract_rows(int64_t k, const double *factor, int64_t stride, const double *rows, int64_t n, double *y)
 {
@@ -101,12 +126,11 @@ INLINE void fetch_rows(const Operator *a, const Block *b, const Work *w, int64_t
     }
 }
 
-/* ... less what crosses `from` to `k` know of them. */
-INLINE void reduce_rows(const Operator *a, const Block *b, const Work *w, int64_t from, int64_t k, int64_t node)
+/* Row c of them less what crosses `from` to `k` know of it. */
+INLINE void reduce_row(const Operator *a, const Block *b, const Work *w, int64_t from, int64_t k, int64_t node, int64_t c)
 {
-    for (int64_t c = 0; c < a->d; c++)
-        subtract_rows(k - from, w->u + from * b->rows + a->d * node + c, b->rows, w->v + from * b->columns, b->columns,
-                      w->row + c * b->columns);
+    subtract_rows(k - from, w->u + from * b->rows + a->d * node + c, b->rows, w->v + from * b->columns, b->columns,
+                  w->row + c * b->columns);
 }
 
 /* One column less what k crosses know of it. */
@@ -158,7 +182,7 @@ INLINE int64_t crosses(const Operator *a, const Block *b, const Work *w)
     const int64_t d = a->d, most = w->most;
     const double square = a->tolerance * a->tolerance;
     uint64_t state = 88172645463325252u ^ (uint64_t)(b->row * 2654435761 + b->column * 40503 + 1);
-    int64_t k = 0, passed = 0, node = -1, reduced = 0, next = d * (b->m / 2), checks = b->dense ? CHECKS_OF_KNOWN : CHECKS;
+    int64_t k = 0, passed = 0, node = -1, reduced[COMPONENTS] = {0}, next = d * (b->m / 2), checks = b->dense ? CHECKS_OF_KNOWN : CHECKS;
     int checking = 0;
     double norm = 0.0;
     memset(w->used_rows, 0, b->rows);
@@ -171,11 +195,13 @@ INLINE int64_t crosses(const Operator *a, const Block *b, const Work *w)
             row = d * (int64_t)(random_after(&state) % (uint64_t)b->m);
         if (row / d != node) {
             node = row / d;
-            reduced = 0;
+            memset(reduced, 0, sizeof reduced);
             fetch_rows(a, b, w, node);
         }
-        reduce_rows(a, b, w, reduced, k, node);
-        reduced = k;
+        for (int64_t c = checking ? 0 : row % d; c < (checking ? d : row % d + 1); c++) {
+            reduce_row(a, b, w, reduced[c], k, node, c);
+            reduced[c] = k;
+        }
         if (checking) {
             double worst = 0.0;
             row = -1;
@@ -208,11 +234,13 @@ INLINE int64_t crosses(const Operator *a, const Block *b, const Work *w)
         w->used_columns[column] = 1;
         residual_column(a, b, w, k, column, u);
         double cross = 0.0;
+        double *uu = w->gram_u + k * most, *vv = w->gram_v + k * most;
+        dots(k + 1, w->u, u, b->rows, uu);
+        dots(k + 1, w->v, v, b->columns, vv);
         for (int64_t l = 0; l <= k; l++) {
-            double uu = dot(u, w->u + l * b->rows, b->rows), vv = dot(v, w->v + l * b->columns, b->columns);
-            w->gram_u[l * most + k] = w->gram_u[k * most + l] = uu;
-            w->gram_v[l * most + k] = w->gram_v[k * most + l] = vv;
-            cross += (l < k ? 2.0 : 1.0) * uu * vv;
+            w->gram_u[l * most + k] = uu[l];
+            w->gram_v[l * most + k] = vv[l];
+            cross += (l < k ? 2.0 : 1.0) * uu[l] * vv[l];
         }
         const double size = w->gram_u[k * most + k] * w->gram_v[k * most + k];
         norm = norm + cross > size ? norm + cross : size;

@@ -31,11 +31,19 @@ EVEN, UNEVEN = 1.5e-4, 1e-3
 """A compressed one takes so much a node: of elements of about one length on few curves; graded, or of many holes."""
 SURFACE = 1.2e-3
 """The same for surfaces in space, with the preconditioner: two boxes of 3568 to 14 368 nodes took 1e-3 to 1.6e-3."""
+DIGIT = 1.4
+"""A digit more of the tolerance than 1e-4 takes so many times as long: 9000 nodes 5.3 s at 1e-3, 9.0 s at 1e-4, 5760 11.7 s
+at 1e-6."""
 IN_SPACE = 2.0
 """Dense systems in space take so much longer than plane ones as large: their kernels cost more."""
 INCREMENT = (0.2, 0.4)
 """Time of an increment over that of the elimination, dense and compressed, in space: 0.35 to 0.6 of pairs of 1485 to 8253
-nodes each."""
+nodes each, 0.3 to 0.5 of one body and of pairs of 2970 to 30 042 nodes in all."""
+FREE = 0.13
+"""More for each rigid motion of a compressed body that only contact holds, which is a column of the preconditioner in every
+Newton step: 1.1 to 1.5 times the elimination with three and six motions."""
+IN_PLANE = 1.0
+"""Time of an increment over that of the elimination in the plane: 0.3 by Newton's method, 0.8 to 2.6 by projection."""
 CURVE_NODE, SURFACE_NODE, SURFACE_CONTACT = 2.5e4, 6e4, 7e4
 """Memory of compressed operators of curves, and of surfaces with their preconditioner, a node, and more a node in contact
 [bytes]; measured ones of 2970 to 29 160 nodes, of tolerance 1e-3 and 1e-4, were within a fifth."""
@@ -71,13 +79,19 @@ def compressed_seconds(mesh: BoundaryMesh) -> float:
 
 
 def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
-    """Processor time of assembly and factorisation, announced before it is spent."""
-    return compressed_seconds(mesh) if is_compressed(bem, mesh) else dense_seconds(mesh.n_nodes, mesh.dim)
+    """Processor time of assembly and factorisation."""
+    if not is_compressed(bem, mesh):
+        return dense_seconds(mesh.n_nodes, mesh.dim)
+    finer = 1.0 if isinstance(mesh, CurveMesh) else DIGIT ** -math.log10(bem.hmatrix_tol / 1e-4)
+    return compressed_seconds(mesh) * finer
 
 
-def surface_seconds(bem: Bem, mesh: BoundaryMesh, increments: int) -> float:
-    """Processor time of elimination and of a number of increments in space."""
-    return predicted_seconds(bem, mesh) * (1.0 + increments * INCREMENT[is_compressed(bem, mesh)])
+def solve_seconds(bem: Bem, meshes: Sequence[BoundaryMesh], increments: int, motions: int = 0) -> float:
+    """Processor time [s] of elimination and some increments of bodies of which contact alone holds so many motions."""
+    large = [is_compressed(bem, mesh) for mesh in meshes]
+    seconds = sum(predicted_seconds(bem, mesh) for mesh in meshes)
+    share = INCREMENT[any(large)] + FREE * motions * any(large) if meshes[0].dim == 3 else IN_PLANE
+    return seconds * (1.0 + increments * share)
 
 
 def compressed_memory(mesh: BoundaryMesh, contact: int) -> float:

@@ -19,7 +19,7 @@ from ..geometry.superelement import CondensedSurface
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 from ..runtime.world import OneRank
-from .choice import LARGEST, check_memory, compressed_memory, is_compressed, predicted_seconds, resolved_bem
+from .choice import LARGEST, check_memory, compressed_memory, is_compressed, resolved_bem, solve_seconds
 from .discrete.discretise import Discrete
 from .discrete.load_states import body_motions
 from .trust.meshes import check_meshes, check_stiffness
@@ -31,8 +31,8 @@ SAFE = 0.1
 FORMED = 1000
 """Contact unknowns up to which S of a compressed body is formed, where T alone does not find the sets of contact."""
 Announce = Callable[[int, int, float, float], Callable[[float], None]]
-"""Called with nodes, unknowns, predicted seconds and bytes; what it returns is called with the share of the matrix that is
-built."""
+"""Called with nodes, unknowns, predicted processor seconds of the whole solve and bytes; what it returns is called with the
+share of the matrix that is built."""
 
 
 def silent(share: float) -> None:
@@ -99,7 +99,9 @@ def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Calla
     needed = check_memory(*_sizes(discrete, small), compressed=large)
     if announce is None:
         return silent
-    seconds = sum(predicted_seconds(bem, mesh) for mesh in meshes)
+    increments = sum(1 if step.increments == "auto" else int(step.increments) for step in discrete.problem.step)
+    sides = zip(discrete.boundaries, discrete.data, meshes, strict=True)
+    seconds = solve_seconds(bem, meshes, max(1, increments), sum(body_motions(*side).shape[2] for side in sides))
     return announce(sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes), seconds, needed)
 
 

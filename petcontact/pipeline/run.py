@@ -53,8 +53,8 @@ def prepare(
     cases : int
         How many will be run on it: several may share more than one would.
     announce : callable, optional
-        Called with nodes, unknowns and predicted seconds before these are spent; what it returns is called with the share
-        that is built of an H-matrix.
+        Called with nodes, unknowns, predicted processor seconds of the whole solve and bytes before these are spent; what
+        it returns is called with the share that is built of an H-matrix.
 
     Raises
     ------

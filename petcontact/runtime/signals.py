@@ -36,6 +36,7 @@ class Interrupted(BaseException):
 _installed = False
 _deferring = 0
 _pending: list[int] = []
+_together = False
 
 
 def _handle(number: int, frame: FrameType | None) -> None:
@@ -106,6 +107,47 @@ def answering(comm: Any) -> Iterator[None]:
         raise BrokenOff(f"interrupted by {interrupted.name}") from None
     finally:
         _deferring = held
+
+
+@contextlib.contextmanager
+def together(comm: Any) -> Iterator[None]:
+    """A block that a signal breaks off on all ranks, at the next `breaking_point` of those that it reached.
+
+    What is collective in the block comes before its first breaking point. One rank alone is broken off by `answering`.
+
+    Raises
+    ------
+    BrokenOff
+        On every rank, where a signal did so on one; each holds the signal back from then on.
+    """
+    global _together
+    if comm.getSize() == 1:
+        yield
+        return
+    own, _together = 0, True
+    try:
+        yield
+    except BrokenOff:
+        own = _pending[-1]
+    finally:
+        _together = False
+    number: int = max(comm.tompi4py().allgather(own))
+    if number:
+        if not own:
+            _pending.append(number)
+        raise BrokenOff(f"interrupted by {signal.Signals(number).name}")
+
+
+def breaking_point() -> None:
+    """Where a signal that is held back ends a block of `together`.
+
+    Raises
+    ------
+    BrokenOff
+        If there is one.
+    """
+    if _together and _pending:
+        raise BrokenOff(f"interrupted by {signal.Signals(_pending[-1]).name}")
 
 
 class Stop:

@@ -137,3 +137,67 @@ def test_a_signal_to_one_rank_ends_all_of_them(tmp_path):
     assert any("interrupted by SIGTERM; the last iterate is saved" in line for line in lines), done.stderr
     with h5py.File(tmp_path / "r.h5") as file:
         assert file.attrs["reason"] == "interrupted by SIGTERM" and file.attrs["iterations"] in (4, 5)
+
+
+# two blocks on H-matrices, of which the second step frees what the first one held; a signal reaches rank 1 in one build
+IN_A_BUILD = """
+import os, signal, sys
+from petcontact.commands import main as cli
+from petcontact.compliance.hierarchical import rows
+from petcontact.runtime.petsc import petsc
+class Signalled(rows.HMatrix):
+    count = 0
+    def __init__(self, *words, progress, **keys):
+        Signalled.count += 1
+        if Signalled.count == {number} and petsc().COMM_WORLD.getRank() == 1:
+            os.kill(os.getpid(), signal.SIGTERM)
+            progress(0.1)
+            raise AssertionError("the signal waits")
+        super().__init__(*words, progress=progress, **keys)
+rows.HMatrix = Signalled
+sys.argv[0] = "petcontact"
+cli.entry()
+"""
+BLOCK = """[[body]]
+name = "{0}"
+material = {{ young_modulus = 1.0, poisson_ratio = 0.3 }}
+geometry = {{ shape = "box", lower = [0, 0, {1}], upper = [1, 1, {2}] }}
+mesh = {{ element_size = 0.5, order = 1 }}
+[[body.boundary]]
+part = "{3}"
+condition = "displacement"
+value = [0.0, 0.0, {4}]
+"""
+LET_GO = (
+    BLOCK.format("lower", 0, 1, "bottom", 0.0)
+    + BLOCK.format("upper", 1, 2, "top", -0.02)
+    + """[[contact]]
+name = "pair"
+secondary = "upper.bottom"
+primary = "lower.top"
+[[step]]
+name = "press"
+[[step]]
+name = "let go"
+[[step.boundary]]
+body = "upper"
+part = "top"
+value = ["free", 0.0, -0.02]
+[bem]
+mat_type = "hmatrix"
+"""
+)
+
+
+@pytest.mark.parametrize("number", [pytest.param(2, marks=pytest.mark.slow), 3])
+def test_a_signal_to_one_rank_inside_a_build_ends_it_on_all_and_keeps_the_steps_before(tmp_path, number):
+    (tmp_path / "blocks.toml").write_text(LET_GO)
+    done = launch.run(2, "-c", IN_A_BUILD.format(number=number), "solve", "blocks.toml", "--no-figures", "-o", "r.h5",
+                      timeout=SOON, cwd=tmp_path)  # fmt: skip
+    assert done.returncode != 0 and "Traceback" not in done.stderr, done.stderr
+    assert "SIGTERM" in done.stderr, done.stderr
+    assert (tmp_path / "r.h5").exists() == (number == 3), done.stderr
+    if number == 3:
+        with h5py.File(tmp_path / "r.h5") as file:
+            assert file.attrs["status"] == "failed" and file.attrs["reason"] == "interrupted by SIGTERM"
+            assert list(file["steps"]) == ["1"]

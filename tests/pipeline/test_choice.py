@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
@@ -81,3 +82,20 @@ def test_surfaces_are_compressed_by_predicted_cost():
     first = meshes[taken.index(True)]
     dense, compressed = choice.dense_seconds(first.n_nodes, 3), choice.compressed_seconds(first)
     assert 1.0 < dense / compressed < 3.0 and 900 < first.n_nodes < 1700
+
+
+MEASURED = [
+    ((9000,), 1e-4, 1, 0, 13.0),
+    ((5760,), 1e-6, 1, 0, 15.3),
+    ((1485, 1485), 1e-4, 2, 0, 4.7),
+    ((3753, 3753), 1e-3, 2, 6, 21.4),
+    ((8253, 8253), 1e-3, 2, 0, 25.5),
+    ((930, 696, 756), 1e-4, 2, 3, 7.9),
+]
+"""Nodes of bodies, tolerance, increments, motions that only contact holds, processor seconds of one core."""
+
+
+@pytest.mark.parametrize(("counts", "tolerance", "increments", "motions", "seconds"), MEASURED)
+def test_the_seconds_of_a_whole_solve(counts, tolerance, increments, motions, seconds):
+    bem, meshes = Bem(mat_type="hmatrix", hmatrix_tol=tolerance), [SimpleNamespace(dim=3, n_nodes=n) for n in counts]
+    assert seconds / 1.5 < choice.solve_seconds(bem, meshes, increments, motions) < 1.5 * seconds

@@ -107,7 +107,8 @@ SMALLEST = {
     "drawings": "-o {folder}", "benchmark_contact": "--quick --here", "benchmark_accuracy": "--quick --example 1",
 }  # fmt: skip
 """Scripts in Python, and the words for their smallest size."""
-LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick", "assemblies": "solve hip"}
+LONG = {"package": "--build-only", "verify": "--h 1.6", "verify_space": "--quick", "verify_meshes": "--quick",
+        "assemblies": "solve hip"}  # fmt: skip
 APART = {"attack"}
 """Has a test of its own: test_attack.py."""
 NEED_MORE = {"docs", "compare_versions", "benchmark_sweep"}

@@ -14,6 +14,7 @@ import numpy as np
 from ...arrays import Array
 from ...linalg.ksp import LinearSolver
 from ...runtime.petsc import petsc
+from ...runtime.signals import together
 from ...runtime.threads import one_blas_thread
 from ...runtime.world import of_petsc
 from .coupling import Coupling, Relation
@@ -70,7 +71,7 @@ class MixedEquations:
         relation = Relation.given_traction(coupling.shape)
         free = Balance.at_rest(coupling.shape, r)
         self._free = coupling.expansion(relation, free.motion), free
-        with one_blas_thread():
+        with one_blas_thread(), together(comm):
             self._open = Preconditioner(rows, coupling, self.motions, self.sum, (self.rank, ranks), self._free[0])
             self._laws = self._open.copy()
 

@@ -16,6 +16,7 @@ from ...compression.hmatrix.matrix import HMatrix, predicted_bytes, shared_rows
 from ...errors import InaccurateOperator, InputError
 from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.memory import physical_memory
+from ...runtime.signals import breaking_point, together
 from ...runtime.threads import threads_per_rank
 from ..body.base import ElasticBody
 
@@ -130,7 +131,13 @@ class CompressedRows:
         first, last = (int(bound) // d for bound in self.bounds[comm.getRank() :][:2])
         self._own = slice(d * first, d * last)
         threads = threads_per_rank() if self._entries.compiled is not None else 1
-        self.matrix = HMatrix(self._entries, tree, blocks, tolerance, (first, last), threads=threads, progress=progress)
+
+        def built(share: float) -> None:
+            breaking_point()
+            progress(share)
+
+        with together(comm):
+            self.matrix = HMatrix(self._entries, tree, blocks, tolerance, (first, last), threads=threads, progress=built)
         worst = self.matrix.error_estimate(np.random.default_rng(2019))
         worst = worst if comm.getSize() == 1 else max(comm.tompi4py().allgather(worst))
         if not worst <= ALLOWED_MISS * tolerance:
@@ -152,6 +159,7 @@ class CompressedRows:
 
     def block(self, nodes: Index) -> tuple[Array, Index]:
         """A block of exact entries."""
+        breaking_point()
         d, beside = self.components, self._entries.beside
         more = [np.arange(beside[i], beside[i + 1]) for i in nodes.tolist()]
         columns = np.concatenate([(d * nodes[:, None] + np.arange(d)).ravel(), d * len(self.x) + np.concatenate(more)])

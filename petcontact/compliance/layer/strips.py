@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy
@@ -11,6 +12,7 @@ import scipy
 from ...arrays import Array, Complex, Index, Mask
 from ...linalg.matrix_free import Krylov
 from .kernel import Strip, layer_matrix
+from .reflection import REFLECTED, Reflection
 
 DENSE_SIZE = 256
 """Nodes of equal elements up to which a Cholesky factor of the stick block beats conjugate gradients."""
@@ -77,29 +79,10 @@ class DenseStrip:
         return np.asarray(self._scaled * (self._root / self._root[:, None]))
 
 
-class _Reflected(NamedTuple):
-    """The names of a transform and of its inverse, their type, and which of the reflected loop's frequencies are theirs."""
-
-    to: str
-    back: str
-    kind: int
-    frequencies: slice
-
-
-REFLECTED = {
-    (1.0, 1.0): _Reflected("dct", "idct", 2, slice(None, -1)),
-    (-1.0, -1.0): _Reflected("dst", "idst", 2, slice(1, None)),
-    (1.0, -1.0): _Reflected("dct", "idct", 4, slice(1, None, 2)),
-    (-1.0, 1.0): _Reflected("dst", "idst", 4, slice(1, None, 2)),
-}
-"""By how a strip goes on at its start and end: even or odd."""
-
-
 class FourierStrip:
     """T of equal elements of any order: a convolution from element to element, two transforms a product or a solve.
 
-    An open strip goes on by reflection at both ends, a closed one is a loop already. With one node an element reflections
-    are the cosine and sine transforms of types II and IV, at a quarter to a half of the price.
+    An open strip goes on by reflection at both ends (see `Reflection`), a closed one is a loop already.
     """
 
     def __init__(self, strip: Strip, weight: Array) -> None:
@@ -118,32 +101,32 @@ class FourierStrip:
         ratio = weight[: self._nodes] / weight[: self._nodes, None]
         symbol = 0.5 * (symbol + np.conj(symbol.transpose(0, 2, 1)) * ratio)
         self._symbol = np.ascontiguousarray(symbol.transpose(1, 2, 0))
-        self._reflected: _Reflected | None = None
-        if self._open and self._nodes == 1:
-            self._reflected = REFLECTED[strip.ends]
-            self._symbol = np.ascontiguousarray(self._symbol.real[:, :, self._reflected.frequencies])
-        self._inverse = Inverses(self._inverted)
+        self._reflected = self._open and self._nodes == 1
+        if self._reflected:
+            self._symbol = np.ascontiguousarray(self._symbol.real[:, :, REFLECTED[strip.ends].frequencies])
+        self._forward, self._inverse = self._product(self._symbol), Inverses(self._inverted)
         self._stick: StickCholesky | None = None
 
     def apply(self, x: Array) -> Array:
         """The product T x."""
-        return self._convolve(self._symbol, x)
+        return self._forward(x)
 
     def solve(self, x: Array, rho: float | None = None) -> Array:
         """T⁻¹ x, or (I + ρT)⁻¹ x."""
-        return self._convolve(self._inverse(rho), x)
+        return np.asarray(self._inverse(rho)(x))
 
-    def _inverted(self, rho: float | None) -> Array | Complex:
+    def _product(self, symbol: Array | Complex) -> Callable[[Array], Array]:
+        if self._reflected:
+            return Reflection(self._ends, self._elements, symbol[0, 0].real)
+        return functools.partial(self._convolve, symbol)
+
+    def _inverted(self, rho: float | None) -> Callable[[Array], Array]:
         blocks = self._symbol.transpose(2, 0, 1)
         blocks = blocks if rho is None else np.eye(self._nodes) + rho * blocks
         inverse = 1.0 / blocks if self._nodes == 1 else np.linalg.inv(blocks)
-        return np.ascontiguousarray(inverse.transpose(1, 2, 0))
+        return self._product(np.ascontiguousarray(inverse.transpose(1, 2, 0)))
 
     def _convolve(self, symbol: Array | Complex, x: Array) -> Array:
-        if self._reflected is not None:
-            to, back, kind, _ = self._reflected
-            spectrum = symbol[0, 0] * getattr(scipy.fft, to)(x, kind)
-            return np.asarray(getattr(scipy.fft, back)(spectrum, kind))
         # the transformed axis last and contiguous: scipy's transforms spend less on it than numpy's
         pieces = x.reshape(self._elements, self._nodes).T
         if self._open:

@@ -12,13 +12,12 @@ from ...geometry.outline import Outline, as_outline
 from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...model.problem import Problem
+from ...refinement.panels.tail import FADE
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
 from ..discrete.interfaces import interfaces_of
 from .part_ends import pressed_sides, singular_places
 
-FADE = 0.02
-"""Share of a part beside places where tractions may be infinite over which the norm of differences fades out."""
 GROWS = 1.1
 """Ratio of the largest tractions beside such a place on two meshes from which on they count as infinite there."""
 

@@ -21,7 +21,7 @@ from ..run import prepare, run
 from ..trust.known_data import missed_data
 from .difference import difference, displacement_difference
 from .slip import contact_lines, displacement_scale
-from .tails import tail_error
+from .tails import TailErrors
 
 CHEAP = 1200
 """Nodes of a body up to which a quarter more of assembly is nothing to wait for."""
@@ -37,7 +37,7 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     """The solution, its info with `estimated_error` where that is cheap, else with `error_unknown`, the reason; with a
     warning where the meshes miss much of what is known.
 
-    On surfaces it comes from the solution itself, see `tail_error`, with `resultant_error`. On curves what two
+    On surfaces it comes from the solution itself, see `TailErrors`, with `resultant_error`. On curves what two
     meshes differ by is the error of the coarser one; of constant elements, whose error halves with h, it is that of the
     finer one, of elements of higher order more. It is the error of u_t of the paper's problem, else of p and q, without
     contact of u.
@@ -58,7 +58,7 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if not solution.nodes and not curves:
         reason = "compare with a finer mesh"
     if not reason and not curves:
-        error, of_resultants = tail_error(solution)
+        error, of_resultants = TailErrors(solution).error()
         return _estimated(solution, {"estimated_error": error, "resultant_error": of_resultants})
     reason = reason or _costly(solution, comm)
     if not reason:

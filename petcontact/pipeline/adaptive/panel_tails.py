@@ -23,16 +23,15 @@ from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import at_edges, directions, halved, matched, sides
 from ...refinement.panels.marks import FINER, facing, faded, largest, too_large
 from ...refinement.panels.quartering import cut, parents
-from ...refinement.panels.tail import Tails
+from ...refinement.panels.tail import FADE
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
-from ..choice import check_memory, is_compressed, resolved_bem, surface_seconds
+from ..choice import check_memory, is_compressed, resolved_bem, solve_seconds
 from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from ..trust.increments import OVERLAP
-from .difference import FADE
-from .tails import inside, slip_squares, tail_error
+from .tails import TailErrors
 
 FIRST = 36
 """Panels on a face in contact of the first mesh, about; on others a quarter of them."""
@@ -129,15 +128,14 @@ class PanelTails:
 
     def observe(self, solution: Solution, level: int) -> None:
         """Keep what a solution shows, and mark its panels."""
-        self._last = solution
-        self.estimate, self._resultants = tail_error(solution)
+        self._last, errors = solution, TailErrors(solution)
+        self.estimate, self._resultants = errors.error()
         self._estimates.append(self.estimate)
         if self.estimate > self.wanted:
             share = WIDE if self.estimate > FAR * self.wanted else SHARE
-            tails = [Tails(mesh, np.arange(mesh.n_nodes)) for mesh in solution.meshes.values()]
             square = [np.zeros(mesh.n_elements) for mesh in solution.meshes.values()]
             for step in step_ends(solution.steps):
-                for total, values in zip(square, self._squares(solution, step, tails), strict=True):
+                for total, values in zip(square, self._squares(errors, step), strict=True):
                     total += values
             counts = np.cumsum([0, *map(len, square)])
             marked = largest(np.concatenate(square), share)
@@ -167,25 +165,25 @@ class PanelTails:
         self._refine(solution, marked)
         return not self.exhausted
 
-    def _squares(self, solution: Solution, step: StepResult, tails: Sequence[Tails]) -> list[Array]:
-        """Squared errors of the elements of each body after a step, over those of p, or of u_t [length² · area].
-
-        `tails` are those of the meshes, at all their nodes.
-        """
+    def _squares(self, errors: TailErrors, step: StepResult) -> list[Array]:
+        """Squared errors of the elements of each body after a step, over those of p, or of u_t [length² · area]."""
+        solution = errors.solution
         meshes = list(solution.meshes.values())
         if solution.bilateral:
-            return [slip_squares(solution, step)]
+            return [errors.slip_squares(step)]
         touching, norms = self._touching(meshes), list[float]()
         square = [np.zeros(mesh.n_elements) for mesh in meshes]
         for side in self._sides:
             mesh, pair, nodes = meshes[side.body], step.pairs[side.name], solution.nodes[side.name]
-            weight = pair.weight * inside(mesh, side.part, nodes)
+            weight = errors.weight(side, step)
             assert pair.pressure_error is not None and pair.sigma_t_error is not None
             norms.append(float(weight @ pair.pressure**2) or math.inf)
             error = weight * (pair.pressure_error**2 + pair.sigma_t_error**2) / norms[-1]
             np.add.at(square[side.body], mesh.element[nodes], error)
+            for total, jumps in zip(square, errors.jump_squares(step, side), strict=True):
+                total += jumps / norms[-1]
         least = min(norms)
-        each = zip(square, meshes, tails, touching, step.bodies.values(), strict=True)
+        each = zip(square, meshes, errors.tails, touching, step.bodies.values(), strict=True)
         for total, mesh, size, contact, body in each:
             # elsewhere tractions matter as far as their errors reach the contact
             error = mesh.weight * size.of(body.traction) ** 2
@@ -255,7 +253,7 @@ class PanelTails:
         """What meshes cost beyond the budget or the memory; nothing where they fit."""
         budget, bem = BUDGETS[self.asked], resolved_bem(self._problem.bem)
         nodes = sum(mesh.n_nodes for mesh in meshes)
-        seconds = sum(surface_seconds(bem, mesh, len(solution.steps)) for mesh in meshes)
+        seconds = solve_seconds(bem, meshes, len(solution.steps))
         if nodes > budget.nodes:
             return f"the next mesh has {nodes} nodes, the budget is {budget.nodes}"
         if seconds > budget.seconds:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...bem.compatibility import check_compatible
+from ...bem.kernels import kernel_for
 from ...contact.state import Start
 from ...geometry.outline import as_outline
 from ...geometry.surface import Boundary
@@ -171,8 +172,7 @@ def contact_lines(body: Body, solution: Solution) -> list[ContactLine]:
     side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
     element = mesh.element[contact.nodes]
     sign = np.where(contact.state == 1, -np.sign(contact.sigma_t[:, 0]), 0.0).astype(np.int64)
-    material = solution.problem.body[0].material
-    compliance = (1.0 - material.poisson_ratio) / (np.pi * material.shear_modulus)
+    compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
     negligible = NEGLIGIBLE * displacement_scale(solution) / (compliance * float(contact.weight.sum()))
     lines = []
     for k in np.flatnonzero(body.contact):

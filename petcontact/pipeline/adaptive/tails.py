@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import functools
 import math
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...bem.kernels import kernel_for
 from ...contact.law_protocol import SLIP
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.surface_mesh import as_surface
+from ...refinement.panels.jumps import EdgeJumps
 from ...refinement.panels.marks import element_sizes, faded
-from ...refinement.panels.tail import rim_distance, tail
+from ...refinement.panels.tail import FADE, Tails, rim_distance
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
-from .difference import FADE
+from ..discrete.interfaces import InterfaceSpec, interfaces_of
 from .slip import displacement_scale
 
 OF_SLIP = (2.0, 0.29, 0.52, 1.0)
@@ -28,61 +32,110 @@ UNEVEN = 1.4
 """Error of u_t over what tractions lack of equilibrium."""
 
 
-def tail_error(solution: Solution) -> tuple[float, float]:
-    """Relative errors in L2, over all interfaces and step ends the largest: of u_t, or of p and q, and of resultants.
+class TailErrors:
+    """Errors of a solution in space from its tails, and from jumps between panels.
 
-    Of p and q: ‖tail‖/‖p‖, which fades out towards the rim of a part as `difference` does. Of u_t of the paper's
-    problem, over ‖u_t‖: the tail of u, see `slip_squares`. Resultants are off by about the product of both, and by what
-    tractions lack of equilibrium.
+    Parameters
+    ----------
+    solution : Solution
     """
-    worst = 0.0
-    for step in step_ends(solution.steps):
+
+    def __init__(self, solution: Solution) -> None:
+        self.solution, self._sides = solution, interfaces_of(solution.problem)
+        self._meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+        self._sizes = [element_sizes(mesh) for mesh in self._meshes]
+
+    @functools.cached_property
+    def tails(self) -> list[Tails]:
+        """Of the meshes, at all their nodes."""
+        return [Tails(mesh, np.arange(mesh.n_nodes)) for mesh in self._meshes]
+
+    @functools.cached_property
+    def _edges(self) -> dict[tuple[int, str], EdgeJumps]:
+        parts = {(side.body, side.part) for side in self._sides} | {side.primary for side in self._sides if side.primary}
+        return {(body, part): EdgeJumps(self._meshes[body], part) for body, part in parts}
+
+    def error(self) -> tuple[float, float]:
+        """Relative errors in L2, over all interfaces and step ends the largest: of u_t, or of p and q, and of resultants.
+
+        Of p and q: tails and what jumps add, over ‖p‖, which fade out towards the rim of a part as `difference` does. Of u_t
+        of the paper's problem, over ‖u_t‖: the tail of u, see `slip_squares`. Resultants are off by about the product of
+        both, and by what tractions lack of equilibrium.
+        """
+        solution, worst = self.solution, 0.0
+        for step in step_ends(solution.steps):
+            for side in self._sides:
+                pair, weight = step.pairs[side.name], self.weight(side, step)
+                size = float(weight @ pair.pressure**2)
+                if size > 0.0:
+                    jumps = 0.0 if solution.bilateral else sum(each.sum() for each in self.jump_squares(step, side))
+                    worst = max(worst, *(math.sqrt((weight @ error**2 + jumps) / size) for error in _errors(pair)))
+        uneven = max((float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps), default=0.0)
+        if not solution.bilateral:
+            return min(worst, 1.0), worst**2 + uneven
+        slip = math.sqrt(self.slip_squares(solution.last).sum()) / displacement_scale(solution)
+        error = min(math.hypot(slip, UNEVEN * uneven), 1.0)
+        return error, worst * error + uneven
+
+    def weight(self, side: InterfaceSpec, step: StepResult) -> Array:
+        """Of the nodes of an interface (m,), which fade out towards the rim of the part [area]."""
+        mesh, nodes = self._meshes[side.body], self.solution.nodes[side.name]
+        return np.asarray(step.pairs[side.name].weight * inside(mesh, side.part, nodes))
+
+    def jump_squares(self, step: StepResult, side: InterfaceSpec) -> list[Array]:
+        """Squared errors of p after a step that come from each element of each body, by jumps of u at its edges.
+
+        Returns
+        -------
+        list of (n_elements,) arrays
+            A body [stress² · area].
+        """
+        result = [np.zeros(mesh.n_elements) for mesh in self._meshes]
+        bodies, problem = list(step.bodies.values()), self.solution.problem
+        for number, part in [(side.body, side.part), *([side.primary] if side.primary else [])]:
+            mesh, found, edges = self._meshes[number], bodies[number], self._edges[number, part]
+            kernel = kernel_for(mesh, problem.body[number].material)
+            nodes = mesh.nodes_of(part)
+            carries = np.abs(found.traction[nodes]).max(axis=1) > 0.0
+            loaded = np.bincount(mesh.element[nodes], carries * inside(mesh, part, nodes), mesh.n_elements)
+            share = loaded / np.maximum(np.bincount(mesh.element[nodes], minlength=mesh.n_elements), 1)
+            square = edges.pressure_squares(found.u, self._sizes[number], kernel) * share[edges.other]
+            # the larger panel of the two is the one to be cut
+            size, pair = self._sizes[number], np.stack([edges.element, edges.other])
+            np.add.at(result[number], pair[np.argmax(size[pair], axis=0), np.arange(len(square))], square)
+        return result
+
+    def slip_squares(self, step: StepResult) -> Array:
+        """Squared errors of u_t after a step that come from each element of a body in bilateral contact.
+
+        In the contact that of the tail of u; on linear ones the next degree is taken to be to the tail as the tail is to
+        u_t. What other faces lack moves the contact, too, its elements that slip somewhere: the tails of u the less the
+        further away they are, those of tractions, which are infinite along the edges of clamped faces, all alike.
+
+        Returns
+        -------
+        (n_elements,) array
+            [length² · area]
+        """
+        solution, (mesh,), (tails,), (body,) = self.solution, self._meshes, self.tails, step.bodies.values()
+        contact, slips = np.zeros((2, mesh.n_elements), dtype=bool)
         for name, pair in step.pairs.items():
-            mesh, nodes = solution.meshes[solution.sides[name][0]], solution.nodes[name]
-            weight = pair.weight * inside(mesh, solution.sides[name][1], nodes)
-            size = float(np.sqrt(weight @ pair.pressure**2))
-            if size > 0.0:
-                worst = max(worst, *(math.sqrt(weight @ error**2) / size for error in _errors(pair)))
-    uneven = max((float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps), default=0.0)
-    if not solution.bilateral:
-        return min(worst, 1.0), worst**2 + uneven
-    slip = math.sqrt(slip_squares(solution, solution.last).sum()) / displacement_scale(solution)
-    error = min(math.hypot(slip, UNEVEN * uneven), 1.0)
-    return error, worst * error + uneven
+            contact[mesh.element[solution.nodes[name]]] = True
+            slips[mesh.element[solution.nodes[name][pair.state == SLIP]]] = True
+        area = np.bincount(mesh.element, mesh.weight)
+        share = max(area[slips].sum() / area[contact].sum(), 1.0 / np.count_nonzero(contact))
+        of_u = np.bincount(mesh.element, mesh.weight * tails.of(body.u, OF_SLIP, 1.0) ** 2)
+        of_t = np.bincount(mesh.element, mesh.weight * tails.of(body.traction, (1.0,), 1.0) ** 2)
+        compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
+        beside = BESIDE**2 * faded(mesh, contact) * of_u + (HELD * compliance * self._sizes[0]) ** 2 * of_t
+        linear = contact & (mesh.order == 1)
+        of_u[linear] *= (SECOND / displacement_scale(solution)) ** 2 * of_u[linear].sum()
+        return np.where(contact, of_u, share * beside)
 
 
 def _errors(pair: PairResult) -> tuple[Array, Array]:
     assert pair.pressure_error is not None and pair.sigma_t_error is not None
     return pair.pressure_error, pair.sigma_t_error
-
-
-def slip_squares(solution: Solution, step: StepResult) -> Array:
-    """Squared errors of u_t after a step that come from each element of a body in bilateral contact.
-
-    In the contact that of the tail of u; on linear ones the next degree is taken to be to the tail as the tail is to u_t.
-    What other faces lack moves the contact, too, its elements that slip somewhere: the tails of u the less the further away
-    they are, those of tractions, which are infinite along the edges of clamped faces, all alike.
-
-    Returns
-    -------
-    (n_elements,) array
-        [length² · area]
-    """
-    (mesh,), (body,) = solution.meshes.values(), step.bodies.values()
-    nodes, element, material = np.arange(mesh.n_nodes), mesh.element, solution.problem.body[0].material
-    contact, slips = np.zeros((2, mesh.n_elements), dtype=bool)
-    for name, pair in step.pairs.items():
-        contact[element[solution.nodes[name]]] = True
-        slips[element[solution.nodes[name][pair.state == SLIP]]] = True
-    area = np.bincount(element, mesh.weight)
-    share = max(area[slips].sum() / area[contact].sum(), 1.0 / np.count_nonzero(contact))
-    of_u = np.bincount(element, mesh.weight * tail(mesh, nodes, body.u, OF_SLIP, 1.0) ** 2)
-    of_t = np.bincount(element, mesh.weight * tail(mesh, nodes, body.traction, (1.0,), 1.0) ** 2)
-    compliance = (1.0 - material.poisson_ratio) / (math.pi * material.shear_modulus)
-    beside = BESIDE**2 * faded(mesh, contact) * of_u + (HELD * compliance * element_sizes(mesh)) ** 2 * of_t
-    linear = contact & (mesh.order == 1)
-    of_u[linear] *= (SECOND / displacement_scale(solution)) ** 2 * of_u[linear].sum()
-    return np.where(contact, of_u, share * beside)
 
 
 def inside(mesh: BoundaryMesh, part: str, nodes: Index) -> Array:

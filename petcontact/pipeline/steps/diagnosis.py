@@ -91,13 +91,11 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     """What a failed increment says: which body nothing holds, there or at the end of the step, or how the method ended."""
     problem, system = increment.problem, increment.system
     unsure = JUMPS if getattr(problem.discrete.law, "jumps", False) else ""
-    steps = problem.discrete.problem.step
-    of_step = f" of step {increment.step.name or increment.number!r}" if steps else ""
-    where = f" at load factor {increment.target:.4g}{of_step}" if steps or increment.target < 1.0 else ""
-    at_end = f" at the end{of_step}, of which {increment.target:.4g} was tried"
+    stepped = problem.discrete.problem.step or increment.target < 1.0
+    where = f" at load factor {increment.target:.4g}{_of_step(increment)}" if stepped else ""
     if text := unheld(increment, where):
         return text
-    if text := unheld(increment.to(1.0), at_end):
+    if text := unheld_at_the_end(increment):
         return f"{text}{unsure}"
     push = None
     defect = equilibrium_defect(system, outcome.sigma)
@@ -108,6 +106,15 @@ def failure(increment: Increment, outcome: ContactState) -> str:
     if push is None:
         return f"{outcome.reason}{where}{unsure}"
     return f"no equilibrium{where}: {_pushed(increment, push)}{unsure}"
+
+
+def unheld_at_the_end(increment: Increment) -> str:
+    """`unheld` of the whole step, of which an increment was tried."""
+    return unheld(increment.to(1.0), f" at the end{_of_step(increment)}, of which {increment.target:.4g} was tried")
+
+
+def _of_step(increment: Increment) -> str:
+    return f" of step {increment.step.name or increment.number!r}" if increment.problem.discrete.problem.step else ""
 
 
 def unheld(increment: Increment, where: str = "") -> str:

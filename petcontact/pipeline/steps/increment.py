@@ -249,7 +249,7 @@ class Increment:
         except SolverError as error:
             if not last:
                 raise
-            return replace(last[0], reason=str(error), converged=False, stopped=True)
+            return replace(last[0], reason=str(error), converged=False, stopped=True, error=True)
 
     def after(self, outcome: ContactState) -> IncrementState:
         """What this increment hands to the next."""

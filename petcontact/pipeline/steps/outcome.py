@@ -18,7 +18,7 @@ from ..eliminate import ELASTIC_LIMIT
 from ..trust.increments import imbalance, objection
 from ..trust.overlaps import overlaps
 from ..trust.warnings import absurd
-from .diagnosis import failure
+from .diagnosis import failure, unheld_at_the_end
 from .increment import Increment, IncrementState
 
 LARGEST_IMBALANCE = 1e-2
@@ -27,6 +27,10 @@ BLOCKS = 5.0
 """Residual of a compressed body that is accepted, over the tolerance of its compression, which bounds each block by itself:
 three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body alone or two blocks less than that."""
 
+STILL = 1e-8
+"""Displacement of a body over the largest of all below which a joint solution says nothing of it: `LEAST` of
+`compliance.hierarchical.equations`."""
+
 
 def step_result(increment: Increment, outcome: ContactState, after: IncrementState, *, checked: bool) -> StepResult:
     """Fields, resultants and residuals of an increment; `checked`: with the elastic residual."""
@@ -34,12 +38,15 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
     discrete, system, d = problem.discrete, problem.system, problem.system.dim
     posed, shares = discrete.problem, increment.shares
     bodies, elastic, unbalanced, limit = {}, 0.0, 0.0, ELASTIC_LIMIT
-    for b, body in enumerate(system.bodies):
-        alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
-        u, traction = body.boundary(shares, sigma, alpha)
+    pushed = [(system.motion(b, after.alpha), system.tractions(b, outcome.sigma)) for b in range(len(system.bodies))]
+    found = [body.boundary(shares, sigma, alpha) for body, (alpha, sigma) in zip(system.bodies, pushed, strict=True)]
+    largest = max(float(np.abs(u).max(initial=0.0)) for u, _ in found)
+    for b, (body, (alpha, sigma), (u, traction)) in enumerate(zip(system.bodies, pushed, found, strict=True)):
         bodies[posed.body[b].name] = BodyResult(u, traction)
         limit = max(limit, BLOCKS * body.tolerance)
-        if checked:
+        # of bodies that are solved jointly one that hardly moves beside the others is solved to no more digits
+        still = body.is_solved_jointly and body.displaced(u, traction) < STILL * largest
+        if checked and not still:
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
             if discrete.boundaries[b].closed:
                 unbalanced = max(unbalanced, imbalance(body, shares, u, traction, sigma, alpha))
@@ -71,6 +78,8 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
 
 def _judged(increment: Increment, outcome: ContactState, moved: str, elastic: float, limit: float) -> tuple[str, str]:
     """Status and reason; `moved`: why displacements are not accepted, whose digits no residual is judged by."""
+    if outcome.error and (named := unheld_at_the_end(increment)):
+        return "not converged", f"{named} ({outcome.reason})"
     if outcome.stopped:
         return "failed", outcome.reason
     if not outcome.converged:
@@ -136,7 +145,7 @@ def _pairs(
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
-            tails.of_pressure(pressure, states[where] == OPEN), tails.of(sigma_t),
+            tails.of_pressure(pressure, states[where] == OPEN), tails.of_contact(sigma_t, states[where] == OPEN),
         )  # fmt: skip
     return pairs
 

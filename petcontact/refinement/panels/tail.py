@@ -19,15 +19,28 @@ MARGIN = (2.0, 0.7, 1.35, 1.8)
 """Factors of the tail of elements of order 0, 1, 2, and above, measured by scripts/verify_space."""
 RIM = 2.0
 """Factor on elements at the rim of a part, where tractions may be infinite and coefficients fall slowly."""
+EDGE = (2.0, 0.9, 0.6, 1.4)
+"""Factors of what the last two degrees add on elements at whose edge contact begins, by order. p is a root √(x - c)₊ there:
+its highest coefficient alone vanishes for some c, where the error over it is 37 (order 2) and 25 (order 3)."""
+SINGULAR = 2.7
+"""Factor of the closed form of `SHARES` for elements closed to the rim, measured: nodal values have errors, too."""
+SHARES = ((1.5,) * 7, (1.57, 1.28, 0.98, 0.68, 0.45, 0.36, 0.31), (2.25, 1.7, 1.17, 0.76, 0.56, 0.45, 0.35),
+          (2.75, 1.94, 1.25, 0.85, 0.67, 0.48, 0.38))  # fmt: skip
+"""Error over tail of the interpolation of x^-0.4 on (0, H) at Gauss points, by order and by STRIPS, both weighted by
+min(1, x/d)²: what is infinite at a rim costs the more the narrower the strip is in which it is left out."""
+STRIPS = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
+"""d/H."""
+FADE = 0.02
+"""Share of a part along its rim, and beside other places where tractions may be infinite, over which errors fade out."""
 FEW = 6
 """Elements that carry pressure, below which its shape is not seen."""
 SMOOTH = 0.5
 """Least cosine between the normals of neighbours on one smooth surface."""
 
 
-def tail(mesh: BoundaryMesh, nodes: Index, values: Array, margin: Sequence[float] = MARGIN, rim: float = RIM) -> Array:
+def tail(mesh: BoundaryMesh, nodes: Index, values: Array) -> Array:
     """Estimated error (m,) of the polynomials through nodal values: see `Tails`, and `Tails.of`."""
-    return Tails(mesh, nodes, margin, rim).of(values)
+    return Tails(mesh, nodes).of(values)
 
 
 class Tails:
@@ -38,34 +51,30 @@ class Tails:
     mesh : BoundaryMesh
     nodes : (m,) array
         Numbers of the nodes of whole elements, increasing.
-    margin : sequence of float
-        Factors of the tail of elements of order 0, 1, ..., the last one of all above; by default those of tractions.
-    rim : float
-        Factor more on elements at the rim of a part.
     """
 
-    def __init__(self, mesh: BoundaryMesh, nodes: Index, margin: Sequence[float] = MARGIN, rim: float = RIM) -> None:
+    def __init__(self, mesh: BoundaryMesh, nodes: Index) -> None:
         element = mesh.element[nodes]
         begins = np.diff(element, prepend=-1) != 0
         self._first, self._element = element[begins], np.cumsum(begins) - 1
         kind, order, self._weight = mesh.kind[element], mesh.order[element], mesh.weight[nodes]
-        self._lower: list[tuple[Index, Array, Array]] = []
+        self._lower: list[tuple[Index, Array, tuple[Array, ...]]] = []
         for number in np.unique(kind[order > 0]).tolist():
             mine = np.flatnonzero(kind == number)
-            lower = mesh.lower_degree(number)
-            root = np.sqrt(self._weight[mine]).reshape(-1, len(lower), 1)
-            self._lower.append((mine, root, np.linalg.qr(root * lower)[0]))
+            lower = [mesh.lower_degree(number, less) for less in (1, 2)]
+            root = np.sqrt(self._weight[mine]).reshape(-1, len(lower[0]), 1)
+            self._lower.append((mine, root, tuple(np.linalg.qr(root * basis)[0] for basis in lower)))
         self._constant = np.flatnonzero(order == 0)
         self._near, self._slope = _slopes(mesh, nodes, self._constant)
-        area = np.bincount(mesh.element, mesh.weight)[self._first]
-        size, start = area ** (1.0 / (mesh.dim - 1)), np.flatnonzero(begins)
+        self._area = np.bincount(mesh.element, mesh.weight)[self._first]
+        size, start = self._area ** (1.0 / (mesh.dim - 1)), np.flatnonzero(begins)
         rim_at = rim_distance(mesh, nodes, float(size.max(initial=0.0)))
         near = np.minimum.reduceat(rim_at, start) if len(start) else rim_at
-        factor = np.array(margin)[np.minimum(mesh.order[self._first], len(margin) - 1)]
-        factor = np.where(near < size, rim * factor, factor)
-        self._factor = factor / np.sqrt(area)
+        self._order, self._rim = mesh.order[self._first], near < size
+        parts = np.bincount(mesh.node_part, mesh.weight)[mesh.part[self._first]] ** (1.0 / (mesh.dim - 1))
+        self._strip = np.log(FADE * parts / size)
 
-    def of(self, values: Array) -> Array:
+    def of(self, values: Array, margin: Sequence[float] = MARGIN, rim: float = RIM) -> Array:
         """Estimated error of the polynomials through nodal values, rms over each element.
 
         Elements of order 0 have no lower degree. Theirs is the slope that the nearest nodes suggest, times the rms distance
@@ -75,6 +84,10 @@ class Tails:
         ----------
         values : (m, c) array
             Of a vector.
+        margin : sequence of float
+            Factors of the tail of elements of order 0, 1, ..., the last one of all above; by default those of tractions.
+        rim : float
+            Factor more on elements at the rim of a part.
 
         Returns
         -------
@@ -82,23 +95,43 @@ class Tails:
             At the nodes, constant on each element: the sum of its squares with the weights of the nodes is the square of
             the error in L2 [as values].
         """
+        return np.asarray((self._by_order(margin) * np.where(self._rim, rim, 1.0) * self._left(values, 1))[self._element])
+
+    def of_contact(self, values: Array, opened: Mask) -> Array:
+        """As `of`, (m,), of tractions in a contact that is open at some nodes (m,).
+
+        Elements that are open in part have the edge of contact in them, see EDGE. Those that are closed up to the rim of the
+        part, see SHARES.
+        """
+        count = np.bincount(self._element, opened)
+        closed, edge = count == 0.0, (count > 0.0) & (count < np.bincount(self._element))
+        margin = self._by_order(MARGIN)
+        strips, order = np.log(STRIPS), np.minimum(self._order, len(SHARES) - 1)
+        share = np.choose(order, [np.interp(self._strip, strips, row) for row in SHARES])
+        smooth = np.where(self._rim & closed, np.maximum(margin, SINGULAR * share), margin) * self._left(values, 1)
+        return np.asarray(np.where(edge, self._by_order(EDGE) * self._left(values, 2), smooth)[self._element])
+
+    def _by_order(self, factors: Sequence[float]) -> Array:
+        return np.asarray(np.array(factors)[np.minimum(self._order, len(factors) - 1)])
+
+    def _left(self, values: Array, less: int) -> Array:
+        """What the last degree or the last two add to nodal values, rms over each element, (n_elements,)."""
         square = np.zeros(len(values))
-        for mine, root, q in self._lower:
-            nodal = root * values[mine].reshape(*root.shape[:2], -1)
-            left = nodal - q @ (q.transpose(0, 2, 1) @ nodal)
-            square[mine] = np.sum(left**2, axis=2).ravel()
+        for mine, root, lower in self._lower:
+            nodal, q = root * values[mine].reshape(*root.shape[:2], -1), lower[less - 1]
+            square[mine] = np.sum((nodal - q @ (q.transpose(0, 2, 1) @ nodal)) ** 2, axis=2).ravel()
         if len(self._constant):
             gradient = self._slope @ (values[self._near] - values[self._constant, None])
             square[self._constant] = np.sum(gradient**2, axis=(1, 2))
-        return np.asarray((self._factor * np.sqrt(np.bincount(self._element, square)))[self._element])
+        return np.asarray(np.sqrt(np.bincount(self._element, square) / self._area))
 
     def of_pressure(self, pressure: Array, opened: Mask) -> Array:
-        """Estimated error (m,) of p: `of`, and no less than a share of p where a contact that ends on the part covers few
-        (`FEW`) elements: all of it on one, a half on three.
+        """Estimated error (m,) of p: `of_contact`, and no less than a share of p where a contact that ends on the part
+        covers few (`FEW`) elements: all of it on one, a half on three.
 
         What no element resolves has no tail: a spot inside of one element of order 1 may have one p at all of its nodes.
         """
-        error, element = self.of(pressure[:, None]), self._element
+        error, element = self.of_contact(pressure[:, None], opened), self._element
         loaded = np.count_nonzero(np.bincount(element[pressure > 0.0]))
         if opened.any() and 0 < loaded < FEW:
             total = np.bincount(element, self._weight * pressure**2)[element]
