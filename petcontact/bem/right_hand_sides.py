@@ -50,6 +50,13 @@ class RightHandSides:
         """Number of the first column of each node, (n,)."""
         return np.cumsum(self.count) - self.count
 
+    def near(self, other: RightHandSides) -> bool:
+        """Whether the columns are the same but for round-off."""
+        pairs = ((self.traction, other.traction), (self.displacement, other.displacement))
+        return np.array_equal(self.node, other.node) and all(
+            bool(np.all(np.abs(one - two) <= ROUND_OFF * np.abs(two).max(initial=0.0))) for one, two in pairs
+        )
+
     def of(self, nodes: Index) -> tuple[Index, Index]:
         """The columns of some nodes, and which of the nodes each belongs to."""
         count = self.count[nodes]

@@ -10,6 +10,7 @@ import pytest
 from petcontact import InputError, SolverError, solve
 from petcontact.compliance.body.dense import DenseBody
 from petcontact.compliance.hierarchical.body import HierarchicalBody
+from petcontact.compliance.hierarchical.joint import JointBodies
 from petcontact.model.case import parse_problem
 from petcontact.pipeline import choice
 from petcontact.pipeline.run import prepare
@@ -175,3 +176,31 @@ def test_an_elastic_residual_of_some_times_the_tolerance_is_accepted(times, stat
     found = solved({**data, "body": data["body"][1:]}, bem__mat_type="hmatrix", bem__hmatrix_tol=1e-4)
     assert found.status == status
     assert ("elastic residual 6.0e-04 > 0.0005" in found.reason) == (status == "failed")
+
+
+def test_bodies_that_nowhere_meet_are_solved_each_for_itself():
+    """The upper one is moved as a whole, the lower one by nothing: what round-off leaves of it has no residual."""
+    data = blocks(gap="geometry")
+    data["body"][1]["geometry"] |= {"lower": [-1, -1, 3], "upper": [1, 1, 4]}
+    found = solved(data, bem__mat_type="hmatrix", bem__hmatrix_tol=1e-4)
+    assert found.converged, found.reason
+    assert not found.last.pairs["pair"].pressure.any() and "no contact anywhere" in found.reason
+
+
+def test_an_error_in_a_step_whose_loads_nothing_holds_names_them(monkeypatch):
+    """Near the largest load that friction holds a Krylov solve may fail before Newton's method does."""
+    data, related = on_ground(), JointBodies.related
+    step = {"body": "free", "part": "top", "value": [0.008, 0.0, -0.01]}
+    data["step"] = [{"name": "press"}, {"name": "push", "boundary": [step]}]
+
+    def failing(self, *arguments, shares, **keys):
+        if shares[-1] > 0.1:
+            self.failed = getattr(self, "failed", 0) + 1
+            if self.failed > 1:
+                raise SolverError("iterate", "KSP fgmres ended with DIVERGED_MAX_IT", "try another one")
+        return related(self, *arguments, shares=shares, **keys)
+
+    monkeypatch.setattr(JointBodies, "related", failing)
+    found = solved(data, bem__mat_type="hmatrix")
+    assert found.status == "not converged" and found.steps[0].status == "converged"
+    assert "body 'free' cannot be held: the load pushes it along +x" in found.reason and "DIVERGED_MAX_IT" in found.reason

@@ -187,6 +187,14 @@ def test_probe_confirms_a_right_matrix_and_detects_a_wrong_one(rng):
     assert matrix.error_estimate(wrong, rng) > 1e-7
 
 
+def test_the_probe_sees_the_same_in_pieces_of_rows(rng, monkeypatch):
+    operator = Mixed(case("star", rng))
+    matrix = compressed(operator, 1e-6)
+    whole = matrix.error_estimate(operator, np.random.default_rng(7))
+    monkeypatch.setattr("petcontact.compression.hodlr.matrix.PROBED", 37)
+    assert matrix.error_estimate(operator, np.random.default_rng(7)) == pytest.approx(whole, rel=1e-6)
+
+
 def test_memory_grows_almost_linearly():
     sizes = [250, 1000]
     matrices = [compressed(Mixed(polygon(SQUARE, n)), 1e-6, leaf=32) for n in sizes]

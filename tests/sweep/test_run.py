@@ -13,6 +13,7 @@ import pytest
 from sweep_files import CONFIGS, quietly, sweep_file
 
 from petcontact import load_case, load_sweep
+from petcontact.compliance.body.hodlr_operators import CompressedOperators
 from petcontact.errors import InputError, ResultError, SolverError
 from petcontact.linalg.elimination import Elimination
 from petcontact.pipeline.run import prepare, run
@@ -23,7 +24,7 @@ from petcontact.sweep.design.sweep import build_sweep, read_sweep
 from petcontact.sweep.design.sweep_file import read_files
 from petcontact.sweep.schedule import cost as costs
 from petcontact.sweep.schedule.cost import estimate
-from petcontact.sweep.schedule.groups import describe
+from petcontact.sweep.schedule.groups import describe, make_groups
 from petcontact.sweep.store.case_table import read_case_table
 from petcontact.sweep.store.log import Record, records
 
@@ -149,6 +150,31 @@ def test_loads_gaps_and_friction_share_one_elimination(text, eliminations, tmp_p
                     np.testing.assert_allclose(
                         one.pairs[name].sigma_t, pair.sigma_t, atol=1e-12 * np.abs(pair.sigma_t).max()
                     )
+
+
+PROPORTIONAL = (
+    PLAIN.split("[zip]")[0]
+    + """
+"bem.mat_type" = "hodlr"
+[zip]
+"boundary.2.value" = [[400.0, 0.0], [300.0, 0.0], [300.0, 20.0]]
+"boundary.0.friction_bound" = [150.0, "100 + x", 150.0]
+"""
+)
+
+
+def test_compressed_bodies_share_what_loads_leave_alone_but_for_their_size(tmp_path, monkeypatch, comm):
+    sweep, calls = read_sweep(sweep_file(tmp_path, PROPORTIONAL)), []
+    assert make_groups(sweep).size.tolist() == [3]
+    built = CompressedOperators.__init__
+    monkeypatch.setattr(CompressedOperators, "__init__", lambda *words: calls.append(1) or built(*words))
+    assert quietly(sweep, tmp_path / "out").exit_status == 0
+    monkeypatch.undo()
+    # 300 for 400 is a factor; another direction takes another elimination
+    assert len(calls) == 2
+    for chosen in sweep:
+        alone, kept = solve(chosen.case, comm=comm), load_case(tmp_path / "out", chosen.id)
+        np.testing.assert_allclose(kept.contact.u_t, alone.contact.u_t, atol=1e-9 * np.abs(alone.contact.u_t).max())
 
 
 def test_what_is_left_of_a_group_does_not_decide_how_it_is_computed(small, tmp_path):

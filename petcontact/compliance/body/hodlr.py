@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import copy
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array
+from ...bem.boundary_data import BoundaryData
 from ...bem.operators import BoundaryOperators
 from ...model.solver_options import Bem
 from ...runtime.petsc import stage
@@ -49,14 +52,29 @@ class HodlrBody(ElasticBody):
         with one_blas_thread(), stage("factor"):
             self._moved = self._compressed.solve(motions[here]) if r else np.zeros((here.stop - here.start, 0))
             self._seen = self._gauged(self._moved)
-            self._loads = self._compressed.loads + operators.point_loads[here]
-            at_rest = self._compressed.on_contact(self._bordered(self._loads)[0])
-        self.u_0 = at_rest.T.reshape(operators.data.states, *operators.data.contact_shape) + operators.data.sliding
-        size = len(at_rest)
+            self._load(self._compressed.loads)
+        size = operators.data.contact_directions.size
         self.compliance = None
         if size <= formed:
             columns = [self.apply(np.eye(size, min(COLUMNS, size - k), -k)) for k in range(0, size, COLUMNS)]
             self.compliance = np.hstack(columns) if columns else np.zeros((0, 0))
+
+    def _load(self, loads: Array) -> None:
+        """Take this rank's loads of all states, and solve for u_0."""
+        operators, data = self.operators, self.operators.data
+        self._loads = loads + operators.point_loads[self._compressed.here]
+        at_rest = self._compressed.on_contact(self._bordered(self._loads)[0])
+        self.u_0 = at_rest.T.reshape(data.states, *data.contact_shape) + data.sliding
+
+    def with_data(self, data: BoundaryData) -> HodlrBody | None:
+        """The same body under other known values whose right-hand sides differ in amplitude only; else None."""
+        body, operators = copy.copy(self), replace(self.operators, data=data)
+        if not data.has_matrix_of(self.data) or not operators.right_hand_sides.near(self.operators.right_hand_sides):
+            return None
+        ElasticBody.__init__(body, operators, self.modes)
+        with one_blas_thread(), stage("factor"):
+            body._load(self._compressed.loads_by(operators.amplitudes))
+        return body
 
     def apply(self, traction: Array) -> Array:
         """S t: a product with G, a solve with A."""

@@ -51,9 +51,9 @@ class CompressedOperators:
             with stage("assemble"):
                 self._system, self._rhs_columns = self._compress(border)
                 own = self._rhs_columns.first_node, self._rhs_columns.last_node
-                first, last = np.cumsum([0, *operators.right_hand_sides.count])[list(own)]
-                self._is_contact = operators.of_contact[first:last]
-                self.loads = self._rhs_columns @ operators.amplitudes[first:last]
+                self._beside = slice(*np.cumsum([0, *operators.right_hand_sides.count])[list(own)].tolist())
+                self._is_contact = operators.of_contact[self._beside]
+                self.loads = self.loads_by(operators.amplitudes)
             with stage("factor"):
                 self._factor = factor(self._system, use_up=True)
                 self._spare()
@@ -62,6 +62,10 @@ class CompressedOperators:
     def _spare(self) -> None:
         if self.operators.mesh.n_nodes >= SCARCE:
             trim_heap()
+
+    def loads_by(self, amplitudes: Array) -> Array:
+        """What right-hand sides times their amplitudes (q, K) add to the load of each state, on this rank's nodes."""
+        return np.asarray(self._rhs_columns @ amplitudes[self._beside])
 
     def traction_to_rhs(self, sigma: Array) -> Array:
         """G_Ct σ on this rank's nodes for σ (m k,) or several (m k, s)."""

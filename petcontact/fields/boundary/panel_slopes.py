@@ -88,14 +88,14 @@ class PanelSlopes:
         u, size, v = np.linalg.svd(weight[:, :, None] * _powers(local, exponents), full_matrices=False)
         known: Mask = np.greater(size[:, -1], INDEPENDENT * size[:, 0])
         inverse = 1.0 / np.where(known[:, None], size, 1.0)
-        fit = np.einsum("nkj,nk,nmk,nm->njm", v, inverse, u, weight)
+        fit = (v.transpose(0, 2, 1) * inverse[:, None]) @ (u.transpose(0, 2, 1) * weight[:, None])
         corners = np.where(np.isnan(self._mesh.corners[mine]), self._mesh.corners[mine, :1], self._mesh.corners[mine])
-        at_corners = np.einsum("ncj,njm->ncm", _powers(self._local(mine, corners), exponents), fit)
+        at_corners = _powers(self._local(mine, corners), exponents) @ fit
         known &= np.abs(at_corners).sum(axis=2).max(axis=1) < AMPLIFIED
         rows = np.flatnonzero(np.isin(element, mine[known]))
         panel = np.searchsorted(mine, element[rows])
         at = self._local(mine[panel], _points(self._mesh, element[rows], place[rows])[0][:, None])[:, 0]
-        fitted = np.einsum("qj,qjm,qmg->qg", _powers(at, exponents), fit[panel], samples[panel], optimize=True)
+        fitted = np.einsum("qj,qjg->qg", _powers(at, exponents), (fit @ samples)[panel])
         result[rows] = fitted.reshape(len(rows), *result.shape[1:])
         return mine[~known]
 

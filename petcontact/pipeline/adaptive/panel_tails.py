@@ -39,13 +39,11 @@ ROUND = 16
 """The same on round bodies, whose panels are of one size."""
 LONGEST = 1.5
 """Panels of the first mesh over the shortest edge of the box."""
-SHARE = 0.5
+SHARE = 0.7
 """Of the sum of squared errors, whose panels are cut."""
 DEEPEST, NARROW = 4, 1.0
 """Times that panels at a rim may be halved for one mesh, and their width over that of the strip there in which errors fade
 out: p may be infinite at a rim, and no panel wider than the strip sees an end of it."""
-FAR, WIDE = 4.0, 0.75
-"""While the estimate is so many times the wanted error the share is larger."""
 
 
 @dataclass(frozen=True)
@@ -132,13 +130,12 @@ class PanelTails:
         self.estimate, self._resultants = errors.error()
         self._estimates.append(self.estimate)
         if self.estimate > self.wanted:
-            share = WIDE if self.estimate > FAR * self.wanted else SHARE
             square = [np.zeros(mesh.n_elements) for mesh in solution.meshes.values()]
             for step in step_ends(solution.steps):
                 for total, values in zip(square, self._squares(errors, step), strict=True):
                     total += values
             counts = np.cumsum([0, *map(len, square)])
-            marked = largest(np.concatenate(square), share)
+            marked = largest(np.concatenate(square), SHARE)
             meshes, along = self._directions(solution)
             self._refine(solution, [halved(mesh, marked[a:b], each) for mesh, each, (a, b)
                                     in zip(meshes, along, itertools.pairwise(counts), strict=True)])  # fmt: skip

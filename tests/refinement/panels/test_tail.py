@@ -14,7 +14,7 @@ from petcontact.mesh.panelling import box_mesh, facet_mesh
 from petcontact.model.shapes.files import Gmsh
 from petcontact.model.shapes.plane import Rectangle
 from petcontact.model.solver_options import MeshOptions
-from petcontact.refinement.panels.tail import MARGIN, RIM, rim_distance, tail
+from petcontact.refinement.panels.tail import EDGE, MARGIN, RIM, Tails, rim_distance, tail
 
 BOX = BoxSurface(np.array([-2.0, -1.0, 0.0]), np.array([2.0, 1.0, 1.0]))
 
@@ -52,6 +52,19 @@ def test_legendre_polynomial_on_its_panel():
     found, away = tail(mesh, nodes, mesh.x[nodes, :1] ** 2), inner(mesh, nodes)
     assert found[away] == pytest.approx(MARGIN[2] * 0.125**2 * 2.0 / 3.0 / np.sqrt(5.0))
     assert found[~away].max() == pytest.approx(RIM * found[away].max())
+
+
+def test_panels_at_the_edge_of_contact_count_the_last_two_degrees():
+    """x on panels of width h: no degree 2, but of degree 1 h/2, whose mean square is 1/3."""
+    mesh = box_mesh(BOX, lambda part: 0.25, 2, 1.0)
+    nodes = mesh.nodes_of("top")
+    x, first = mesh.x[nodes, :1], mesh.element[nodes] == mesh.element[nodes[40]]
+    found = Tails(mesh, nodes).of_contact(x, first & (np.arange(len(nodes)) % 9 < 3))
+    assert found[first] == pytest.approx(EDGE[2] * 0.125 / np.sqrt(3.0)) and found[~first].max() < 1e-12
+    # open all over, or closed and inside: the last degree alone
+    assert Tails(mesh, nodes).of_contact(x**2, first)[first] == pytest.approx(
+        MARGIN[2] * 0.125**2 * 2.0 / 3.0 / np.sqrt(5.0)
+    )
 
 
 def test_constant_elements_take_slopes_from_their_neighbours():
