@@ -17,6 +17,8 @@ WALLS = {3: (np.array([[-1.0, 0.0], [0.0, -1.0], [1.0, 1.0]]), np.array([0.0, 0.
 """Outward normals N and bounds c of the sides of the reference elements: inside is N ξ <= c."""
 SAMPLES = 5
 """Points in each direction at which a panel is looked at."""
+ACROSS = 0.2
+"""Weight of the distance across a tangent plane in `QuadraticCells.bend`."""
 STEPS, SHORT, TIGHT = 20, 1e-9, 1e-12
 """Newton's steps to a foot, the step with which they end, and the distance from a side within which a point is on it."""
 
@@ -105,6 +107,28 @@ class QuadraticCells:
         size = np.linalg.norm(area, axis=2)
         with np.errstate(divide="ignore"):
             return np.where(factor.min(axis=1) > 0.0, size.max(axis=1) / size.min(axis=1), np.inf)
+
+    @functools.cached_property
+    def bend(self) -> Array:
+        """How far each panel leaves its tangent planes, (n,) [-].
+
+        The largest distance, over samples as feet, of corners and middles of sides from where the foot's tangent plane puts
+        them, over their distance from the foot. What lies across the plane counts a fifth: it moves the zeros of |y - foot|
+        across the ray, where they harm quadrature less than beyond its end.
+        """
+        corners, feet = REFERENCE[self.n_corners], samples(self.n_corners)
+        ends = np.concatenate([corners, 0.5 * (corners + np.roll(corners, -1, axis=0))])
+        y, along = self.at(self.each(feet))
+        flat = np.einsum("feb,nfbk->nfek", ends[None] - feet[:, None], along)
+        off = self.at(self.each(ends))[0][:, None] - y[:, :, None] - flat
+        normal = np.cross(along[:, :, 0], along[:, :, 1])
+        normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+        across = np.einsum("nfek,nfk->nfe", off, normal)
+        square = np.maximum(np.sum(off**2, axis=3) - (1.0 - ACROSS**2) * across**2, 0.0)
+        reach = np.sum(flat**2, axis=3)
+        return np.asarray(
+            np.sqrt(np.max(np.divide(square, reach, out=np.zeros_like(reach), where=reach > 0.0), axis=(1, 2)))
+        )
 
     def each(self, local: Array) -> Array:
         """Local coordinates (q, 2) that are the same on all cells, (n, q, 2)."""

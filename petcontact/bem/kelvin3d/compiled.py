@@ -16,7 +16,7 @@ from ...mesh.panels import HIGHEST_ORDER, Panels, make_panels
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 from ..column_fillers import CompiledFiller
 from ..kernel import ColumnData
-from .polar import digits, tables
+from .polar import digits, tables, warp
 from .rules import COUNTS, MOST_POINTS, degrees, least_log_rho, tolerance_of
 
 AnyPanels = Panels | CurvedPanels
@@ -76,7 +76,8 @@ def _curved_weights(order: int, corners: int, tolerance: float) -> Array:
 def _records(panels: AnyPanels) -> Array:
     """Centre 3, frame 9, size 1, polygon 8, degrees 2 and coefficients k² of each panel.
 
-    Instead of the last of curved ones the box 6, the shape 27, and position and local coordinates of the nodes 5 k.
+    Instead of the last of curved ones the warp 1, the box 6, the shape 27, and position and local
+    coordinates of the nodes 5 k.
     """
     chord = panels.chord
     n, corners = chord.corners.shape[:2]
@@ -87,7 +88,7 @@ def _records(panels: AnyPanels) -> Array:
         parts.append(panels.coefficients.reshape(n, -1))
     else:
         nodes = np.concatenate([panels.at(panels.nodes)[0], panels.nodes], axis=2)
-        parts += [array.reshape(n, -1) for array in (panels.box, panels.shape, nodes)]
+        parts += [array.reshape(n, -1) for array in (warp(panels), panels.box, panels.shape, nodes)]
     return np.concatenate(parts, axis=1)
 
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...mesh.curved_panels import CurvedPanels, reference_rule
-from .polar import Rule, digits, polar_rule
+from .polar import Rule, digits, polar_rule, warp
 from .rules import MOST_POINTS, point_counts
 from .tensors import Result, kernels
 
@@ -20,7 +20,7 @@ COINCIDE = 1e-10
 
 def quadrature(points: Array, panels: CurvedPanels, tolerance: float) -> Iterator[tuple[int, Index, Rule]]:
     """Rules for all panels and points (m, 3): the panel, the points, and what stands for the panel there."""
-    nodes = panels.at(panels.nodes)[0]
+    nodes, wanted = panels.at(panels.nodes)[0], digits(tolerance) * warp(panels)
     for number in range(len(panels.index) if len(points) else 0):
         counts = point_counts(points, panels, number, tolerance)
         close = counts[:, 0] * counts[:, 1] > MOST_POINTS[type(panels)][panels.order]
@@ -35,7 +35,7 @@ def quadrature(points: Array, panels: CurvedPanels, tolerance: float) -> Iterato
             apart = np.linalg.norm(nodes[number] - points[row], axis=1)
             if apart.min() < COINCIDE * panels.chord.size[number]:
                 foot, distance = panels.nodes[number, apart.argmin()], 0.0
-            yield number, np.array([row]), polar_rule(panels, number, points[row], foot, distance, digits(tolerance))
+            yield number, np.array([row]), polar_rule(panels, number, points[row], foot, distance, float(wanted[number]))
 
 
 def sources(panels: CurvedPanels, number: int, rule: Rule) -> tuple[Array, Array, Array]:

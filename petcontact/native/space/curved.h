@@ -240,6 +240,7 @@ INLINE void polar(const Panel *p, const Near *near, const double *x, Cloud *clou
         size = length > size ? length : size;
     }
     cloud->own = distance <= 1e-10 * size;
+    const double digits = near->digits * p->warp;
     const int least = 4 + (p->corners == 4 ? p->order : p->order / 2);
     int n = 0;
     for (int i = 0; i < p->corners; i++) {
@@ -250,7 +251,7 @@ INLINE void polar(const Panel *p, const Near *near, const double *x, Cloud *clou
             continue;
         const double s1 = area_sinh((side[0] * start[0] + side[1] * start[1]) / h);
         const double s2 = area_sinh((side[0] * stop[0] + side[1] * stop[1]) / h);
-        const int around = count_of(near->digits, s2 - s1, least);
+        const int around = count_of(digits, s2 - s1, least);
         for (int j = 0; j < around; j++) {
             const double up = power_of_e(0.5 * (s1 + s2) + 0.5 * (s2 - s1) * near->xi[around][j]), down = 1.0 / up;
             const double sinh = 0.5 * (up - down), cosh = 0.5 * (up + down), reach = h * cosh;
@@ -261,7 +262,8 @@ INLINE void polar(const Panel *p, const Near *near, const double *x, Cloud *clou
             int count;
             if (cloud->own) {
                 double sum = 0.0;
-                count = (int)(0.25 * near->digits) + least - 2;
+                count = (int)(0.25 * digits) + least - 2;
+                count = count < MOST ? count : MOST;
                 for (int k = 0; k < count; k++) {
                     rho[k] = 0.5 * reach * (1.0 + near->xi[count][k]);
                     weight[k] = 0.5 * reach * near->weight[count][k];
@@ -273,7 +275,7 @@ INLINE void polar(const Panel *p, const Near *near, const double *x, Cloud *clou
                 const double along = away[0] * ray[0] + away[1] * ray[1], square = distance * distance;
                 const double rest = square - along * along, c = sqrt(rest > 0.01 * square ? rest : 0.01 * square);
                 const double v1 = area_sinh(along / c), v2 = area_sinh((reach + along) / c);
-                count = count_of(near->digits + 2.0, v2 - v1, least);
+                count = count_of(digits + 2.0, v2 - v1, least);
                 for (int k = 0; k < count; k++) {
                     const double e = power_of_e(0.5 * (v1 + v2) + 0.5 * (v2 - v1) * near->xi[count][k]), f = 1.0 / e;
                     rho[k] = 0.5 * c * (e - f) - along;

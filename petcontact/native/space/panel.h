@@ -35,6 +35,7 @@ typedef struct {
     int corners, order, nodes, degree;
     int along[2];         /* degree of basis times area in both directions of Gauss points: rules.degrees */
     const double *shape, *nodes_at; /* of curved panels: ξ^i η^j (9, 3), and the nodes (nodes, 3); else null */
+    double warp;                    /* digits near a curved panel over those near a flat one: polar.warp */
     double lift, depth;          /* middle and half of the extent over the frame's plane, zero of flat panels */
     int upright, regular; /* whether lines of Gauss points run along the frame; whether the table of weights holds */
 } Panel;
@@ -77,7 +78,7 @@ INLINE int nodes_of(int64_t kind)
 }
 
 /* A panel's numbers: centre 3, frame 9, size 1, polygon 8, degrees 2; of flat ones coefficients nodes², of curved ones, whose
-   frame and polygon are those of their corners, least and largest local coordinates 6, shape 27 and nodes. */
+   frame and polygon are those of their corners, warp, least and largest local coordinates 6, shape 27 and nodes. */
 INLINE Panel panel_of(const double *record, int64_t kind)
 {
     Panel p = {
@@ -85,7 +86,8 @@ INLINE Panel panel_of(const double *record, int64_t kind)
     p.corners = kind & TRIANGLE ? 3 : 4;
     const double *extent = 0;
     if (kind & CURVED) {
-        extent = p.coefficients;
+        p.warp = *p.coefficients;
+        extent = p.coefficients + 1;
         p.shape = extent + 6;
         p.nodes_at = p.shape + 27;
         p.lift = 0.5 * (extent[5] + extent[2]);

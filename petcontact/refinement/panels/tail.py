@@ -55,7 +55,8 @@ class Tails:
 
     def __init__(self, mesh: BoundaryMesh, nodes: Index) -> None:
         element = mesh.element[nodes]
-        self._first, self._element = np.unique(element, return_inverse=True)
+        begins = np.diff(element, prepend=-1) != 0
+        self._first, self._element = element[begins], np.cumsum(begins) - 1
         kind, order, self._weight = mesh.kind[element], mesh.order[element], mesh.weight[nodes]
         self._lower: list[tuple[Index, Array, tuple[Array, ...]]] = []
         for number in np.unique(kind[order > 0]).tolist():
@@ -66,9 +67,9 @@ class Tails:
         self._constant = np.flatnonzero(order == 0)
         self._near, self._slope = _slopes(mesh, nodes, self._constant)
         self._area = np.bincount(mesh.element, mesh.weight)[self._first]
-        near = np.full(len(self._first), np.inf)
-        size = self._area ** (1.0 / (mesh.dim - 1))
-        np.minimum.at(near, self._element, rim_distance(mesh, nodes, float(size.max(initial=0.0))))
+        size, start = self._area ** (1.0 / (mesh.dim - 1)), np.flatnonzero(begins)
+        rim_at = rim_distance(mesh, nodes, float(size.max(initial=0.0)))
+        near = np.minimum.reduceat(rim_at, start) if len(start) else rim_at
         self._order, self._rim = mesh.order[self._first], near < size
         parts = np.bincount(mesh.node_part, mesh.weight)[mesh.part[self._first]] ** (1.0 / (mesh.dim - 1))
         self._strip = np.log(FADE * parts / size)
