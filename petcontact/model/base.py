@@ -24,15 +24,13 @@ else:
     ModelMetaclass = type(pydantic.BaseModel)  # its module is private and may move
 
 
-def _limited(value: float) -> float:
+def _not_too_large(value: float) -> float:
     if abs(value) > LARGEST_NUMBER:
         raise ValueError(f"must be at {'most ' if value > 0.0 else 'least -'}{LARGEST_NUMBER:g}")
-    if 0.0 < abs(value) < 1.0 / LARGEST_NUMBER:
-        raise ValueError(f"must be at least {1.0 / LARGEST_NUMBER:g} in size, or 0")
     return value
 
 
-_Limited = pydantic.AfterValidator(_limited)
+_Limited = pydantic.AfterValidator(_not_too_large)
 Finite = Annotated[float, pydantic.Field(strict=True, allow_inf_nan=False), _Limited]
 Positive = Annotated[float, pydantic.Field(strict=True, gt=0.0, allow_inf_nan=False), _Limited]
 NotNegative = Annotated[float, pydantic.Field(strict=True, ge=0.0, allow_inf_nan=False), _Limited]

@@ -190,7 +190,7 @@ def test_a_jump_that_fails_keeps_what_was_before():
 
     def monitor(state):
         calls.append(state.where)
-        return "enough" if len(calls) > 60 else None
+        return "enough" if len(calls) > 60 and "step 2 (push), load factor 0." in state.where else None
 
     problem = parabola(0.2, 0, 2.0 / 300, {"count": 300}, shear=0.64 * FRICTION * LOAD)
     solution = solve(problem, monitor=monitor)

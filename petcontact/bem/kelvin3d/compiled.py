@@ -17,7 +17,7 @@ from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 from ..column_fillers import CompiledFiller
 from ..kernel import ColumnData
 from .polar import digits, tables, warp
-from .rules import COUNTS, MOST_POINTS, degrees, least_log_rho, tolerance_of
+from .rules import COUNTS, MOST_POINTS, degrees, fewest, least_log_rho, tolerance_of
 
 AnyPanels = Panels | CurvedPanels
 ROOM = 256
@@ -73,11 +73,11 @@ def _curved_weights(order: int, corners: int, tolerance: float) -> Array:
     return np.concatenate([table.ravel(), coefficients, [digits(tolerance)], *(part.ravel() for part in tables())])
 
 
-def _records(panels: AnyPanels) -> Array:
+def _records(panels: AnyPanels, tolerance: float) -> Array:
     """Centre 3, frame 9, size 1, polygon 8, degrees 2 and coefficients k² of each panel.
 
-    Instead of the last of curved ones the warp 1, the box 6, the shape 27, and position and local
-    coordinates of the nodes 5 k.
+    Instead of the last of curved ones the warp 1, the place of the fewest points 1, the box 6, the shape 27, and position
+    and local coordinates of the nodes 5 k.
     """
     chord = panels.chord
     n, corners = chord.corners.shape[:2]
@@ -88,7 +88,9 @@ def _records(panels: AnyPanels) -> Array:
         parts.append(panels.coefficients.reshape(n, -1))
     else:
         nodes = np.concatenate([panels.at(panels.nodes)[0], panels.nodes], axis=2)
-        parts += [array.reshape(n, -1) for array in (warp(panels), panels.box, panels.shape, nodes)]
+        parts += [
+            array.reshape(n, -1) for array in (warp(panels), fewest(panels, tolerance), panels.box, panels.shape, nodes)
+        ]
     return np.concatenate(parts, axis=1)
 
 
@@ -108,7 +110,7 @@ def compiled_integrals(
 ) -> None:  # fmt: skip
     """Fill `integrals`' results (3, 3, n k, m); `most` are the Gauss points of far panels."""
     assert _panels is not None
-    points, records, kind = native.contiguous(points), _records(panels), _kind(panels)
+    points, records, kind = native.contiguous(points), _records(panels, tolerance), _kind(panels)
     family = native.Record(kind, _rules(tolerance, most), _weights(kind, tolerance), poisson_ratio)
     _panels(
         family.address, len(records), native.pointer(records), records.shape[1], len(points),
@@ -143,7 +145,12 @@ def compiled_field(
     if _field is None:
         return None
     tolerance = tolerance_of(panels, tolerance)
-    points, data, records, kind = native.contiguous(points), native.contiguous(data), _records(panels), _kind(panels)
+    points, data, records, kind = (
+        native.contiguous(points),
+        native.contiguous(data),
+        _records(panels, tolerance),
+        _kind(panels),
+    )
     family = native.Record(kind, _rules(tolerance, (ROOM,) * (HIGHEST_ORDER + 1)), _weights(kind, tolerance), poisson_ratio)
     field, close = np.empty((len(points), 10)), np.zeros((len(records), len(points)), dtype=np.bool_)
     _field(
@@ -161,7 +168,7 @@ def compiled_columns(kernel: Any, mesh: SurfaceMesh, data: ColumnData) -> Compil
     kind, first = np.zeros(mesh.n_elements, dtype=np.int64), np.zeros(mesh.n_elements, dtype=np.int64)
     records, start = [], 0
     for panels in (batch.elements for batch in mesh.batches()):
-        part = _records(panels)
+        part = _records(panels, tolerance_of(panels, kernel.tolerance))
         kind[panels.index] = _kind(panels)
         first[panels.index] = start + part.shape[1] * np.arange(len(part))
         records.append(part.ravel())

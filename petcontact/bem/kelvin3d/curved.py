@@ -9,7 +9,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...mesh.curved_panels import CurvedPanels, reference_rule
 from .polar import Rule, digits, polar_rule, warp
-from .rules import MOST_POINTS, point_counts
+from .rules import MOST_POINTS, fewest, point_counts
 from .tensors import Result, kernels
 
 CHUNK = 1 << 16
@@ -20,9 +20,9 @@ COINCIDE = 1e-10
 
 def quadrature(points: Array, panels: CurvedPanels, tolerance: float) -> Iterator[tuple[int, Index, Rule]]:
     """Rules for all panels and points (m, 3): the panel, the points, and what stands for the panel there."""
-    nodes, wanted = panels.at(panels.nodes)[0], digits(tolerance) * warp(panels)
+    nodes, wanted, least = panels.at(panels.nodes)[0], digits(tolerance) * warp(panels), fewest(panels, tolerance)
     for number in range(len(panels.index) if len(points) else 0):
-        counts = point_counts(points, panels, number, tolerance)
+        counts = point_counts(points, panels, number, tolerance, int(least[number]))
         close = counts[:, 0] * counts[:, 1] > MOST_POINTS[type(panels)][panels.order]
         for count in np.unique(counts[~close], axis=0).tolist():
             rows = np.flatnonzero(~close & np.all(counts == count, axis=1))

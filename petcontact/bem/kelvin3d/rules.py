@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from ...arrays import Array, Index
-from ...mesh.curved_panels import CurvedPanels
+from ...mesh.curved_panels import CurvedPanels, reference_rule
 from ...mesh.panels import Panels
 
 TOLERANCE = {Panels: 1e-11, CurvedPanels: 1e-9}
@@ -17,6 +17,10 @@ MOST_POINTS: dict[type, tuple[int, ...]] = {Panels: (64, 64, 144, 256), CurvedPa
 """Gauss points up to which a panel of each order is far: as dear as what is done near it; closed forms lose digits afar."""
 COUNTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)
 """Numbers of points in one direction that are used."""
+EXACT = 16
+"""Points along both directions that integrate what is left from afar, see `fewest`."""
+AFAR = 8.0
+"""Error over the tolerance that is left there: what the rules near panels come to, too."""
 SAFETY = 2.5
 RECTANGULAR = 0.9
 """Panels that fill less of their frame's box have slanting lines of Gauss points: the same number in both directions."""
@@ -75,8 +79,36 @@ def least_log_rho(degree: int, tolerance: float) -> Array:
         return np.where(k > 0.0, (np.log(SAFETY * k * k) - math.log(tolerance)) / k, np.inf)
 
 
-def point_counts(points: Array, panels: Panels | CurvedPanels, element: int, tolerance: float) -> Index:
+def fewest(panels: CurvedPanels, tolerance: float) -> Index:
+    """Places in `COUNTS` (n,) of the least numbers of points, along both directions, that serve from afar.
+
+    There nothing but the basis times the area factor, and times the normal and that factor, is left to integrate: no
+    polynomials of a low degree on warped panels.
+    """
+    exact, result = _moments(panels, EXACT), np.full(len(panels.index), COUNTS.index(EXACT))
+    size, left = np.abs(exact).max(axis=(1, 2)), np.arange(len(panels.index))
+    for place, count in enumerate(COUNTS[: COUNTS.index(EXACT)]):
+        apart = np.abs(_moments(panels.take(left), count) - exact[left]).max(axis=(1, 2))
+        holds = apart <= AFAR * tolerance * size[left]
+        result[left[holds]], left = place, left[~holds]
+        if not len(left):
+            break
+    return result
+
+
+def _moments(panels: CurvedPanels, count: int) -> Array:
+    """Integrals of the basis times area factor and normal by so many points along both directions, (n, 4, k) [length²]."""
+    local, weight = reference_rule(panels.n_corners, (count, count))
+    _, along = panels.at(panels.each(local))
+    normal = np.cross(along[:, :, 0], along[:, :, 1])
+    both = np.concatenate([normal, np.linalg.norm(normal, axis=2, keepdims=True)], axis=2)
+    return np.asarray(np.einsum("nqc,qk->nck", both, weight[:, None] * panels.basis(local[None])[0], optimize=True))
+
+
+def point_counts(points: Array, panels: Panels | CurvedPanels, element: int, tolerance: float, least: int = 0) -> Index:
     """Gauss points (m, 2) along both directions of a panel that hold the tolerance at each target, out of `COUNTS`, or 999.
+
+    `least` is the place of the least number there, see `fewest`.
 
     Along one direction the integrand is analytic inside the Bernstein ellipse of ρ whose foci are the ends, r vanishing at
     position ± i distance: (ρ + 1/ρ)/2 is half the sum of the distances from both ends over half the length. Slanting lines
@@ -98,7 +130,8 @@ def point_counts(points: Array, panels: Panels | CurvedPanels, element: int, tol
         across = np.hypot(beyond[:, 1 - c], above)
         mean = 0.5 * (np.hypot(offset[:, c] - half[c], across) + np.hypot(offset[:, c] + half[c], across)) / length[c]
         log_rho = np.arccosh(np.maximum(mean, 1.0))
-        counts[:, c] = np.append(COUNTS, 999)[np.sum(log_rho[:, None] < least_log_rho(degree[c], tolerance), axis=1)]
+        place = np.sum(log_rho[:, None] < least_log_rho(degree[c], tolerance), axis=1)
+        counts[:, c] = np.append(COUNTS, 999)[np.maximum(place, least)]
     if slanting:
         counts[:] = counts.max(axis=1, keepdims=True)
     return counts

@@ -43,6 +43,8 @@ RUNAWAY = 1e9
 """v over what the first step strains, from which on a body slides away on the pieces that are tried."""
 FADED = 1e-60
 """σ over the largest so far below which its pieces are those of loads that vanish, and no step finds them."""
+IDLE = 1e-14
+"""The same where nothing loads what only contact holds: round-off, not loads."""
 PULL = 0.1
 """ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it slips the other way."""
 
@@ -136,7 +138,9 @@ def pivots(
         largest = max(largest, size)
         if not np.abs(v).max(initial=0.0) <= farthest:
             return "a body that contact holds moves away"
-        if 0.0 < size < FADED * largest:
+        if modes is not None and not modes.load.any() and size < IDLE * largest:
+            sigma, push = np.zeros_like(sigma), np.zeros_like(push)
+        elif 0.0 < size < FADED * largest:
             return "the tractions vanish"
         if np.isinf(farthest):
             strain = v - base if modes is None else v - base - modes.motion @ alpha

@@ -36,6 +36,7 @@ typedef struct {
     int along[2];         /* degree of basis times area in both directions of Gauss points: rules.degrees */
     const double *shape, *nodes_at; /* of curved panels: ξ^i η^j (9, 3), and the nodes (nodes, 3); else null */
     double warp;                    /* digits near a curved panel over those near a flat one: polar.warp */
+    int fewest;                     /* place of the least number of points of a curved panel: rules.fewest */
     double lift, depth;          /* middle and half of the extent over the frame's plane, zero of flat panels */
     int upright, regular; /* whether lines of Gauss points run along the frame; whether the table of weights holds */
 } Panel;
@@ -78,7 +79,8 @@ INLINE int nodes_of(int64_t kind)
 }
 
 /* A panel's numbers: centre 3, frame 9, size 1, polygon 8, degrees 2; of flat ones coefficients nodes², of curved ones, whose
-   frame and polygon are those of their corners, warp, least and largest local coordinates 6, shape 27 and nodes. */
+   frame and polygon are those of their corners, warp, fewest points, least and largest local coordinates 6, shape 27 and
+   nodes. */
 INLINE Panel panel_of(const double *record, int64_t kind)
 {
     Panel p = {
@@ -87,7 +89,8 @@ INLINE Panel panel_of(const double *record, int64_t kind)
     const double *extent = 0;
     if (kind & CURVED) {
         p.warp = *p.coefficients;
-        extent = p.coefficients + 1;
+        p.fewest = (int)p.coefficients[1];
+        extent = p.coefficients + 2;
         p.shape = extent + 6;
         p.nodes_at = p.shape + 27;
         p.lift = 0.5 * (extent[5] + extent[2]);
@@ -165,6 +168,7 @@ INLINE void choose(const Panel *p, const Rules *rules, const Targets *targets, d
             place[c] = 0;
             for (int n = 0; n < RULES; n++)
                 place[c] += mean < rules->least[p->along[c]][n];
+            place[c] = place[c] > p->fewest ? place[c] : p->fewest;
         }
         if (!p->upright)
             place[0] = place[1] = place[0] > place[1] ? place[0] : place[1];

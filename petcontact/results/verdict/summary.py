@@ -81,7 +81,7 @@ def _zones_and_forces(solution: SolutionData) -> list[str]:
         lines += wrapped(f"  {printable(part)}: ", _zones(solution, part))
     lines += [*_slip_areas(solution), *_forces(solution), *_warnings(solution)]
     lines += _accuracy(solution)
-    peak = info.get("largest_slip", np.sqrt(np.sum(contact.u_t**2, axis=1)).max())
+    peak = info.get("largest_slip", np.hypot.reduce(contact.u_t, axis=1).max())  # without squares, which may overflow
     # the error is one in the mean over Γ_C: the largest value may be some times less certain
     count = digits(10.0 * info["estimated_error"], 1.0) if "accuracy" in info else 6
     lines.append(
