@@ -88,9 +88,8 @@ def _records(panels: AnyPanels, tolerance: float) -> Array:
         parts.append(panels.coefficients.reshape(n, -1))
     else:
         nodes = np.concatenate([panels.at(panels.nodes)[0], panels.nodes], axis=2)
-        parts += [
-            array.reshape(n, -1) for array in (warp(panels), fewest(panels, tolerance), panels.box, panels.shape, nodes)
-        ]
+        numbers = warp(panels), fewest(panels, tolerance), panels.box, panels.shape, nodes
+        parts += [array.reshape(n, -1) for array in numbers]
     return np.concatenate(parts, axis=1)
 
 
@@ -145,12 +144,8 @@ def compiled_field(
     if _field is None:
         return None
     tolerance = tolerance_of(panels, tolerance)
-    points, data, records, kind = (
-        native.contiguous(points),
-        native.contiguous(data),
-        _records(panels, tolerance),
-        _kind(panels),
-    )
+    points, data = native.contiguous(points), native.contiguous(data)
+    records, kind = _records(panels, tolerance), _kind(panels)
     family = native.Record(kind, _rules(tolerance, (ROOM,) * (HIGHEST_ORDER + 1)), _weights(kind, tolerance), poisson_ratio)
     field, close = np.empty((len(points), 10)), np.zeros((len(records), len(points)), dtype=np.bool_)
     _field(
