@@ -26,10 +26,13 @@ class KelvinSolution(abc.ABC):
     material : Material
     unit_length : float
         ℓ, which the argument of the plane's logarithm is measured in [length].
+    tolerance : float, optional
+        Relative error of quadrature, by default `kelvin3d.rules.TOLERANCE`; the plane's integrals are closed forms [-].
     """
 
     material: Material
     unit_length: float
+    tolerance: float | None = None
     dim: ClassVar[int]
 
     @property

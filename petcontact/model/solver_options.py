@@ -131,12 +131,16 @@ class Bem(Model):
         Relative tolerance of the compression [-].
     hodlr_leaf : int
         Largest number of nodes in a dense diagonal block.
+    quadrature_tol : float, optional
+        Relative error of the integrals over panels in space, by default 1e-11 on flat and 1e-9 on curved ones, which leave
+        1e-8 of the kernels; 1e-11 leaves 2e-10. The plane's integrals are closed forms [-].
     """
 
     mat_type: Literal["auto", "dense", "hodlr", "hmatrix"] = "auto"
     hodlr_tol: Annotated[float, pydantic.Field(strict=True, gt=0.0, lt=1e-1)] = 1e-10
     hmatrix_tol: Annotated[float, pydantic.Field(strict=True, ge=1e-7, lt=1e-1)] = 1e-4
     hodlr_leaf: Annotated[int, pydantic.Field(ge=8, le=10**6, strict=True)] = 100
+    quadrature_tol: Annotated[float, pydantic.Field(strict=True, ge=1e-13, le=1e-3)] | None = None
 
 
 Order = Annotated[int, pydantic.Field(ge=0, le=5, strict=True)]

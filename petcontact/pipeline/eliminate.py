@@ -114,8 +114,9 @@ def _sizes(discrete: Discrete, some: list[int]) -> tuple[list[int], list[int], i
 
 def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Array]:
     """The operators of a body, and the rigid motions (n, d, r) that no condition holds."""
-    mesh, data = discrete.meshes[number], discrete.data[number]
-    operators = BoundaryOperators(mesh, data, kernel_for(mesh, discrete.problem.body[number].material))
+    mesh, data, problem = discrete.meshes[number], discrete.data[number], discrete.problem
+    kernel = kernel_for(mesh, problem.body[number].material, resolved_bem(problem.bem).quadrature_tol)
+    operators = BoundaryOperators(mesh, data, kernel)
     return operators, body_motions(discrete.boundaries[number], data, mesh)
 
 

@@ -10,6 +10,7 @@ import pytest
 
 import petcontact.pipeline.operators as module
 from petcontact import (
+    Bem,
     Box,
     Displacement,
     InputError,
@@ -17,6 +18,7 @@ from petcontact import (
     MeshOptions,
     Problem,
     Rectangle,
+    Sphere,
     Symmetry,
     Traction,
     VolumeLoads,
@@ -121,6 +123,21 @@ def test_what_cannot_be_is_refused():
         found.apply([])
     with pytest.raises(InputError, match="there are several"):
         _ = operators(CONFIGS / "stack.toml").body
+
+
+def test_curved_panels_are_integrated_to_the_tolerance_that_is_asked_for():
+    """1e-8 of the largest entries by default, 2e-10 with 1e-11."""
+    held = [Displacement(part, (0.0, 0.0, 0.0)) for part in ("left", "right", "front", "back", "bottom", "top")]
+    ball = Problem(material=Material(1000.0, 0.3), geometry=Sphere((0.0, 0.0, 0.0), 1.0),
+                   mesh=MeshOptions(element_size=1.0, order=1), boundary=held)  # fmt: skip
+    exact, asked, usual = (
+        operators(ball.model_copy(update={"bem": Bem(quadrature_tol=tolerance)})).bodies["body"]
+        for tolerance in (1e-13, 1e-11, None)
+    )
+    for name in ("G", "H"):
+        entries = getattr(exact, name)
+        for found, allowed in ((asked, 2e-10), (usual, 1e-8)):
+            assert 0.0 < np.abs(getattr(found, name) - entries).max() <= allowed * np.abs(entries).max()
 
 
 def test_its_example_runs():

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array
@@ -15,19 +13,9 @@ from .integrals import integrals
 from .stress import near_stress, stress_integrals
 
 
-@dataclass(frozen=True)
 class Kelvin3D(KelvinSolution):
-    """Kelvin's solution of a material in space (see `bem.kernel.Kernel`).
+    """Kelvin's solution of a material in space (see `bem.kernel.Kernel`); `plane` of the material says nothing here."""
 
-    Attributes
-    ----------
-    material, unit_length
-        See `KelvinSolution`; `plane` of the material says nothing here.
-    tolerance : float, optional
-        Relative error of quadrature, by default `rules.TOLERANCE`.
-    """
-
-    tolerance: float | None = None
     dim = 3
 
     @property
