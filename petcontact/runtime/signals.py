@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import signal
+import sys
 import threading
 from collections.abc import Iterator
 from types import FrameType
@@ -46,11 +47,19 @@ def _handle(number: int, frame: FrameType | None) -> None:
         raise Interrupted(number)
 
 
+def _swallowed(unraisable: Any) -> None:
+    """What a library or the garbage collector could not pass on: a signal waits for the next block that holds them back."""
+    if isinstance(unraisable.exc_value, Interrupted):
+        _pending.append(unraisable.exc_value.number)
+    else:
+        sys.__unraisablehook__(unraisable)
+
+
 def install() -> None:
     """Turn the signals into `Interrupted`; for the command line, in the main thread. What nohup ignores stays ignored."""
     global _installed
     if threading.current_thread() is threading.main_thread():
-        _installed = True
+        _installed, sys.unraisablehook = True, _swallowed
         for number in SIGNALS:
             if number != signal.SIGHUP or signal.getsignal(number) != signal.SIG_IGN:
                 signal.signal(number, _handle)
