@@ -18,8 +18,8 @@ from .kelvin3d import compiled as space
 from .kelvin3d.kernel import Kelvin3D
 from .kernel import ColumnData, ColumnFiller, Kernel
 
-KERNELS: dict[int, Callable[[Material, float, float | None], Kernel]] = {2: Kelvin2D, 3: Kelvin3D}
-"""By dimension, from a material, the unit of length of a mesh and the tolerance of quadrature."""
+KERNELS: dict[int, Callable[..., Kernel]] = {2: Kelvin2D, 3: Kelvin3D}
+"""By dimension, from a material and the unit of length of a mesh, and a `tolerance` of quadrature where one is wanted."""
 COLUMN_FILLERS: dict[type, Callable[[Any, Any, ColumnData], ColumnFiller | None]] = {
     Kelvin2D: plane.compiled_columns, Kelvin3D: space.compiled_columns
 }  # fmt: skip
@@ -33,7 +33,8 @@ FIELDS: dict[type, Callable[..., tuple[Array, Array, Array] | None]] = {Kelvin3D
 
 def kernel_for(mesh: BoundaryMesh, material: Material, tolerance: float | None = None) -> Kernel:
     """The kernel of a material on a mesh."""
-    return KERNELS[mesh.dim](material, mesh.unit_length, tolerance)
+    wanted = {} if tolerance is None else {"tolerance": tolerance}
+    return KERNELS[mesh.dim](material, mesh.unit_length, **wanted)
 
 
 def column_filler(kernel: Kernel, mesh: BoundaryMesh, data: ColumnData) -> ColumnFiller:
