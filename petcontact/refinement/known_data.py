@@ -140,7 +140,7 @@ def _conditions(
         if condition.part != side.part:
             continue
         key = f"boundary[{number}] ({condition.part})"
-        for kind, given, normal in _given(condition):
+        for kind, given, normal in given_data(condition):
             if not any(isinstance(value, tuple) for value in given):
                 yield kind, given, functools.partial(_values, given, key, at, normal and side)
     # the tractions of particular solutions are about as rough as what they are for
@@ -159,7 +159,7 @@ def _in_volume(loads: VolumeLoads | None) -> Iterator[tuple[str, list[Value]]]:
         yield from ((f"loads.{key}", list(given)) for key, given in every if any(isinstance(v, str) for v in given))
 
 
-def _given(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:
+def given_data(condition: Condition) -> Iterator[tuple[str, list[Value], bool]]:
     """Kinds of data of a condition, their components, and whether they are along the normal."""
     if isinstance(condition, Displacement):
         yield "displacement", [component for component in condition.value if component != "free"], False

@@ -52,7 +52,7 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if "estimated_error" in solution.info or not solution.converged:
         return solution
     if missed := missed_data(solution.problem, solution.meshes):
-        solution = replace(solution, info={**solution.info, "warnings": [*solution.info.get("warnings", []), *missed]})
+        solution = _warned(solution, missed)
     curves = all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values())
     reason = "" if carries_something(solution) or not solution.nodes else "nothing is in contact"
     if not solution.nodes and not curves:
@@ -74,11 +74,15 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
 
 def _estimated(solution: Solution, found: dict[str, Any]) -> Solution:
     """The solution with an estimate, and a warning where it is large."""
-    info, error = {**solution.info, **found}, found["estimated_error"]
-    if error > LARGE:
-        text = f"the error is estimated to be {error:.0%}: smaller elements, or --adapt, make it less"
-        info["warnings"] = [*info.get("warnings", []), text]
-    return replace(solution, info=info)
+    error = found["estimated_error"]
+    text = f"the error is estimated to be {error:.0%}: smaller elements, or --adapt, make it less"
+    return _warned(replace(solution, info={**solution.info, **found}), [text] * (error > LARGE))
+
+
+def _warned(solution: Solution, texts: list[str]) -> Solution:
+    """The solution with more warnings, if there are any."""
+    warnings = [*solution.info.get("warnings", []), *texts]
+    return replace(solution, info={**solution.info, "warnings": warnings}) if texts else solution
 
 
 def carries_something(solution: Solution) -> bool:

@@ -170,8 +170,7 @@ def meshed(
     problem: Problem, sides: list[InterfaceSpec], make_mesh: MeshMaker | None, like: Discrete | None = None
 ) -> tuple[list[Boundary], list[BoundaryMesh]]:
     """Boundaries and meshes of the bodies, which match where parts face one another."""
-    made: list[Boundary] = [] if like is not None else [body.geometry.outline() for body in problem.body]
-    boundaries = made if like is None else like.boundaries
+    boundaries: list[Boundary] = list(like.boundaries) if like else [body.geometry.outline() for body in problem.body]
     check_parts(problem, boundaries, sides)
     posed = [functools.partial(as_problem, body, boundaries[b], sides, b) for b, body in enumerate(problem.body)]
     if like is not None:

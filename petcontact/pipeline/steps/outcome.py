@@ -6,6 +6,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...compliance.bodies import Interface
+from ...compliance.hierarchical.equations import LEAST
 from ...compliance.interface import slices
 from ...contact.criterion import equilibrium_defect, natural_residuals
 from ...contact.friction_law import contact_norm
@@ -27,10 +28,6 @@ BLOCKS = 5.0
 """Residual of a compressed body that is accepted, over the tolerance of its compression, which bounds each block by itself:
 three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body alone or two blocks less than that."""
 
-STILL = 1e-8
-"""Displacement of a body over the largest of all below which a joint solution says nothing of it: `LEAST` of
-`compliance.hierarchical.equations`."""
-
 
 def step_result(increment: Increment, outcome: ContactState, after: IncrementState, *, checked: bool) -> StepResult:
     """Fields, resultants and residuals of an increment; `checked`: with the elastic residual."""
@@ -45,7 +42,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
         bodies[posed.body[b].name] = BodyResult(u, traction)
         limit = max(limit, BLOCKS * body.tolerance)
         # of bodies that are solved jointly one that hardly moves beside the others is solved to no more digits
-        still = body.is_solved_jointly and body.displaced(u, traction) < STILL * largest
+        still = body.is_solved_jointly and body.displaced(u, traction) < LEAST * largest
         if checked and not still:
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
             if discrete.boundaries[b].closed:

@@ -9,7 +9,8 @@ import numpy as np
 from ...arrays import Array
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import Value, evaluate
-from ...model.problem import Displacement, Problem, Traction
+from ...model.problem import Problem
+from ...refinement.known_data import given_data
 from ..discrete.interfaces import InterfaceSpec, interfaces_of
 
 SAMPLES = {2: 16, 3: 6}
@@ -43,11 +44,8 @@ def _given(problem: Problem, sides: list[InterfaceSpec]) -> Iterator[tuple[int, 
     for number in range(len(problem.body)):
         for of_step in problem.conditions(number):
             for part, condition in of_step.items():
-                if isinstance(condition, Displacement):
-                    yield from ((number, part, "displacement", value) for value in condition.value if value != "free")
-                elif isinstance(condition, Traction):
-                    given = condition.value if condition.pressure is None else (condition.pressure,)
-                    yield from ((number, part, "traction", value) for value in given or ())
+                for what, values, _ in given_data(condition):
+                    yield from ((number, part, what, value) for value in values)
     for side in sides:
         for what in ("friction_bound", "friction_coefficient"):
             value = getattr(side.law, what)
