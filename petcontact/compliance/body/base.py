@@ -22,6 +22,8 @@ HELD = 1e-3
 PROBE_SEED = 20190
 ROUND_OFF = 1e-14
 """Share of the forces on a body below which their resultant is round-off: such loads are in equilibrium by themselves."""
+NEGLIGIBLE = 1e-8
+"""Size of the solution of a body, over the largest of those solved jointly, that counts as none."""
 
 
 class ElasticBody(abc.ABC):

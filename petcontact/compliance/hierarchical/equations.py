@@ -17,14 +17,13 @@ from ...runtime.petsc import petsc
 from ...runtime.signals import together
 from ...runtime.threads import one_blas_thread
 from ...runtime.world import of_petsc
+from ..body.base import NEGLIGIBLE
 from .coupling import Coupling, Relation
 from .posed import Balance, Posed, State
 from .preconditioner import Preconditioner
 from .rows import BodyRows
 
 RESTART = 200
-LEAST = 1e-8
-"""Size of a body's solution, over the largest, that counts as none."""
 
 
 class MixedEquations:
@@ -107,7 +106,7 @@ class MixedEquations:
             right = self.whole(self._residual(posed, known, sigma, rest))
             sizes = np.where(sizes > 0.0, sizes, self._sizes(right))
         # each body's residual is one over its own size, however stiff others are
-        sizes = np.maximum(sizes, LEAST * sizes.max()) if sizes.any() else np.ones(len(sizes))
+        sizes = np.maximum(sizes, NEGLIGIBLE * sizes.max()) if sizes.any() else np.ones(len(sizes))
         self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))
         left = self._residual(posed, known, sigma, x)
         scale, size = float(np.sqrt(len(sizes))), self._norm(left)

@@ -6,7 +6,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...compliance.bodies import Interface
-from ...compliance.hierarchical.equations import LEAST
+from ...compliance.body.base import NEGLIGIBLE
 from ...compliance.interface import slices
 from ...contact.criterion import equilibrium_defect, natural_residuals
 from ...contact.friction_law import contact_norm
@@ -42,7 +42,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
         bodies[posed.body[b].name] = BodyResult(u, traction)
         limit = max(limit, BLOCKS * body.tolerance)
         # of bodies that are solved jointly one that hardly moves beside the others is solved to no more digits
-        still = body.is_solved_jointly and body.displaced(u, traction) < LEAST * largest
+        still = body.is_solved_jointly and body.displaced(u, traction) < NEGLIGIBLE * largest
         if checked and not still:
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
             if discrete.boundaries[b].closed:
