@@ -274,7 +274,7 @@ def _interface(
         return Interface(side.name, side.body, nodes, normal, tangent, gap, obstacle=side.obstacle,
                          held=held), smallest, notes  # fmt: skip
     assert side.primary is not None
-    sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else 0.0
+    sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else None
     return Interface(side.name, side.body, nodes, normal, tangent, gap, side.primary[0], facing.primary, facing.values,
                      facing.loads, None, facing.distance, sag), smallest, notes  # fmt: skip
 
