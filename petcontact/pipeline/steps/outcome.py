@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 
 from ...arrays import Array
@@ -21,6 +23,7 @@ from ..trust.overlaps import overlaps
 from ..trust.warnings import absurd
 from .diagnosis import failure, unheld_at_the_end
 from .increment import Increment, IncrementState
+from .wear import Tried
 
 LARGEST_IMBALANCE = 1e-2
 """Imbalance of a pair that is not accepted."""
@@ -29,21 +32,46 @@ BLOCKS = 5.0
 three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body alone or two blocks less than that."""
 
 
-def step_result(increment: Increment, outcome: ContactState, after: IncrementState, *, checked: bool) -> StepResult:
-    """Fields, resultants and residuals of an increment; `checked`: with the elastic residual."""
+Fields = list[tuple[Array, Array]]
+"""u [length] and traction [stress] on the boundary of each body, (n, d)."""
+
+
+def step_results(group: Sequence[Tried], *, checked: bool) -> Iterator[StepResult]:
+    """Fields, resultants and residuals of increments with one system; `checked`: the last one with its elastic residual."""
+    for each, found in zip(group, _fields(group), strict=True):
+        yield _step_result(*each, found, checked=checked and each is group[-1])
+
+
+def _fields(group: Sequence[Tried]) -> list[Fields]:
+    """Of each increment; in one product where the system takes several."""
+    system = group[0][0].problem.system
+
+    def boundary(shares: Array, sigma: Array, alpha: Array) -> Fields:
+        return [body.boundary(shares, system.tractions(b, sigma), system.motion(b, alpha))
+                for b, body in enumerate(system.bodies)]  # fmt: skip
+
+    acting = [(increment.shares, outcome.sigma, after.alpha) for increment, outcome, after in group]
+    if not system.takes_several:
+        return [boundary(*each) for each in acting]
+    found = boundary(*(np.array(each) for each in zip(*acting, strict=True)))
+    return [[(u[k], traction[k]) for u, traction in found] for k in range(len(group))]
+
+
+def _step_result(
+    increment: Increment, outcome: ContactState, after: IncrementState, found: Fields, *, checked: bool
+) -> StepResult:
     problem = increment.problem
     discrete, system, d = problem.discrete, problem.system, problem.system.dim
     posed, shares = discrete.problem, increment.shares
     bodies, elastic, unbalanced, limit = {}, 0.0, 0.0, ELASTIC_LIMIT
-    pushed = [(system.motion(b, after.alpha), system.tractions(b, outcome.sigma)) for b in range(len(system.bodies))]
-    found = [body.boundary(shares, sigma, alpha) for body, (alpha, sigma) in zip(system.bodies, pushed, strict=True)]
     largest = max(float(np.abs(u).max(initial=0.0)) for u, _ in found)
-    for b, (body, (alpha, sigma), (u, traction)) in enumerate(zip(system.bodies, pushed, found, strict=True)):
+    for b, (body, (u, traction)) in enumerate(zip(system.bodies, found, strict=True)):
         bodies[posed.body[b].name] = BodyResult(u, traction)
         limit = max(limit, BLOCKS * body.tolerance)
         # of bodies that are solved jointly one that hardly moves beside the others is solved to no more digits
         still = body.is_solved_jointly and body.displaced(u, traction) < NEGLIGIBLE * largest
         if checked and not still:
+            alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
             if discrete.boundaries[b].closed:
                 unbalanced = max(unbalanced, imbalance(body, shares, u, traction, sigma, alpha))
