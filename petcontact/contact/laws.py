@@ -193,15 +193,16 @@ class SignoriniCoulomb:
         if _COULOMB is None or self.k not in (2, 3) or tau.shape != (len(self.bound), self.k):
             return False
         tau = np.ascontiguousarray(tau, dtype=float)
-        given = (native.pointer(array) for array in (tau, *self._given, projection, derivative, states))
-        _COULOMB(len(tau), self.k, *given)
+        filled = (native.pointer(array) for array in (projection, derivative, states))
+        _COULOMB(len(tau), self.k, native.pointer(tau), *self._given[1], *filled)
         return True
 
     @cached_property
-    def _given(self) -> tuple[Array | Mask | None, ...]:
-        """What C reads."""
+    def _given(self) -> tuple[list[Array | Mask | None], list[int | None]]:
+        """What C reads, and where it is."""
         given = (self.coefficient, float), (self.bound, float), (self.unilateral, bool), (self.absent, bool)
-        return tuple(None if array is None else np.ascontiguousarray(array, dtype=kind) for array, kind in given)
+        arrays = [None if array is None else np.ascontiguousarray(array, dtype=kind) for array, kind in given]
+        return arrays, [native.pointer(array) for array in arrays]
 
 
 def dissipation(law: ContactLaw, before: Array, after: Array, slid: Array) -> tuple[Array, Array]:

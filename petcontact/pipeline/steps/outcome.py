@@ -64,12 +64,12 @@ def _step_result(
     discrete, system, d = problem.discrete, problem.system, problem.system.dim
     posed, shares = discrete.problem, increment.shares
     bodies, elastic, unbalanced, limit = {}, 0.0, 0.0, ELASTIC_LIMIT
-    largest = max(float(np.abs(u).max(initial=0.0)) for u, _ in found)
+    moved = [float(np.abs(u).max(initial=0.0)) for u, _ in found]
     for b, (body, (u, traction)) in enumerate(zip(system.bodies, found, strict=True)):
         bodies[posed.body[b].name] = BodyResult(u, traction)
         limit = max(limit, BLOCKS * body.tolerance)
         # of bodies that are solved jointly one that hardly moves beside the others is solved to no more digits
-        still = body.is_solved_jointly and body.displaced(u, traction) < NEGLIGIBLE * largest
+        still = body.is_solved_jointly and body.displaced(u, traction) < NEGLIGIBLE * max(moved)
         if checked and not still:
             alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
@@ -83,7 +83,7 @@ def _step_result(
                  "elimination": problem.digits_lost}  # fmt: skip
     residuals["overlap"], between, place = overlaps(system, increment.system, discrete.law, problem.places, outcome)
     pairs = _pairs(increment, outcome, after, bodies)
-    status, reason = _judged(increment, outcome, absurd(discrete, bodies), elastic, limit)
+    status, reason = _judged(increment, outcome, absurd(discrete, moved), elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
     if status == "converged" and (doubt := objection(residuals, between, place)):
@@ -150,10 +150,11 @@ def _pairs(
     names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
     spent, error = dissipation(discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1])
-    parts = zip(system.slices, system.interfaces, discrete.sides, increment.problem.tails, strict=True)
-    for where, face, side, tails in parts:
-        mesh, sigma, v = discrete.meshes[side.body], outcome.sigma[where], outcome.v[where]
-        weight, x, sigma_t, moved = mesh.weight[face.nodes], mesh.x[face.nodes], sigma[:, : d - 1], v[:, : d - 1]
+    problem = increment.problem
+    parts = zip(system.slices, system.interfaces, discrete.sides, problem.tails, problem.contact_nodes, strict=True)
+    for where, face, side, tails, (x, weight, arc_length) in parts:
+        sigma, v, opened = outcome.sigma[where], outcome.v[where], states[where] == OPEN
+        sigma_t, moved = sigma[:, : d - 1], v[:, : d - 1]
         if face.held:
             at_nodes = bodies[names[side.body]].traction[face.nodes]
             sigma_n, open_by = np.einsum("mc,mc->m", at_nodes, face.normal), np.zeros(len(x))
@@ -165,12 +166,12 @@ def _pairs(
         given, turned = _on_primary(increment, face, traction)
         wears, share = side.law.wear_coefficient is not None, side.law.wear_share
         pairs[face.name] = PairResult(
-            x, face.normal, face.tangent, weight, mesh.variables(face.nodes).get("s", np.zeros(len(x))), pressure, sigma_t,
+            x, face.normal, face.tangent, weight, arc_length, pressure, sigma_t,
             bound[where], gap, moved + increment.before.slip[where], moved, states[where],
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
-            tails.of_pressure(pressure, states[where] == OPEN), tails.of_contact(sigma_t, states[where] == OPEN),
+            tails.of_pressure(pressure, opened), tails.of_contact(sigma_t, opened),
         )  # fmt: skip
     return pairs
 
