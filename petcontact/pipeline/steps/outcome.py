@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...arrays import Array
@@ -20,7 +22,7 @@ from ..trust.increments import imbalance, objection
 from ..trust.overlaps import overlaps
 from ..trust.warnings import absurd
 from .diagnosis import failure, unheld_at_the_end
-from .increment import Increment, IncrementState
+from .increment import Increment, IncrementState, PreparedProblem
 
 LARGEST_IMBALANCE = 1e-2
 """Imbalance of a pair that is not accepted."""
@@ -122,8 +124,7 @@ def _pairs(
     names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
     spent, error = dissipation(discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1])
-    parts = zip(system.slices, system.interfaces, discrete.sides, increment.problem.tails, strict=True)
-    for where, face, side, tails in parts:
+    for where, face, side in zip(system.slices, system.interfaces, discrete.sides, strict=True):
         mesh, sigma, v = discrete.meshes[side.body], outcome.sigma[where], outcome.v[where]
         weight, x, sigma_t, moved = mesh.weight[face.nodes], mesh.x[face.nodes], sigma[:, : d - 1], v[:, : d - 1]
         if face.held:
@@ -142,9 +143,18 @@ def _pairs(
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
-            tails.of_pressure(pressure, states[where] == OPEN), tails.of_contact(sigma_t, states[where] == OPEN),
         )  # fmt: skip
     return pairs
+
+
+def with_errors(problem: PreparedProblem, result: StepResult) -> StepResult:
+    """A result with the estimated errors of its tractions."""
+    pairs = {}
+    for (name, pair), tails in zip(result.pairs.items(), problem.tails, strict=True):
+        opened = pair.state == OPEN
+        errors = tails.of_pressure(pair.pressure, opened), tails.of_contact(pair.sigma_t, opened)
+        pairs[name] = replace(pair, pressure_error=errors[0], sigma_t_error=errors[1])
+    return replace(result, pairs=pairs)
 
 
 def _on_primary(increment: Increment, face: Interface, traction: Array) -> tuple[Array | None, Axial | None]:
