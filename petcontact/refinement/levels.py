@@ -61,7 +61,7 @@ or better, and those of the next one are ten times smaller."""
 
 
 def suited(levels: tuple[Level, ...], accuracy: float, rough: float) -> tuple[Level, ...]:
-    """The levels to climb to an accuracy: from a rough one on without the second, whose order is that of the first or near it."""
+    """The levels to climb to an accuracy: from a rough one on without the second, whose order is near that of the first."""
     return levels if accuracy < rough else (levels[0], *levels[2:])
 
 
