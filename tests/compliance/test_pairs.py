@@ -204,3 +204,15 @@ def test_an_error_in_a_step_whose_loads_nothing_holds_names_them(monkeypatch):
     found = solved(data, bem__mat_type="hmatrix")
     assert found.status == "not converged" and found.steps[0].status == "converged"
     assert "body 'free' cannot be held: the load pushes it along +x" in found.reason and "DIVERGED_MAX_IT" in found.reason
+
+
+def test_faces_that_turn_within_a_cluster_leave_the_coarse_level_regular():
+    """A ring of few panels around: over a quarter of it tangents and normals sum up to one direction."""
+    sides = {"bottom": [0.99, 0.0], "outer": [0.99, 0.6], "top": [0.4, 0.6], "inner": [0.4, 0.0]}
+    loop = [{"part": part, "to": to} for part, to in sides.items()]
+    pin = box("pin", 0, 0, 0.3, 1.0, held("inner", [0.05, 0.0, 0.0]), held("bottom", ["free", "free", 0.0]),
+              held("top", ["free", "free", 0.0]), geometry={"shape": "revolved", "loops": [loop]})  # fmt: skip
+    contact = {"name": "fit", "secondary": "pin.outer", "primary": "wall", "gap": "0.01"}
+    found = solved({"body": [pin], "obstacle": [{"name": "wall"}], "contact": [contact]}, bem__mat_type="hmatrix",
+                   bem__hmatrix_tol=1e-3)  # fmt: skip
+    assert found.converged and max(found.history.ksp_iterations) <= 20
