@@ -152,7 +152,7 @@ class Nodes:
         first, each = self._coupling.first, np.concatenate([body.frame.reshape(-1, 3) for body in self.rows])
         each[self._coupling.secondary] = self._coupling.directions.reshape(-1, 3)
         found = [np.rint(each[first[b] : first[b + 1]]).reshape(len(body.x), -1) for b, body in enumerate(self.rows)]
-        return np.concatenate([np.pad(rounded, ((0, 0), (0, 9 - rounded.shape[1]))) for rounded in found]).astype(np.int64)
+        return np.asarray(np.concatenate([np.pad(one, ((0, 0), (0, 9 - one.shape[1]))) for one in found]), dtype=np.int64)
 
 
 def sums(rows: Sequence[BodyRows], coupling: Coupling, group: Index, columns: Index) -> Array:
