@@ -315,7 +315,6 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
         status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
     timings: dict[str, float] = {}
     for seconds_of in {id(each.timings): each.timings for each in (*work.solutions, solution)}.values():
-        for name, value in seconds_of.items():
-            timings[name] = timings.get(name, 0.0) + value
+        timings |= {name: timings.get(name, 0.0) + value for name, value in seconds_of.items()}
     timings["adapt"] = max(0.0, seconds - sum(timings.values()))
     return replace(solution, info=info, status=status, reason=reason, timings=timings)
