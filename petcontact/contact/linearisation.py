@@ -48,10 +48,10 @@ class Linearisation:
             constant, active, stick = (np.empty(tau.shape, dtype=kind) for kind in (float, bool, bool))
             _LINEARISE(*tau.shape, *(native.pointer(array) for array in (*arrays, constant, active, stick)))
             return cls(tau, constant, derivative, active, stick, law.states(tau))
-        constant = np.einsum("iab,ib->ia", derivative, tau) - projection
-        stick = np.all(derivative == np.eye(law.k), axis=2)
+        constant = _times(derivative, tau) - projection
+        stick = (derivative == np.eye(law.k)).all(axis=2)
         constant[stick] = 0.0
-        return cls(tau, constant, derivative, np.any(derivative != 0.0, axis=1), stick, law.states(tau))
+        return cls(tau, constant, derivative, (derivative != 0.0).any(axis=1), stick, law.states(tau))
 
     @classmethod
     def all_stick(cls, like: Array) -> Linearisation:
@@ -68,4 +68,11 @@ class Linearisation:
 
     def traction(self, y: Array) -> Array:
         """Π' y, (m, k): what y on the active components adds to σ."""
-        return np.asarray(np.einsum("iab,ib->ia", self.derivative, np.where(self.active, y, 0.0)))
+        return _times(self.derivative, np.where(self.active, y, 0.0))
+
+
+def _times(derivative: Array, y: Array) -> Array:
+    """Π' y, (m, k)."""
+    if y.shape[1] == 1:
+        return np.asarray(derivative[:, 0] * y)
+    return np.asarray(np.einsum("iab,ib->ia", derivative, y))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -139,10 +140,16 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
 
 def first_increment(problem: PreparedProblem) -> Increment:
     """The contact problem that a problem begins with: of its first step the first increment, the whole step if "auto"."""
-    step, state = problem.steps[0], problem.begun()
-    obstacles = [changed_obstacle(o, step) for o in problem.discrete.problem.obstacle]
+    increments = problem.steps[0].increments
+    return whole_step(problem, 1).to(1.0 if increments == "auto" else 1.0 / int(increments))
+
+
+def whole_step(problem: PreparedProblem, number: int) -> Increment:
+    """A step, from 1, as one increment from the unloaded state: at its end it has the loads of the step."""
+    state, steps = problem.begun(), problem.steps[:number]
+    obstacles = [functools.reduce(changed_obstacle, steps, o) for o in problem.discrete.problem.obstacle]
     motions = [ObstacleMotion.of(o, state, k, problem.system.dim) for k, o in enumerate(obstacles)]
-    return Increment(problem, step, 1, motions, state, 1.0 if step.increments == "auto" else 1.0 / int(step.increments))
+    return Increment(problem, steps[-1], number, motions, state, 1.0)
 
 
 def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementState:
