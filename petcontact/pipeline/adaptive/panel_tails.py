@@ -83,7 +83,7 @@ class PanelTails:
         Why there is no next mesh, or nothing.
     """
 
-    levels, attempts, accuracy, dense_nodes = range(40), 1, 2e-2, 0
+    levels, attempts, accuracy, dense_nodes, reads_errors = range(40), 1, 2e-2, 0, True
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
