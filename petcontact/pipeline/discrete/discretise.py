@@ -86,6 +86,11 @@ class Discrete:
     facings: list[Facing | None] = field(default_factory=list)
     volumes: list[VolumeSolution | None] = field(default_factory=list)
 
+    @functools.cached_property
+    def sizes(self) -> list[float]:
+        """Largest extent of each body along an axis [length]."""
+        return [float(np.ptp(mesh.x, axis=0).max()) for mesh in self.meshes]
+
     @property
     def holds_normals(self) -> bool:
         """Whether all normal displacements of contact are data of the bodies."""
