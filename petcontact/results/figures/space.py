@@ -135,7 +135,7 @@ def _shade(axes: Any, solution: SolutionData, name: str, values: Array, what: st
 
 
 def _window(axes: Any, x: Array, closed: Mask) -> Mask:
-    """Which nodes at places (m, 2) are shown: all, or, where the face is much larger, those in contact and some beside them."""
+    """Which nodes at places (m, 2) are shown: all, or of a much larger face those in contact and some beside them."""
     low, high = x[closed].min(axis=0, initial=np.inf), x[closed].max(axis=0, initial=-np.inf)
     reach = float(np.max(high - low))
     if not 0.0 < reach < SMALL * float(np.ptp(x, axis=0).max()):
