@@ -200,6 +200,22 @@ def test_bodies_that_nowhere_meet_are_solved_each_for_itself():
     assert not found.last.pairs["pair"].pressure.any() and "no contact anywhere" in found.reason
 
 
+MOVED = held("top", ["0.02 - 0.01*y", "0.01*x", 0.01])
+PLATE = {"geometry": {"shape": "box", "lower": [0, 0, 0], "upper": [8, 2, 0.4]}, "mesh": {"element_size": 0.8, "order": 0}}
+
+
+@pytest.mark.parametrize(("conditions", "more", "unbalanced"), [
+    ([MOVED], {}, False),  # moved and turned as a whole: all tractions are noise
+    ([MOVED, loaded("front", [1e-8, 0.0, 0.0])], {}, True),  # the reaction to a load is lost in that noise
+    ([held("left", [0.0] * 3), held("right", [0.0, 0.0, 0.5])], PLATE, True),  # constant elements, bent
+])  # fmt: skip
+def test_noise_of_the_compression_is_no_lack_of_equilibrium(conditions, more, unbalanced):
+    found = solved({"body": [box("one", [0, 0, 0], [2, 2, 1], 0.5, 1.0, *conditions, **more)]}, bem__mat_type="hmatrix",
+                   bem__hmatrix_tol=TOLERANCE)  # fmt: skip
+    assert found.converged or unbalanced
+    assert any("in equilibrium" in text for text in [found.reason, *found.info["warnings"]]) == unbalanced
+
+
 def test_an_error_in_a_step_whose_loads_nothing_holds_names_them(monkeypatch):
     """Near the largest load that friction holds a Krylov solve may fail before Newton's method does."""
     related = JointBodies.related
