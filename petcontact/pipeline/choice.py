@@ -133,6 +133,14 @@ def check_memory(
     return needed
 
 
+def needed_memory(bem: Bem, meshes: Sequence[BoundaryMesh], contact: Sequence[int], directions: int, total: int) -> float:
+    """What `check_memory` gives of bodies with so many contact nodes, of the secondaries `total`, in k directions each."""
+    small = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
+    large = sum(compressed_memory(mesh, contact[b]) for b, mesh in enumerate(meshes) if b not in small)
+    return check_memory([meshes[b].x.size for b in small], [directions * contact[b] for b in small],
+                        directions * total if small else 0, compressed=large)  # fmt: skip
+
+
 def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
     """Whether operators are compressed.
 
