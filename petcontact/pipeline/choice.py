@@ -179,7 +179,9 @@ def chosen_tolerance(bem: Bem, accuracy: float) -> float:
 def resolved_bem(bem: Bem) -> Bem:
     """`[bem]` with its -bem_ options over it."""
     everything = given_options()
-    names = [name for name in type(bem).model_fields if f"bem_{name}" in everything]
+    names = [name for name in type(bem).model_fields if f"bem_{name}" in everything] if everything else []
+    if not names:
+        return bem
     given = {name: option(f"bem_{name}") or "" for name in names}
     values: dict[str, Any] = {**bem.model_dump()}
     for name, text in given.items():

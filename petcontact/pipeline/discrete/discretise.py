@@ -87,6 +87,11 @@ class Discrete:
     facings: list[Facing | None] = field(default_factory=list)
     volumes: list[VolumeSolution | None] = field(default_factory=list)
 
+    @functools.cached_property
+    def sizes(self) -> list[float]:
+        """Largest extent of each body along an axis [length]."""
+        return [float(np.ptp(mesh.x, axis=0).max()) for mesh in self.meshes]
+
     @property
     def holds_normals(self) -> bool:
         """Whether all normal displacements of contact are data of the bodies."""
@@ -288,7 +293,7 @@ def _interface(
         return Interface(side.name, side.body, nodes, normal, tangent, gap, obstacle=side.obstacle,
                          held=held), smallest, notes  # fmt: skip
     assert side.primary is not None
-    sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else 0.0
+    sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else None
     return Interface(side.name, side.body, nodes, normal, tangent, gap, side.primary[0], facing.primary, facing.values,
                      facing.loads, None, facing.distance, sag), smallest, notes  # fmt: skip
 
