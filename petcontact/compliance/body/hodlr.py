@@ -110,7 +110,7 @@ class HodlrBody(ElasticBody):
 
 
 def pinned(motions: Array, free: Mask) -> Array:
-    """P (r, d n) with P R = I, of r unknown displacements, for components of motions R (n, d, r); what is unknown, (n, d)."""
+    """P (r, d n) with P R = I, of r unknown displacements, for motions R (n, d, r) by components."""
     rows, result = motions[free], np.zeros((motions.shape[2], free.size))
     if len(result):
         _, chosen = scipy.linalg.qr(rows.T, mode="r", pivoting=True)
