@@ -31,7 +31,7 @@ from .slip import DENSE_NODES
 
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same level."""
-ROUGH = 1e-2
+ROUGH = 5e-2
 """Accuracy from which on the second level is left out, and one difference is believed: the first and the third have no order
 in common. Of 40 random problems the error of the third was at most 1.2 times that, mostly a tenth of it."""
 PUNCH = 0.5
