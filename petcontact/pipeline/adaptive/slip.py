@@ -143,7 +143,7 @@ class Slip:
         """What a solution reports of its zones."""
         assert self._body is not None
         differ = {}
-        if self.differences:
+        if self.differences and self.estimate > self.wanted:
             number, s = farthest_apart(*self._shown[-2:])
             side = np.flatnonzero(self._body.contact)[number]
             along = self._body.outline.offsets[side] + s
@@ -235,9 +235,8 @@ def transition_zones(body: Body, shown: list[ContactLine]) -> list[Zone]:
             continue
         line = next(lines)
         # between the nodes that it parts, whatever an extrapolation says
-        found = [
-            float(np.clip(at, line.s[cut - 1], line.s[cut])) for at, cut in zip(line.transitions, line.cuts, strict=True)
-        ]
+        found = [min(max(at, float(line.s[cut - 1])), float(line.s[cut]))
+                 for at, cut in zip(line.transitions, line.cuts.tolist(), strict=True)]  # fmt: skip
         ends = [0.0, *found, side.length]
         for zone, a, b in zip(line.zones(), ends[:-1], ends[1:], strict=True):
             sign = int(line.sign[zone.start])
