@@ -214,14 +214,20 @@ class BodiesSystem:
         """E = MᵀW of an obstacle: the resultant of the tractions that it feels, (d(d+1)/2, k M)."""
         return np.ascontiguousarray((modes * np.repeat(self.weight, self.k)[:, None]).T)
 
+    @property
+    def takes_several(self) -> bool:
+        """Whether `boundary` of all bodies takes several increments at once."""
+        return all(body.takes_several for body in self.bodies)
+
     def tractions(self, number: int, sigma: Array) -> Array:
-        """Tractions (m_c, k) in the contact directions of a body for σ (M, k)."""
-        return self._maps[number].carried(sigma.ravel()).reshape(-1, self.k)
+        """Tractions (..., m_c, k) in the contact directions of a body for σ (..., M, k)."""
+        lead = sigma.shape[:-2]
+        return self._maps[number].carried(sigma.reshape(*lead, self.k * self.size).T).T.reshape(*lead, -1, self.k)
 
     def motion(self, number: int, alpha: Array) -> Array:
-        """The part of α (r,) that belongs to one body."""
+        """The part of α (..., r) that belongs to one body."""
         ends = np.cumsum([0, *(body.modes.shape[2] for body in self.bodies)])
-        return alpha[ends[number] : ends[number + 1]]
+        return alpha[..., ends[number] : ends[number + 1]]
 
     def describe(self) -> str:
         """Storage of the bodies, and the KSP of Robin solves."""

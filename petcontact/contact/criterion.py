@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from ..arrays import Array
-from .friction_law import balanced_rho, contact_norm
+from .friction_law import balanced_rho, contact_norm, group_norms, ratio
 from .law_protocol import ContactLaw, law_residual
 from .system import ContactSystem
 
@@ -63,12 +63,13 @@ def balanced(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fal
     strained = 0.0 if system.modes is None else contact_norm(system.apply(sigma), weight)
     if len(law.groups) == 1:
         return balanced_rho(v, sigma, weight, fallback, FLOOR * max(contact_norm(base, weight), strained))
-    moved = moves(law, system, v)
-    floor = FLOOR * max(contact_norm(moved, weight), strained)
-    common = balanced_rho(moved, sigma, weight, fallback, floor)
+    every = (slice(law.k), *law.groups)
+    (moved, *parts), (traction, *tractions) = (group_norms(x, weight, every) for x in (moves(law, system, v), sigma))
+    floor = FLOOR * max(moved, strained)
+    common = ratio(max(moved, floor), traction, fallback)
     rho = np.empty(law.k)
-    for group in law.groups:
-        rho[group] = balanced_rho(moved[:, group], sigma[:, group], weight, common, floor)
+    for group, part, own in zip(law.groups, parts, tractions, strict=True):
+        rho[group] = ratio(max(part, floor), own, common)
     return rho
 
 
@@ -112,22 +113,22 @@ def natural_residuals(
     A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the tractions of another; a pair
     without tractions has 0 or 1, see `over_traction`.
     """
-    displaced, worst = moves(law, system, v), np.zeros(len(law.groups))
+    displaced, worst, sizes = moves(law, system, v), np.zeros(len(law.groups)), list[float]()
     least = system.u_0 if len(law.groups) == 1 else displaced  # where all nodes stick v is round-off
     rho = np.array(np.broadcast_to(balanced(law, system, v, sigma), sigma.shape))
     # what a rigid obstacle that is bonded to a body does to it is a motion, and strains it all the same
     strained = displaced if system.modes is None else system.apply(sigma)
     for pair in pairs:
-        weight = system.weight[pair]
-        for group in law.groups:
-            moved = max(contact_norm(displaced[pair, group], weight), FLOOR * contact_norm(least[pair], weight),
-                        FLOOR * contact_norm(strained[pair, group], weight))  # fmt: skip
-            traction = contact_norm(sigma[pair, group], weight) or contact_norm(sigma[pair], weight)
-            if moved > 0.0 and traction > 0.0:
-                rho[pair, group] = traction / moved
+        weight, whole = system.weight[pair], slice(law.k)
+        size, *tractions = group_norms(sigma[pair], weight, (whole, *law.groups))
+        parts = [group_norms(x[pair], weight, law.groups) for x in (displaced, strained)]
+        floor = contact_norm(least[pair], weight)
+        for group, traction, moved, own in zip(law.groups, tractions, *parts, strict=True):
+            rho[pair, group] = ratio(max(moved, FLOOR * max(floor, own)), traction or size, 0.0) or rho[pair, group]
+        sizes.append(size)
     residual, digits = law_residual(law, v, sigma, rho), rho * _digits(system, v)
-    for pair in pairs:
-        weight, size = system.weight[pair], contact_norm(sigma[pair], system.weight[pair])
+    for pair, size in zip(pairs, sizes, strict=True):
+        weight = system.weight[pair]
         found = [over_traction(residual[pair, g], digits[pair, g], size, weight) for g in law.groups]
         worst = np.maximum(worst, found)
     return tuple(float(value) for value in worst)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
@@ -80,6 +81,19 @@ def contact_norm(x: Array, weight: Array) -> float:
     return unit * math.sqrt(float(np.dot((weight[:, None] * x).ravel(), x.ravel())))
 
 
+def group_norms(x: Array, weight: Array, groups: Sequence[slice]) -> list[float]:
+    """`contact_norm` of some groups of components.
+
+    >>> group_norms(np.array([[3.0, 1.0], [4.0, 1.0]]), np.ones(2), (slice(0, 1), slice(0, 2)))
+    [5.0, 5.196152422706632]
+    """
+    squares = np.einsum("ik,ik->k", weight[:, None] * x, x).tolist()
+    totals = [sum(squares[group]) for group in groups]
+    if all(SAFE[0] < total < SAFE[1] for total in totals):
+        return [math.sqrt(total) for total in totals]
+    return [contact_norm(x[:, group], weight) for group in groups]
+
+
 def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, floor: float = 0.0) -> float:
     """ρ = ‖σ_t‖/‖u_t‖, with which both terms of R_ρ weigh the same; `fallback` where one of them vanishes.
 
@@ -88,5 +102,9 @@ def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, flo
     The residual with this ρ does not depend on the ρ that a method happens to use: at very small or large ρ the
     residual R_ρ of any iterate is small in one of its terms.
     """
-    u, sigma = max(contact_norm(u_t, weight), floor), contact_norm(sigma_t, weight)
+    return ratio(max(contact_norm(u_t, weight), floor), contact_norm(sigma_t, weight), fallback)
+
+
+def ratio(u: float, sigma: float, fallback: float) -> float:
+    """ρ = σ/u of two norms; `fallback` where one of them vanishes."""
     return sigma / u if u > 0.0 and sigma > 0.0 else fallback

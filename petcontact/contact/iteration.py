@@ -10,7 +10,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SolverError
 from .criterion import Criterion, balanced, equilibrium_defect, moves, over_traction, without_motions
-from .friction_law import contact_norm
+from .friction_law import contact_norm, group_norms
 from .law_protocol import WITHIN, ContactLaw, bound_excess, law_residual
 from .rho_rules import usable_balance
 from .state import ContactState, History, Monitor, Start
@@ -95,11 +95,8 @@ class Recorder:
             )
         assert residual is not None
         # motions that cost no traction say nothing of S
-        strain = without_motions(self.system, dv)
-        balances = [
-            usable_balance(contact_norm(dsigma[:, group], weight), contact_norm(strain[:, group], weight))
-            for group in self.law.groups
-        ]
+        parts = (group_norms(x, weight, self.law.groups) for x in (dsigma, without_motions(self.system, dv)))
+        balances = [usable_balance(*each) for each in zip(*parts, strict=True)]
         balance = balances[0] if len(balances) == 1 else np.array(balances)
         self.history.add(rho, balance, change, contact_norm(residual, weight), ksp_iterations)
         self.largest = max(self.largest, contact_norm(sigma, weight))

@@ -7,9 +7,12 @@ from functools import cached_property
 
 import numpy as np
 
+from .. import native
 from ..arrays import Array, Mask, States
 from .friction_law import ball_derivative, lengths, project_ball
 from .law_protocol import OPEN, SLIP, STICK, Admissible, ContactLaw, friction_bound
+
+_COULOMB = native.function("petcontact_coulomb", "iipppppppp")
 
 
 @dataclass(frozen=True)
@@ -126,26 +129,34 @@ class SignoriniCoulomb:
 
     def project(self, tau: Array) -> Array:
         """Projection Π(τ) on what the law allows, (m, k) [stress]."""
-        p, result = self.pressure(tau), np.empty(tau.shape)
+        result = np.empty(tau.shape)
+        if self._in_c(tau, projection=result):
+            return result
+        p = self.pressure(tau)
         result[:, :-1], result[:, -1] = project_ball(tau[:, :-1], self.radius(p)), p
         return result
 
     def linearise(self, tau: Array) -> Array:
         """Derivative of Π: the ball's, and how its radius follows the pressure."""
+        derivative = np.empty((len(tau), self.k, self.k))
+        if self._in_c(tau, derivative=derivative):
+            return derivative
         opened = self.opened(tau)
         p, closed = np.where(opened, 0.0, tau[:, -1]), ~opened
         radius = self.radius(p)
         tangential, outward = ball_derivative(tau[:, :-1], radius)
         slope = np.where(self._coulomb & (radius < self.bound) & closed, np.sign(p), 0.0)
         slope[slope != 0.0] *= self.coefficient[slope != 0.0]
-        derivative = np.zeros((len(tau), self.k, self.k))
-        derivative[:, :-1, :-1] = tangential
+        derivative[:, :-1, :-1], derivative[:, -1, :-1] = tangential, 0.0
         derivative[:, :-1, -1] = slope[:, None] * outward
         derivative[:, -1, -1] = closed
         return derivative
 
     def states(self, tau: Array) -> States:
         """0 stick, 1 slip, 2 open."""
+        states = np.empty(len(tau), dtype=np.int8)
+        if self._in_c(tau, states=states):
+            return states
         opened = self.opened(tau)
         slips = _slips(tau[:, :-1], self.radius(np.where(opened, 0.0, tau[:, -1])))
         return np.where(opened, OPEN, np.where(slips, SLIP, STICK)).astype(np.int8)
@@ -174,6 +185,24 @@ class SignoriniCoulomb:
     @cached_property
     def _coulomb(self) -> Mask:
         return np.isfinite(self.coefficient)
+
+    def _in_c(
+        self, tau: Array, projection: Array | None = None, derivative: Array | None = None, states: States | None = None
+    ) -> bool:
+        """Whether C has computed what is asked for."""
+        if _COULOMB is None or self.k not in (2, 3) or tau.shape != (len(self.bound), self.k):
+            return False
+        tau = np.ascontiguousarray(tau, dtype=float)
+        filled = (native.pointer(array) for array in (projection, derivative, states))
+        _COULOMB(len(tau), self.k, native.pointer(tau), *self._given[1], *filled)
+        return True
+
+    @cached_property
+    def _given(self) -> tuple[list[Array | Mask | None], list[int | None]]:
+        """What C reads, and where it is."""
+        given = (self.coefficient, float), (self.bound, float), (self.unilateral, bool), (self.absent, bool)
+        arrays = [None if array is None else np.ascontiguousarray(array, dtype=kind) for array, kind in given]
+        return arrays, [native.pointer(array) for array in arrays]
 
 
 def dissipation(law: ContactLaw, before: Array, after: Array, slid: Array) -> tuple[Array, Array]:

@@ -6,8 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import native
 from ..arrays import Array, Mask, States
 from .law_protocol import ContactLaw
+
+_LINEARISE = native.function("petcontact_linearise", "iipppppp")
 
 
 @dataclass(frozen=True)
@@ -39,11 +42,16 @@ class Linearisation:
     @classmethod
     def at(cls, law: ContactLaw, tau: Array) -> Linearisation:
         """The linearisation of a law at τ⁰."""
-        derivative = law.linearise(tau)
-        constant = np.einsum("iab,ib->ia", derivative, tau) - law.project(tau)
-        stick = np.all(derivative == np.eye(law.k), axis=2)
+        derivative, projection = law.linearise(tau), law.project(tau)
+        if _LINEARISE is not None and derivative.shape == (*tau.shape, law.k):
+            arrays = [np.ascontiguousarray(array, dtype=float) for array in (tau, projection, derivative)]
+            constant, active, stick = (np.empty(tau.shape, dtype=kind) for kind in (float, bool, bool))
+            _LINEARISE(*tau.shape, *(native.pointer(array) for array in (*arrays, constant, active, stick)))
+            return cls(tau, constant, derivative, active, stick, law.states(tau))
+        constant = _times(derivative, tau) - projection
+        stick = (derivative == np.eye(law.k)).all(axis=2)
         constant[stick] = 0.0
-        return cls(tau, constant, derivative, np.any(derivative != 0.0, axis=1), stick, law.states(tau))
+        return cls(tau, constant, derivative, (derivative != 0.0).any(axis=1), stick, law.states(tau))
 
     @classmethod
     def all_stick(cls, like: Array) -> Linearisation:
@@ -52,6 +60,19 @@ class Linearisation:
         derivative = np.broadcast_to(np.eye(like.shape[1]), (*like.shape, like.shape[1]))
         return cls(zero, zero, derivative, every, every, np.zeros(len(like), dtype=np.int8))
 
+    @property
+    def has_slack(self) -> bool:
+        """Whether v ≠ 0 goes with some active components, so that equations depend on ρ."""
+        both = self.active[:, :, None] & self.active[:, None, :]
+        return bool((both & (self.derivative != np.eye(self.active.shape[1]))).any())
+
     def traction(self, y: Array) -> Array:
         """Π' y, (m, k): what y on the active components adds to σ."""
-        return np.asarray(np.einsum("iab,ib->ia", self.derivative, np.where(self.active, y, 0.0)))
+        return _times(self.derivative, np.where(self.active, y, 0.0))
+
+
+def _times(derivative: Array, y: Array) -> Array:
+    """Π' y, (m, k)."""
+    if y.shape[1] == 1:
+        return np.asarray(derivative[:, 0] * y)
+    return np.asarray(np.einsum("iab,ib->ia", derivative, y))

@@ -85,7 +85,8 @@ class Elimination:
         return np.asarray(answer)
 
     def unknowns(self, shares: Array, y: Array) -> Array:
-        """x (n,) for loads weighted by `shares` (K,) and y (m,)."""
-        result = np.empty(len(self._order))
-        result[self._order] = scipy.linalg.blas.dtrsv(self._lu, self._load @ shares + self._forward @ y)
+        """x (n, ...) for loads weighted by `shares` (K, ...) and y (m, ...), one or several columns."""
+        rhs = self._load @ shares + self._forward @ y
+        result = np.empty_like(rhs)
+        result[self._order] = scipy.linalg.blas.dtrsm(1.0, self._lu, rhs.reshape(len(rhs), -1)).reshape(rhs.shape)
         return result

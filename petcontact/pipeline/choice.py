@@ -133,6 +133,14 @@ def check_memory(
     return needed
 
 
+def needed_memory(bem: Bem, meshes: Sequence[BoundaryMesh], contact: Sequence[int], directions: int, total: int) -> float:
+    """What `check_memory` gives of bodies with so many contact nodes, of the secondaries `total`, in k directions each."""
+    small = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
+    large = sum(compressed_memory(mesh, contact[b]) for b, mesh in enumerate(meshes) if b not in small)
+    return check_memory([meshes[b].x.size for b in small], [directions * contact[b] for b in small],
+                        directions * total if small else 0, compressed=large)  # fmt: skip
+
+
 def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
     """Whether operators are compressed.
 
@@ -171,7 +179,9 @@ def chosen_tolerance(bem: Bem, accuracy: float) -> float:
 def resolved_bem(bem: Bem) -> Bem:
     """`[bem]` with its -bem_ options over it."""
     everything = given_options()
-    names = [name for name in type(bem).model_fields if f"bem_{name}" in everything]
+    names = [name for name in type(bem).model_fields if f"bem_{name}" in everything] if everything else []
+    if not names:
+        return bem
     given = {name: option(f"bem_{name}") or "" for name in names}
     values: dict[str, Any] = {**bem.model_dump()}
     for name, text in given.items():

@@ -17,7 +17,6 @@ from ..contact.rho_rules import Rule
 from ..errors import SolverError
 from ..model.problem import Problem
 from ..model.solver_options import Method
-from ..results.records import StepResult
 from ..results.solution import Solution
 from ..runtime import threads
 from ..runtime.memory import peak_memory
@@ -32,6 +31,7 @@ from .steps.diagnosis import reached, warnings_of
 from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
+from .steps.outcome import with_errors
 from .steps.start import finished_before, first_iterate
 
 
@@ -97,10 +97,15 @@ def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bo
     SolverError
         If there is no iterate to keep.
     """
+    return reported(problem, unreported(problem, monitor, checked=checked))
+
+
+def unreported(problem: PreparedProblem, monitor: Monitor | None, *, checked: bool = True) -> Solution:
+    """As `run`, without `info` and the errors of tractions, which `reported` adds: all that a mesh on the way needs."""
     (results, rows), began = finished_before(problem), time.perf_counter()
     if problem.start is None:
         problem = replace(problem, start=first_iterate(problem))
-    status, reason = "converged", ""
+    status, reason, failed = "converged", "", None
     with options(problem.discrete.problem.petsc), threads.suited_to(len(problem.system.base[0])), stage("iterate"):
         try:
             for result in increments(problem, results, monitor, checked=checked, rows=rows):
@@ -109,14 +114,7 @@ def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bo
             if not results:
                 raise
             status, reason = "failed", str(error)
-    seconds = {**problem.timings, "iterate": time.perf_counter() - began}
-    return replace(_finished(problem, results, status, reason, seconds), wear=wear_history(problem, rows))
-
-
-def _finished(
-    problem: PreparedProblem, results: list[StepResult], status: str, reason: str, timings: dict[str, float]
-) -> Solution:
-    discrete, system, failed = problem.discrete, problem.system, None
+    seconds, discrete = {**problem.timings, "iterate": time.perf_counter() - began}, problem.discrete
     if results and results[-1].status != "converged":
         results, failed = results[:-1], results[-1]
         status, reason = failed.status, failed.reason
@@ -124,6 +122,17 @@ def _finished(
             reason = f"{reason} after {len(results)} increments"
     if status == "converged":
         reason = reached(discrete, results)
+    names = [body.name for body in discrete.problem.body]
+    return Solution(
+        discrete.problem, dict(zip(names, discrete.meshes, strict=True)),
+        {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
+        results, status, reason, seconds, failed=failed, wear=wear_history(problem, rows),
+    )  # fmt: skip
+
+
+def reported(problem: PreparedProblem, solution: Solution) -> Solution:
+    """A solution of a prepared problem with all that is reported of it."""
+    discrete, system, failed = problem.discrete, problem.system, solution.failed
     names, options_ = [body.name for body in discrete.problem.body], discrete.problem.method
     operator = system.operator
     info = {
@@ -131,14 +140,13 @@ def _finished(
         "method": options_.resolved_name, "rule": options_.rule or "modified", **problem.named,
         "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.problem.petsc),
         "versions": versions(), "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm),
-        "warnings": warnings_of(problem, results),
+        "warnings": warnings_of(problem, solution.steps),
         "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)},
     }  # fmt: skip
-    return Solution(
-        discrete.problem, dict(zip(names, discrete.meshes, strict=True)),
-        {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
-        results, status, reason, timings, info, failed,
+    return replace(
+        solution, info=info, steps=[with_errors(problem, step) for step in solution.steps],
+        failed=None if failed is None else with_errors(problem, failed),
     )  # fmt: skip
 
 

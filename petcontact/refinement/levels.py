@@ -60,6 +60,11 @@ CONTACT_REFINEMENT_LEVELS = (
 or better, and those of the next one are ten times smaller."""
 
 
+def suited(levels: tuple[Level, ...], accuracy: float, rough: float) -> tuple[Level, ...]:
+    """The levels to climb to an accuracy: from a rough one on without the second, whose order is near that of the first."""
+    return levels if accuracy < rough else (levels[0], *levels[2:])
+
+
 def first_level(accuracy: float) -> int:
     """The lowest level but the first that may be expected to have this error."""
     last = len(REFINEMENT_LEVELS) - 1

@@ -176,7 +176,7 @@ class SolutionData(Evaluated):
                 columns.setdefault(key, []).append(values)
         if not columns:
             return _no_rows(next(iter(self.meshes.values())).dim)
-        return {key: np.concatenate(values) for key, values in columns.items()}
+        return {key: np.concatenate(values) if len(values) > 1 else values[0] for key, values in columns.items()}
 
     @functools.cached_property
     def contact(self) -> ContactFields:

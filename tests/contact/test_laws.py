@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from unittest.mock import patch
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from petcontact.contact import laws, linearisation
 from petcontact.contact.equilibrium import directions, unbalanced_load
 from petcontact.contact.law_protocol import Admissible, bound_excess, friction_bound, law_residual
 from petcontact.contact.laws import SignoriniCoulomb, Tresca
+from petcontact.contact.linearisation import Linearisation
 from petcontact.contact.system import Modes
 
 SEEDS = st.integers(0, 10_000)
@@ -36,6 +40,22 @@ def test_the_derivative_is_that_of_the_projection(seed, k, tresca):
         numeric = (law.project(tau + moved) - law.project(tau - moved)) / (2.0 * step)
         near_cap = np.abs(numeric - derivative[:, :, b]).max(axis=1) > 1e-4
         assert np.count_nonzero(near_cap & same) == 0
+
+
+@given(SEEDS, st.sampled_from([2, 3]))
+def test_c_and_numpy_agree(seed, k):
+    """Also where τ or the bound is 0, and in another order of memory."""
+    rng = np.random.default_rng(seed)
+    law, tau = random_law(rng, 20, k), 2.0 * rng.standard_normal((20, k)) * (rng.random((20, k)) < 0.8)
+
+    def found(tau):
+        at = Linearisation.at(law, tau)
+        return law.project(tau), at.derivative, at.constant, at.active, at.stick, at.states
+
+    ours = found(np.asfortranarray(tau))
+    with patch.object(laws, "_COULOMB", None), patch.object(linearisation, "_LINEARISE", None):
+        for one, other in zip(ours, found(tau), strict=True):
+            np.testing.assert_allclose(one, other, rtol=0.0, atol=0.0 if k == 2 else 1e-14)
 
 
 @given(SEEDS, st.sampled_from([2, 3]), st.floats(1e-3, 1e3))

@@ -18,7 +18,7 @@ import pytest
 from conftest import example
 from problems import block, contact_pair, load_step
 
-from petcontact import MeshOptions, SolverError, read_result, read_solution, solve, write_solution
+from petcontact import MeshOptions, SolverError, load, read_result, read_solution, solve, write_solution
 from petcontact.commands.main import main
 from petcontact.compliance.body.dense import DenseRows
 from petcontact.contact.active_set import pivots as newton
@@ -129,7 +129,7 @@ BLOCKS = (
 )
 
 
-@pytest.mark.parametrize(("module", "where"), [(load_steps, "step_result"), (pipeline, "warnings_of")])
+@pytest.mark.parametrize(("module", "where"), [(load_steps, "step_results"), (pipeline, "warnings_of")])
 def test_a_signal_after_the_iteration_keeps_the_solution(tmp_path, monkeypatch, capsys, module, where):
     original = getattr(module, where)
 
@@ -145,8 +145,9 @@ def test_a_signal_after_the_iteration_keeps_the_solution(tmp_path, monkeypatch, 
 
 
 def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monkeypatch, capsys):
-    """SIGTERM while the third increment is put together: three are kept, and the rest is solved from there."""
-    original, made = load_steps.step_result, []
+    """SIGTERM after the third increment, of several whose fields are computed together: three are kept, and the rest is
+    solved from there."""
+    original, made = load_steps.solved, []
 
     def signalled(*words, **keys):
         made.append(original(*words, **keys))
@@ -157,17 +158,33 @@ def test_a_signal_between_increments_keeps_those_that_are_solved(tmp_path, monke
     config = ["solve", str(ROOT / "configs" / "fretting.toml"), "--no-figures", "--set", "body.0.mesh={element_size=0.25}"]
     monkeypatch.chdir(tmp_path)
     assert main([*config, "-o", "whole.h5"]) == 0
-    monkeypatch.setattr(load_steps, "step_result", signalled)
+    monkeypatch.setattr(load_steps, "solved", signalled)
     assert main([*config, "-o", "part.h5"]) == 143
     assert "interrupted by SIGTERM; the last iterate is saved in part.h5" in capsys.readouterr().err
     part, whole = read_result(tmp_path / "part.h5"), read_result(tmp_path / "whole.h5")
     assert part.status == "failed" and len(part.steps) == 3 and all(step.status == "converged" for step in part.steps)
-    monkeypatch.setattr(load_steps, "step_result", original)
+    monkeypatch.setattr(load_steps, "solved", original)
     assert main([*config, "-o", "rest.h5", "--set", "method.start=part.h5"]) == 0
     rest = read_result(tmp_path / "rest.h5")
     assert len(rest.steps) == len(whole.steps)
     for name, pair in whole.last.pairs.items():
         assert np.allclose(rest.last.pairs[name].sigma_t, pair.sigma_t, atol=1e-12 * np.abs(pair.pressure).max())
+
+
+def test_an_error_without_an_iterate_keeps_the_increments_before_it(monkeypatch):
+    original, made = load_steps.solved, []
+
+    def failing(*words, **keys):
+        if len(made) == 3:
+            raise SolverError("iterate", "nothing to keep", "try again")
+        made.append(original(*words, **keys))
+        return made[-1]
+
+    monkeypatch.setattr(load_steps, "solved", failing)
+    coarse = {f"body.{b}.mesh": {"element_size": 0.5} for b in (0, 1)}
+    solution = solve(load(ROOT / "configs" / "fretting.toml", coarse))
+    assert solution.status == "failed" and "nothing to keep" in solution.reason
+    assert [step.load_factor for step in solution.steps] == [1.0, 0.25, 0.5]
 
 
 def test_a_signal_in_the_elimination_of_a_later_step_keeps_the_steps_before(tmp_path, monkeypatch, capsys):

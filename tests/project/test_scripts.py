@@ -101,7 +101,7 @@ def test_petsc4py_is_no_hard_dependency():
 
 SMALLEST = {
     "benchmark": "--quick refactoring assembly compression growth steps contact sweeps startup fields",
-    "benchmark_methods.py": "--quick", "benchmark_space": "--quick",
+    "benchmark_methods.py": "--quick", "benchmark_space": "--quick", "benchmark_hertz": "--quick",
     "verify_random": "--bodies 1 --accuracy 1e-2 --processes 1",
     "verify_contact": "--pairs 1 --floors 0", "mutate": "--list", "verification": "B10",
     "drawings": "-o {folder}", "benchmark_contact": "--quick --here", "benchmark_accuracy": "--quick --example 1",

@@ -44,6 +44,8 @@ class ElasticBody(abc.ABC):
         RᵀW(t̂ - t_p) + Rᵀ(point forces): F, with t_p of the forces in the volume, whose resultant -t_p has.
     tolerance : float
         Relative error of compressed operators that is accepted; 0 of dense ones.
+    takes_several : bool
+        Whether `unknowns` and `boundary` take several increments at once, along a first axis of all their arguments.
     is_solved_jointly : bool
         Whether its equations are solved together with those of contact and of all other bodies.
     digits_lost : float
@@ -53,6 +55,7 @@ class ElasticBody(abc.ABC):
     u_0: Array
     compliance: Array | None
     tolerance = 0.0
+    takes_several = False
     is_solved_jointly = False
     digits_lost = np.nan
 
@@ -108,9 +111,9 @@ class ElasticBody(abc.ABC):
 
     def boundary(self, shares: Array, traction: Array, alpha: Array) -> tuple[Array, Array]:
         """Displacement and traction (n, d) for load states weighted by `shares` (K,), t (m, k) and α (r,)."""
-        unknowns = self.unknowns(shares, traction)[: self.operators.n_unknowns]
+        unknowns = self.unknowns(shares, traction)[..., : self.operators.n_unknowns]
         u, t = self.operators.split(unknowns, shares, traction)
-        return (u + self.modes @ alpha if alpha.size else u), t
+        return (u + np.tensordot(alpha, self.modes, (-1, 2)) if alpha.size else u), t
 
     def residual(self, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array) -> float:
         """Largest defect of the integral equations at some nodes, from exact entries, over the largest displacement.

@@ -41,6 +41,7 @@ class DenseBody(ElasticBody):
     """
 
     compliance: Array
+    takes_several = True
 
     def __init__(self, operators: BoundaryOperators, modes: Array, comm: Any) -> None:
         super().__init__(operators, modes)
@@ -83,8 +84,9 @@ class DenseBody(ElasticBody):
         return np.asarray(self.compliance @ traction)
 
     def unknowns(self, shares: Array, traction: Array) -> Array:
-        """All unknowns of the body: one back substitution."""
-        return self._solved.unknowns(np.append(shares, 0.0), traction.ravel() / self.operators.traction_scale)
+        """All unknowns of the body, for one or several increments: one back substitution."""
+        y = traction.reshape(*shares.shape[:-1], -1) / self.operators.traction_scale
+        return self._solved.unknowns(np.insert(shares, shares.shape[-1], 0.0, axis=-1).T, y.T).T
 
     def _error_of_known(self, known: Array) -> float:
         """What the last load, whose solution is known, comes to."""

@@ -111,6 +111,8 @@ class Coupling:
     first, first_column : (bodies + 1,) arrays
         Of each body.
     shape : (M, k)
+    directions : (M, k, 3) array
+        Of v and σ.
     scale : (M,) array
         s [stress/length].
     met : (q,) array
@@ -139,7 +141,7 @@ class Coupling:
             *((at + body.slot.ravel(), at + body.beside.ravel()) for at, body in columns), strict=True))  # fmt: skip
         frames = np.concatenate([body.data.contact_frame for body in bodies])
         directions = np.concatenate([frames[:0], *(face.directions for face in interfaces)])
-        m, k = directions.shape[:2]
+        self.directions, (m, k) = directions, directions.shape[:2]
         self.shape, start = (m, k), np.cumsum([0, *(body.slot.size for body in rows)])
         node = np.concatenate([start[:0], *(start[f.body] // k + np.searchsorted(bodies[f.body].contact, f.nodes)
                                             for f in interfaces)])  # fmt: skip

@@ -122,11 +122,12 @@ class Nodes:
     def groups(self) -> tuple[Index, Index]:
         """Of each unknown, and of each column or -1: of unknowns as these, of tractions in contact as many more.
 
-        What is faced is grouped like what faces it: else the coarse level couples the wrong nodes.
+        What is faced is grouped like what faces it: else the coarse level couples the wrong nodes. Components that turn by
+        much within a group sum up to nothing, or to what another component does: then the coarse level is singular.
         """
         n = int(self.first[-1])
         most = max(OWN, OWN * int(np.ceil(3 * n / OWN / COARSE)))
-        key = np.empty((n, 3), dtype=np.int64)
+        key = np.column_stack([np.empty((n, 3), dtype=np.int64), self._directions()])
         for b, body in enumerate(self.rows):
             here, cut = slice(self.first[b], self.first[b + 1]), body.tree.cut(most)
             key[here, 0] = b
@@ -145,6 +146,13 @@ class Nodes:
             columns[at : at + len(mine)] = mine
             columns[at + body.beside] = count + mine[body.slot]
         return group, columns
+
+    def _directions(self) -> Index:
+        """Of each node the directions of its components, rounded: where curved faces, or the choice of tangents, turn."""
+        first, each = self._coupling.first, np.concatenate([body.frame.reshape(-1, 3) for body in self.rows])
+        each[self._coupling.secondary] = self._coupling.directions.reshape(-1, 3)
+        found = [np.rint(each[first[b] : first[b + 1]]).reshape(len(body.x), -1) for b, body in enumerate(self.rows)]
+        return np.asarray(np.concatenate([np.pad(one, ((0, 0), (0, 9 - one.shape[1]))) for one in found]), dtype=np.int64)
 
 
 def sums(rows: Sequence[BodyRows], coupling: Coupling, group: Index, columns: Index) -> Array:

@@ -40,6 +40,8 @@ class BodyRows(Protocol):
     tree : Clusters
     x, part : (n, 3), (n,) arrays
         Nodes [length], and their parts of the boundary.
+    frame : (n, components, 3) array
+        Directions of the unknowns.
     bounds : (ranks + 1,) array
         First equation of each rank.
     columns : int
@@ -56,6 +58,7 @@ class BodyRows(Protocol):
     tree: Clusters
     x: Array
     part: Index
+    frame: Array
     bounds: Index
     columns: int
     slot: Index
@@ -119,7 +122,7 @@ class CompressedRows:
         self._operators = BoundaryOperators(mesh.reordered(tree.order), data.reordered(self.nodes),
                                             dataclasses.replace(kernel, tolerance=QUADRATURE * tolerance))  # fmt: skip
         self.x, self.part = self._operators.mesh.x, self._operators.mesh.node_part
-        self._entries = OperatorEntries(self._operators)
+        self.frame, self._entries = self._operators.data.frame, OperatorEntries(self._operators)
         self.components = d = self._entries.components
         blocks = block_tree(tree)
         memory = predicted_bytes(tree, blocks, tolerance, d)
@@ -207,6 +210,7 @@ class CondensedRows:
         self.tree = cluster(x, x, np.ones(m, dtype=np.int64), LEAF)
         order = self.tree.order
         self.x, self.part = x[order], body.mesh.node_part[body.contact][order]
+        self.frame = body.data.contact_frame[order]
         components = (k * order[:, None] + np.arange(k)).ravel()
         self._matrix = body.compliance[components[:, None], components] * self.scale
         self._rest = (body.u_0 - body.data.sliding).reshape(-1, m * k)[:, components]

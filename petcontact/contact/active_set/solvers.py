@@ -69,9 +69,9 @@ class DenseActiveSetSolver(_Counted):
 
     noise = 1e-11
 
-    def __init__(self, system: ContactSystem, surrogate: Surrogate | None) -> None:
+    def __init__(self, system: ContactSystem, surrogate: Surrogate | None, factors: BlockFactors | None = None) -> None:
         super().__init__(system)
-        self._surrogate = surrogate
+        self._surrogate, self._factors = surrogate, factors or BlockFactors()
         assert self.matrix is not None
         self._dense: Array = self.matrix
         self._sum: Any = None
@@ -81,13 +81,12 @@ class DenseActiveSetSolver(_Counted):
     ) -> tuple[Array, Array, Array]:
         """LU of the bordered block."""
         self.system.elastic_solves += 1
-        active = np.flatnonzero(linearised.active)
-        block = _block(self._dense, linearised, rho, active)
-        result = np.zeros_like(rhs)
+        active, result = np.flatnonzero(linearised.active), np.zeros_like(rhs)
         if modes is None:
-            result.flat[active] = _solved(block, rhs.ravel()[active])
+            result.flat[active] = self._factors.solve(self._dense, linearised, rho, active, rhs.ravel()[active])
             _check(result)
             return result, np.zeros(0), np.zeros((0, 0))
+        block = _block(self._dense, linearised, rho, active)
         constraint = RigidModeConstraint(modes, linearised, sigma, float(np.abs(np.diag(block)).max(initial=0.0)))
         answer = _solved(constraint.around(block), np.concatenate([rhs.ravel()[active], constraint.rhs]))
         result.flat[active] = answer[: len(active)]
@@ -110,13 +109,41 @@ class DenseActiveSetSolver(_Counted):
         """No PETSc objects to free."""
 
 
+class BlockFactors:
+    """LU of the last block of a dense S. It serves again where the pieces of the law are the same, as where an increment
+    begins with the sets that the one before ended with."""
+
+    def __init__(self) -> None:
+        self._of: tuple[Array, Array] | None = None
+        self._factors: tuple[Array, Index] = np.zeros((0, 0)), np.zeros(0, dtype=np.int64)
+
+    def solve(self, dense: Array, linearised: Linearisation, rho: Array, active: Index, rhs: Array) -> Array:
+        """δy on the active components, (q,)."""
+        derivative = linearised.derivative
+        if self._of is None or self._of[0] is not dense or not np.array_equal(self._of[1], derivative):
+            self._of = None
+            block = _block(dense, linearised, rho, active)
+            lu, swaps, info = scipy.linalg.lapack.dgetrf(block.T, overwrite_a=block is not dense)
+            if info > 0:
+                return _least(_block(dense, linearised, rho, active), rhs)
+            self._factors = lu, swaps
+            # what slack adds to the block depends on ρ
+            self._of = None if linearised.has_slack else (dense, derivative)
+        return np.asarray(scipy.linalg.lapack.dgetrs(*self._factors, rhs, trans=1)[0])
+
+
 def _solved(matrix: Array, rhs: Array) -> Array:
-    """By LU; the least solution where a body that is about to slide away leaves nothing to divide by, or where two contacts
-    close at the same nodes."""
+    """By LU, or the least solution."""
     try:
         return np.asarray(np.linalg.solve(matrix, rhs))
     except np.linalg.LinAlgError:
-        return np.asarray(np.linalg.lstsq(matrix, rhs, rcond=None)[0])
+        return _least(matrix, rhs)
+
+
+def _least(matrix: Array, rhs: Array) -> Array:
+    """The least solution, where a body that is about to slide away leaves nothing to divide by, or where two contacts close
+    at the same nodes."""
+    return np.asarray(np.linalg.lstsq(matrix, rhs, rcond=None)[0])
 
 
 def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -> Array:
@@ -239,11 +266,13 @@ class SurrogateActiveSetSolver:
         """No PETSc objects to free."""
 
 
-def active_set_solver(system: ContactSystem, surrogate: Surrogate | None) -> DenseActiveSetSolver | KrylovActiveSetSolver:
+def active_set_solver(
+    system: ContactSystem, surrogate: Surrogate | None, factors: BlockFactors | None = None
+) -> DenseActiveSetSolver | KrylovActiveSetSolver:
     """S by LU where it is dense and small, or T is not given or has no fast form; else by Krylov iterations."""
     if surrogate is not None and (system.matrix_free or (surrogate.fast and system.u_0.size > DIRECT_SIZE)):
         return KrylovActiveSetSolver(system, surrogate)
-    return DenseActiveSetSolver(system, surrogate)
+    return DenseActiveSetSolver(system, surrogate, factors)
 
 
 def _check(x: Array) -> None:

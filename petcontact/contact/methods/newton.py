@@ -9,7 +9,7 @@ takes some ten steps. Where the sets of Coulomb's law cycle the iteration starts
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -20,7 +20,7 @@ from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
 from ..active_set.monolithic import MonolithicSolver
 from ..active_set.pivots import LinearSolver, Pivot, Predictor, box_problem, next_tau, pivots
-from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
+from ..active_set.solvers import BlockFactors, SurrogateActiveSetSolver, active_set_solver
 from ..criterion import equilibrium_defect
 from ..equilibrium import unbalanced_load
 from ..iteration import Iteration, Recorder
@@ -63,9 +63,12 @@ class SemismoothNewton:
     predict : bool, optional
         Whether T predicts the sets; not by default where S is dense and small, nor where rigid motions are unknown and
         friction has disks, along which T's problem does not slip.
+    factors : BlockFactors
+        Of the last system with a dense S, for the next one.
     """
 
     predict: bool | None = None
+    factors: BlockFactors = field(default_factory=BlockFactors, repr=False, compare=False)
 
     def __call__(self, system: ContactSystem, law: ContactLaw, iteration: Iteration) -> ContactState:
         """As `ContactMethod`; starts from full stick, or T's own solution.
@@ -88,7 +91,7 @@ class SemismoothNewton:
         if is_monolithic(system):
             solver = MonolithicSolver(system, iteration.criterion.tolerance)
         else:
-            solver = active_set_solver(system, surrogate)
+            solver = active_set_solver(system, surrogate, self.factors)
         try:
             first = _first_guess(system, law, iteration, solver, foretell)
             return _Run(system, law, iteration, solver, foretell).state(first)

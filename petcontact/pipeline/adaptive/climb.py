@@ -30,7 +30,7 @@ from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..discrete.discretise import Discrete, MeshMaker, discretise
 from ..discrete.interfaces import interfaces_of
 from ..eliminate import Announce
-from ..run import prepare, run
+from ..run import prepare, reported, run, unreported
 from ..steps.increment import Monitor, PreparedProblem
 from .fixed_mesh import carries_something
 from .panel_tails import PanelTails
@@ -41,7 +41,8 @@ from .tractions import Tractions
 TIGHTER = 0.25
 """By what the tolerance of compressed surfaces falls where a solution on them is not accurate enough."""
 MANY_NODES = 1000
-"""From which on the operators of one mesh are released before those of the next are made: several GB in all."""
+"""From which on a mesh is reported of, and its operators are released, before those of the next are made: several GB in
+all. Of smaller ones only the last is reported of."""
 
 
 def quantity_for(problem: Problem) -> Quantity:
@@ -108,10 +109,13 @@ class AdaptiveSolve:
         self.discrete: Discrete | None = None
         self.missed = self.left = 0.0
         self._tolerance = math.nan
+        self._tried: list[PreparedProblem] = []
+        self._unreported: list[PreparedProblem] = []
 
     def climb(self, accuracy: float) -> str:
         """Level after level until the estimate is below the accuracy; what kept a level from being solved, or nothing."""
         quantity = self.quantity
+        quantity.wanted = accuracy
         self._tolerance = chosen_tolerance(self.problem.bem, accuracy)
         for level in quantity.levels:
             for attempt in range(quantity.attempts):
@@ -127,11 +131,11 @@ class AdaptiveSolve:
                     more, found = quantity.goes_on(solution), any(each.converged for each in self.solutions)
                     if found and not more:
                         return f"{solution.reason} (on the mesh after the last)"
-                    self.solutions.append(solution)
+                    self._keep(solution)
                     if more:
                         break
                     return ""
-                self.solutions.append(solution)
+                self._keep(solution)
                 quantity.observe(solution, level)
                 self._report(solution)
                 if not quantity.is_vague() or attempt == quantity.attempts - 1:
@@ -139,6 +143,17 @@ class AdaptiveSolve:
             if self.missed > 0.0 or quantity.estimate <= accuracy or quantity.exhausted:
                 break
         return quantity.exhausted
+
+    def _keep(self, solution: Solution) -> None:
+        self.solutions.append(solution)
+        self._unreported = self._tried
+
+    def last(self) -> Solution:
+        """The solution on the last mesh, with all that is reported of it."""
+        for problem in self._unreported:
+            self.solutions[-1] = replace(reported(problem, self.solutions[-1]), problem=self.problem)
+        self._unreported = []
+        return self.solutions[-1]
 
     def _report(self, solution: Solution) -> None:
         if self._reached is not None:
@@ -180,7 +195,11 @@ class AdaptiveSolve:
         with answering(self.comm):
             self.discrete, problem = self._prepared(make)
         try:
-            solution = run(replace(problem, start=self.quantity.start(problem)), monitor=self.monitor)
+            problem = replace(problem, start=self.quantity.start(problem))
+            solution = unreported(problem, self.monitor)
+            self._tried = [problem]
+            if self.quantity.reads_errors or sum(mesh.n_nodes for mesh in self.discrete.meshes) > MANY_NODES:
+                solution, self._tried = reported(problem, solution), []
         finally:
             problem.close()
         return replace(solution, problem=self.problem)
@@ -248,9 +267,8 @@ def adapt(
     if accuracy is None:
         accuracy = min(given, default=work.quantity.accuracy)
     check_accuracy(accuracy)
-    work.quantity.wanted = accuracy
     trouble = work.climb(accuracy)
-    solution = work.solutions[-1]
+    solution = work.last()
     own = rule is not None or method is not None or problem.method.resolved_name != "semismooth-newton"
     if own and not trouble and solution.status == "converged" and work.discrete is not None:
         last = replace(work.discrete, problem=problem)
@@ -296,8 +314,7 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
     elif status == "converged" and estimate > accuracy:
         status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
     timings: dict[str, float] = {}
-    for found in {id(each): each for each in (*work.solutions, solution)}.values():
-        for name, value in found.timings.items():
-            timings[name] = timings.get(name, 0.0) + value
+    for seconds_of in {id(each.timings): each.timings for each in (*work.solutions, solution)}.values():
+        timings |= {name: timings.get(name, 0.0) + value for name, value in seconds_of.items()}
     timings["adapt"] = max(0.0, seconds - sum(timings.values()))
     return replace(solution, info=info, status=status, reason=reason, timings=timings)

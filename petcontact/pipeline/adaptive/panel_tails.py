@@ -69,7 +69,7 @@ class PanelTails:
     Attributes
     ----------
     levels : range
-        As many meshes as a budget allows; each has the panels of the one before, some of them cut into four.
+        As many meshes as a budget allows; each has the panels of the one before, some of them cut or of order 2.
     attempts : int
     accuracy : float
         That is wanted by default [-].
@@ -83,7 +83,7 @@ class PanelTails:
         Why there is no next mesh, or nothing.
     """
 
-    levels, attempts, accuracy, dense_nodes = range(40), 1, 2e-2, 0
+    levels, attempts, accuracy, dense_nodes, reads_errors = range(40), 1, 2e-2, 0, True
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
@@ -137,8 +137,10 @@ class PanelTails:
             counts = np.cumsum([0, *map(len, square)])
             marked = largest(np.concatenate(square), SHARE)
             meshes, along = self._directions(solution)
-            self._refine(solution, [halved(mesh, marked[a:b], each) for mesh, each, (a, b)
-                                    in zip(meshes, along, itertools.pairwise(counts), strict=True)])  # fmt: skip
+            mine = [marked[a:b] for a, b in itertools.pairwise(counts)]
+            raised = [each & smooth for each, smooth in zip(mine, errors.smooth(), strict=True)]
+            self._refine(solution, [halved(mesh, each & ~higher, tails) for mesh, each, higher, tails
+                                    in zip(meshes, mine, raised, along, strict=True)], raised)  # fmt: skip
 
     @staticmethod
     def _directions(solution: Solution) -> tuple[list[SurfaceMesh], list[Array]]:
@@ -159,7 +161,7 @@ class PanelTails:
         for side in self._sides:
             name = self._problem.body[side.body].name
             marked[side.body][solution.meshes[name].element[solution.nodes[side.name]]] = True
-        self._refine(solution, marked)
+        self._refine(solution, marked, [mine[:, 0] & False for mine in marked])
         return not self.exhausted
 
     def _squares(self, errors: TailErrors, step: StepResult) -> list[Array]:
@@ -199,9 +201,9 @@ class PanelTails:
                 touching[b][facing((mesh, side.part), (meshes[b], part), side.direction)[1]] = True
         return touching
 
-    def _refine(self, solution: Solution, marked: list[Mask]) -> None:
-        """The next meshes, of panels halved along marked coordinates and again at rims; or why not."""
-        meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+    def _refine(self, solution: Solution, marked: list[Mask], raised: list[Mask]) -> None:
+        """The next meshes: panels of the next order, others halved along marked coordinates, again at rims; or why not."""
+        meshes = self._raised([as_surface(mesh) for mesh in solution.meshes.values()], raised)
         found: list[SurfaceMesh] = []
         for _ in range(1 if solution.bilateral else DEEPEST):
             finer, parent = self._cut(meshes, marked)
@@ -214,6 +216,17 @@ class PanelTails:
                 break
         self.exhausted = "" if found else reason
         self._meshes = [*found] or self._meshes
+
+    def _raised(self, meshes: Sequence[SurfaceMesh], raised: Sequence[Mask]) -> list[SurfaceMesh]:
+        """Meshes with marked panels, and those that face them, of the next order."""
+        raised = [mine.copy() for mine in raised]
+        for side in self._sides:
+            if side.primary is not None:
+                b, part = side.primary
+                own, other = facing((meshes[side.body], side.part), (meshes[b], part), side.direction)
+                lower = meshes[b].order[other] <= meshes[side.body].order[own]
+                raised[b][other[raised[side.body][own] & lower]] = True
+        return [replace(mesh, order=mesh.order + mine) for mesh, mine in zip(meshes, raised, strict=True)]
 
     def _at_rims(self, meshes: Sequence[SurfaceMesh], marked: Sequence[Mask]) -> list[Mask]:
         """Which of the marks are of secondaries, along coordinates on which panels of boxes end at a rim and are long."""

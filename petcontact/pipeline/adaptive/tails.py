@@ -7,9 +7,9 @@ import math
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, Mask
 from ...bem.kernels import kernel_for
-from ...contact.law_protocol import SLIP
+from ...contact.law_protocol import OPEN, SLIP
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
 from ...refinement.panels.jumps import EdgeJumps
@@ -81,6 +81,29 @@ class TailErrors:
         """Of the nodes of an interface (m,), which fade out towards the rim of the part [area]."""
         mesh, nodes = self._meshes[side.body], self.solution.nodes[side.name]
         return np.asarray(step.pairs[side.name].weight * inside(mesh, side.part, nodes))
+
+    def smooth(self) -> list[Mask]:
+        """Which linear panels of secondaries stick, or slip, all over after each step, away from rims of parts: p and q
+        are smooth there, so that the next order gains more than smaller panels.
+
+        Returns
+        -------
+        list of (n_elements,) bool arrays
+            A body.
+        """
+        result = [np.zeros(mesh.n_elements, dtype=bool) for mesh in self._meshes]
+        for side in self._sides:
+            mesh, nodes = self._meshes[side.body], self.solution.nodes[side.name]
+            element = mesh.element[nodes]
+            good = (mesh.order[element] == 1) & (rim_distance(mesh, nodes) > self._sizes[side.body][element])
+            for step in step_ends(self.solution.steps):
+                state = step.pairs[side.name].state
+                first = np.full(mesh.n_elements, OPEN, dtype=state.dtype)
+                first[element] = state
+                good &= (state != OPEN) & (state == first[element])
+            result[side.body][element] = True
+            result[side.body][element[~good]] = False
+        return result
 
     def jump_squares(self, step: StepResult, side: InterfaceSpec) -> list[Array]:
         """Squared errors of p after a step that come from each element of each body, by jumps of u at its edges.

@@ -17,7 +17,7 @@ from ...model.loads import VolumeLoads, loads_by_step
 from ...model.problem import Problem
 from ...refinement.contact_edges import SPECK, Edge, edges, merged, zone_at
 from ...refinement.known_data import Field, fields
-from ...refinement.levels import CONTACT_REFINEMENT_LEVELS, Level, believed
+from ...refinement.levels import CONTACT_REFINEMENT_LEVELS, Level, believed, suited
 from ...refinement.marks import UNSEEN, Body, LevelMesh
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
@@ -31,6 +31,9 @@ from .slip import DENSE_NODES
 
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same level."""
+ROUGH = 1e-2
+"""Accuracy from which on the second level is left out, and one difference is believed: the first and the third have no order
+in common. Of 40 random problems the error of the third was at most 1.2 times that, mostly a tenth of it."""
 PUNCH = 0.5
 """Exponent of displacements where a corner presses on a side: of a rigid, frictionless one on a half-plane."""
 APART = 3.0
@@ -56,7 +59,7 @@ class Tractions:
         Relative differences of p and q between neighbouring meshes.
     """
 
-    levels, attempts, accuracy, dense_nodes, exhausted = CONTACT_REFINEMENT_LEVELS, 3, 1e-2, DENSE_NODES, ""
+    attempts, accuracy, dense_nodes, exhausted, reads_errors = 3, 1e-2, DENSE_NODES, "", False
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
@@ -68,6 +71,11 @@ class Tractions:
         outlines = [as_outline(body.geometry.outline(), "--adapt").joined for body in problem.body]
         self._pressed = pressed_sides(outlines, interfaces_of(problem))
         self._places = fading_places(problem)
+
+    @property
+    def levels(self) -> tuple[Level, ...]:
+        """Those of `CONTACT_REFINEMENT_LEVELS` that the wanted accuracy needs."""
+        return suited(CONTACT_REFINEMENT_LEVELS, self.wanted, ROUGH)
 
     def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level) -> LevelMesh:
         """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
@@ -118,7 +126,8 @@ class Tractions:
     @property
     def estimate(self) -> float:
         """Of the error of the last mesh: the last difference, which is the error of the mesh before."""
-        return believed(self.differences)
+        rough = self.wanted >= ROUGH and len(self.differences) == 1
+        return self.differences[0] if rough else believed(self.differences)
 
     def info(self) -> dict[str, Any]:
         """Arc lengths of the edges of contact and stick, by pair, and what the ends of parts add to the error."""

@@ -1,4 +1,4 @@
-"""Whether contact can hold the first loads at all, found before any matrix is built."""
+"""Whether contact can hold the loads of all steps, found before any matrix is built."""
 
 from __future__ import annotations
 
@@ -13,36 +13,41 @@ from ...contact.methods.registry import method_of
 from ...errors import SolverError
 from ..choice import has_compressed
 from ..discrete.discretise import Discrete
+from ..discrete.load_states import data_from
 from ..eliminate import operators_of
 from .diagnosis import unheld
 from .increment import PreparedProblem
-from .load_steps import HALVINGS, first_increment
-from .start import NAMES
+from .load_steps import whole_step
 
 
 def check_feasible(discrete: Discrete, comm: Any) -> None:
     """Refuse loads that no admissible traction holds where matrices take long: those of compressed bodies.
 
-    The first step is looked at, at its least load that would be tried: what contact can hold is convex.
+    All steps are looked at, at their ends: what contact can hold is convex.
 
     Raises
     ------
     SolverError
-        If nothing holds a body or an obstacle, with its name.
+        If nothing holds a body or an obstacle, with its name and that of the step.
     """
-    problem = discrete.problem
-    compressed = has_compressed(problem.bem, discrete.meshes)
-    if problem.method.start not in NAMES or not discrete.interfaces or not compressed:
+    if not discrete.interfaces or not has_compressed(discrete.problem.bem, discrete.meshes):
         return
+    prepared = _rigid(discrete, comm)
+    for number, step in enumerate(prepared.steps, 1):
+        data = [data_from(discrete.problem, b, mesh, discrete.interfaces, number, old, (0.0 * mesh.x, 0.0 * mesh.x))
+                for b, (mesh, old) in enumerate(zip(discrete.meshes, prepared.discrete.data, strict=True))]  # fmt: skip
+        if any(new is not old for new, old in zip(data, prepared.discrete.data, strict=True)):
+            prepared = _rigid(dataclasses.replace(discrete, data=data), comm)
+        where = f" at the end of step {step.name or number!r}" if discrete.problem.step else ""
+        if found := unheld(whole_step(prepared, number), where):
+            raise SolverError("equilibrium", found, "hold the body, press it more or let friction be larger")
+
+
+def _rigid(discrete: Discrete, comm: Any) -> PreparedProblem:
+    """The problem with bodies that are not strained."""
     bodies = [RigidBody(*operators_of(discrete, b)) for b in range(len(discrete.meshes))]
     x = [discrete.meshes[face.body].x[face.nodes] for face in discrete.interfaces]
-    centres = [np.array(o.centre_in(discrete.meshes[0].dim)) for o in problem.obstacle]
+    centres = [np.array(o.centre_in(discrete.meshes[0].dim)) for o in discrete.problem.obstacle]
+    method = discrete.problem.method
     system = BodiesSystem(bodies, discrete.interfaces, x, centres, comm)
-    first = first_increment(PreparedProblem(discrete, system, method_of(problem.method, None, problem.method), comm))
-    divisible = bool(problem.step) or not discrete.holds_normals
-    least = first.target * 0.5**HALVINGS if divisible else first.target
-    where = f" at any load of step {first.step.name or first.number!r}" if problem.step else ""
-    found = unheld(dataclasses.replace(first, target=least), where)
-    system.close()
-    if found:
-        raise SolverError("equilibrium", found, "hold the body, press it more or let friction be larger")
+    return PreparedProblem(discrete, system, method_of(method, None, method), comm)

@@ -126,6 +126,15 @@ class PreparedProblem:
         discrete = self.discrete
         return [Tails(discrete.meshes[s.body], i.nodes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
 
+    @functools.cached_property
+    def contact_nodes(self) -> list[tuple[Array, Array, Array]]:
+        """Points (m, d), weights and arc lengths (0 in space) of the nodes of each contact, (m,)."""
+        found = list[tuple[Array, Array, Array]]()
+        for side, face in zip(self.discrete.sides, self.discrete.interfaces, strict=True):
+            mesh, nodes = self.discrete.meshes[side.body], face.nodes
+            found.append((mesh.x[nodes], mesh.weight[nodes], mesh.variables(nodes).get("s", np.zeros(len(nodes)))))
+        return found
+
     @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; one that reaches all values where there are none."""

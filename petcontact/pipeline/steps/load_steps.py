@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -11,6 +12,7 @@ import numpy as np
 from ...compliance.bodies import BodiesSystem
 from ...contact.friction_law import contact_norm
 from ...contact.laws import dissipation
+from ...errors import PetcontactError
 from ...model.cycle import cycle_steps
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
@@ -20,7 +22,7 @@ from ..eliminate import eliminated
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced, second_solution, zero_energy_motions
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
-from .outcome import step_result
+from .outcome import step_results
 from .wear import Tried, solved
 
 HALVINGS = 8
@@ -32,6 +34,9 @@ PATH_ERROR = 1e-3
 """With increments = "auto": change of σ and of w over their sizes that halving an increment may make."""
 ENERGY_ERROR = 1e-2
 """The same of the energy dissipated, over itself or the work of all tractions on the slip."""
+TOGETHER = 8
+"""Increments whose boundary fields are computed at a time, where that takes no more than products: those after one that is
+not accepted are solved in vain."""
 LEAST_SLIP = 1e-3
 """Slip, over what the tractions move, below which its path error is relative to that."""
 
@@ -69,14 +74,33 @@ def increments(
             solving = _step(increment, monitor)
         if number in cycle and number == cycle[-1] and not passed:
             solving = itertools.chain(solving, _cycled(problem, done, monitor, rows))
-        for each, outcome, following in solving:
-            last = not outcome.converged or each.target == 1.0
-            result = step_result(each, outcome, following, checked=last and checked)
-            done.append(result)
-            yield result
-            if result.status != "converged":
-                return
-            state = following
+        for group in _grouped(solving, TOGETHER if problem.system.takes_several else 1):
+            for result in step_results(group, checked=checked and _is_last(group[-1])):
+                done.append(result)
+                yield result
+                if result.status != "converged":
+                    return
+            state = group[-1][2]
+
+
+def _is_last(tried: Tried) -> bool:
+    """Whether a step ends with this increment."""
+    return not tried[1].converged or tried[0].target == 1.0
+
+
+def _grouped(solving: Iterable[Tried], size: int) -> Iterator[list[Tried]]:
+    """At most so many increments of a step at a time; an error goes on after those before it."""
+    group = list[Tried]()
+    try:
+        for tried in solving:
+            group.append(tried)
+            if len(group) == size or _is_last(tried):
+                yield group
+                group = []
+    except PetcontactError:
+        if group:
+            yield group
+        raise
 
 
 def _cycled(problem: PreparedProblem, done: list[StepResult], monitor: Monitor | None, rows: list[Row]) -> Iterator[Tried]:
@@ -116,10 +140,16 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
 
 def first_increment(problem: PreparedProblem) -> Increment:
     """The contact problem that a problem begins with: of its first step the first increment, the whole step if "auto"."""
-    step, state = problem.steps[0], problem.begun()
-    obstacles = [changed_obstacle(o, step) for o in problem.discrete.problem.obstacle]
+    increments = problem.steps[0].increments
+    return whole_step(problem, 1).to(1.0 if increments == "auto" else 1.0 / int(increments))
+
+
+def whole_step(problem: PreparedProblem, number: int) -> Increment:
+    """A step, from 1, as one increment from the unloaded state: at its end it has the loads of the step."""
+    state, steps = problem.begun(), problem.steps[:number]
+    obstacles = [functools.reduce(changed_obstacle, steps, o) for o in problem.discrete.problem.obstacle]
     motions = [ObstacleMotion.of(o, state, k, problem.system.dim) for k, o in enumerate(obstacles)]
-    return Increment(problem, step, 1, motions, state, 1.0 if step.increments == "auto" else 1.0 / int(step.increments))
+    return Increment(problem, steps[-1], number, motions, state, 1.0)
 
 
 def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementState:

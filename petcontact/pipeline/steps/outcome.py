@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from ...arrays import Array
@@ -16,34 +19,57 @@ from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ..eliminate import ELASTIC_LIMIT
-from ..trust.increments import imbalance, objection
+from ..trust.increments import BLOCKS, imbalance, objection
 from ..trust.overlaps import overlaps
 from ..trust.warnings import absurd
 from .diagnosis import failure, unheld_at_the_end
-from .increment import Increment, IncrementState
+from .increment import Increment, IncrementState, PreparedProblem
+from .wear import Tried
 
 LARGEST_IMBALANCE = 1e-2
 """Imbalance of a pair that is not accepted."""
-BLOCKS = 5.0
-"""Residual of a compressed body that is accepted, over the tolerance of its compression, which bounds each block by itself:
-three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body alone or two blocks less than that."""
 
 
-def step_result(increment: Increment, outcome: ContactState, after: IncrementState, *, checked: bool) -> StepResult:
-    """Fields, resultants and residuals of an increment; `checked`: with the elastic residual."""
+Fields = list[tuple[Array, Array]]
+"""u [length] and traction [stress] on the boundary of each body, (n, d)."""
+
+
+def step_results(group: Sequence[Tried], *, checked: bool) -> Iterator[StepResult]:
+    """Fields, resultants and residuals of increments with one system; `checked`: the last one with its elastic residual."""
+    for each, found in zip(group, _fields(group), strict=True):
+        yield _step_result(*each, found, checked=checked and each is group[-1])
+
+
+def _fields(group: Sequence[Tried]) -> list[Fields]:
+    """Of each increment; in one product where the system takes several."""
+    system = group[0][0].problem.system
+
+    def boundary(shares: Array, sigma: Array, alpha: Array) -> Fields:
+        return [body.boundary(shares, system.tractions(b, sigma), system.motion(b, alpha))
+                for b, body in enumerate(system.bodies)]  # fmt: skip
+
+    acting = [(increment.shares, outcome.sigma, after.alpha) for increment, outcome, after in group]
+    if not system.takes_several:
+        return [boundary(*each) for each in acting]
+    found = boundary(*(np.array(each) for each in zip(*acting, strict=True)))
+    return [[(u[k], traction[k]) for u, traction in found] for k in range(len(group))]
+
+
+def _step_result(
+    increment: Increment, outcome: ContactState, after: IncrementState, found: Fields, *, checked: bool
+) -> StepResult:
     problem = increment.problem
     discrete, system, d = problem.discrete, problem.system, problem.system.dim
     posed, shares = discrete.problem, increment.shares
     bodies, elastic, unbalanced, limit = {}, 0.0, 0.0, ELASTIC_LIMIT
-    pushed = [(system.motion(b, after.alpha), system.tractions(b, outcome.sigma)) for b in range(len(system.bodies))]
-    found = [body.boundary(shares, sigma, alpha) for body, (alpha, sigma) in zip(system.bodies, pushed, strict=True)]
-    largest = max(float(np.abs(u).max(initial=0.0)) for u, _ in found)
-    for b, (body, (alpha, sigma), (u, traction)) in enumerate(zip(system.bodies, pushed, found, strict=True)):
+    moved = [float(np.abs(u).max(initial=0.0)) for u, _ in found]
+    for b, (body, (u, traction)) in enumerate(zip(system.bodies, found, strict=True)):
         bodies[posed.body[b].name] = BodyResult(u, traction)
         limit = max(limit, BLOCKS * body.tolerance)
         # of bodies that are solved jointly one that hardly moves beside the others is solved to no more digits
-        still = body.is_solved_jointly and body.displaced(u, traction) < NEGLIGIBLE * largest
+        still = body.is_solved_jointly and body.displaced(u, traction) < NEGLIGIBLE * max(moved)
         if checked and not still:
+            alpha, sigma = system.motion(b, after.alpha), system.tractions(b, outcome.sigma)
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
             if discrete.boundaries[b].closed:
                 unbalanced = max(unbalanced, imbalance(body, shares, u, traction, sigma, alpha))
@@ -55,7 +81,7 @@ def step_result(increment: Increment, outcome: ContactState, after: IncrementSta
                  "elimination": problem.digits_lost}  # fmt: skip
     residuals["overlap"], between, place = overlaps(system, increment.system, discrete.law, problem.places, outcome)
     pairs = _pairs(increment, outcome, after, bodies)
-    status, reason = _judged(increment, outcome, absurd(discrete, bodies), elastic, limit)
+    status, reason = _judged(increment, outcome, absurd(discrete, moved), elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
     if status == "converged" and (doubt := objection(residuals, between, place)):
@@ -122,10 +148,10 @@ def _pairs(
     names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
     spent, error = dissipation(discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1])
-    parts = zip(system.slices, system.interfaces, discrete.sides, increment.problem.tails, strict=True)
-    for where, face, side, tails in parts:
-        mesh, sigma, v = discrete.meshes[side.body], outcome.sigma[where], outcome.v[where]
-        weight, x, sigma_t, moved = mesh.weight[face.nodes], mesh.x[face.nodes], sigma[:, : d - 1], v[:, : d - 1]
+    parts = zip(system.slices, system.interfaces, discrete.sides, increment.problem.contact_nodes, strict=True)
+    for where, face, side, (x, weight, arc_length) in parts:
+        sigma, v = outcome.sigma[where], outcome.v[where]
+        sigma_t, moved = sigma[:, : d - 1], v[:, : d - 1]
         if face.held:
             at_nodes = bodies[names[side.body]].traction[face.nodes]
             sigma_n, open_by = np.einsum("mc,mc->m", at_nodes, face.normal), np.zeros(len(x))
@@ -137,14 +163,23 @@ def _pairs(
         given, turned = _on_primary(increment, face, traction)
         wears, share = side.law.wear_coefficient is not None, side.law.wear_share
         pairs[face.name] = PairResult(
-            x, face.normal, face.tangent, weight, mesh.variables(face.nodes).get("s", np.zeros(len(x))), pressure, sigma_t,
+            x, face.normal, face.tangent, weight, arc_length, pressure, sigma_t,
             bound[where], gap, moved + increment.before.slip[where], moved, states[where],
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
-            tails.of_pressure(pressure, states[where] == OPEN), tails.of_contact(sigma_t, states[where] == OPEN),
         )  # fmt: skip
     return pairs
+
+
+def with_errors(problem: PreparedProblem, result: StepResult) -> StepResult:
+    """A result with the estimated errors of its tractions."""
+    pairs = {}
+    for (name, pair), tails in zip(result.pairs.items(), problem.tails, strict=True):
+        opened = pair.state == OPEN
+        errors = tails.of_pressure(pair.pressure, opened), tails.of_contact(pair.sigma_t, opened)
+        pairs[name] = replace(pair, pressure_error=errors[0], sigma_t_error=errors[1])
+    return replace(result, pairs=pairs)
 
 
 def _on_primary(increment: Increment, face: Interface, traction: Array) -> tuple[Array | None, Axial | None]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index, States
+from ...arrays import Array, Index, Mask, States
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import OPEN
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -51,8 +51,8 @@ class Places:
     def overlap(self, v_n: Array, gap: Array, states: States, within: float) -> tuple[float, Array]:
         """The largest overlap in elements whose nodes are all open, at least 0 [length], and where it is, (d,).
 
-        It is looked for on a grid of each element, and around the deepest point of the grid where the values there leave
-        room for a larger overlap between its points: what two smooth faces have between them varies at most as much there.
+        It is looked for on a grid of each element, and around the deepest point of the grid where the values beside it leave
+        room for a larger overlap between points: what two smooth faces have between them varies at most as much there.
 
         Parameters
         ----------
@@ -66,16 +66,16 @@ class Places:
         faced = np.isfinite(gap)
         closer = np.zeros(self.mesh.n_nodes)
         closer[self.nodes[faced]] = v_n[faced] + gap[faced]
-        number, share, values, distance = self._grid
+        share, values, distance, beside = self._grid
         touched = np.zeros(self.mesh.n_elements, dtype=bool)
         touched[self.mesh.element[self.nodes[(states != OPEN) | ~faced]]] = True
-        over = np.where(touched[self.element[number]], -np.inf, values @ closer - distance).reshape(len(self.faces), -1)
-        share, asked = share.reshape(*over.shape, -1), np.arange(len(self.faces))
+        over, asked = (values @ closer - distance).reshape(share.shape[:2]), np.arange(len(self.faces))
+        over[touched[self.element]] = -np.inf
         around, reach = 2.0 * _grid(CLOSER, share.shape[2]) - 1.0, 1.0 / (self.faces.SAMPLES - 1)
         worst, place = 0.0, np.full(self.mesh.dim, np.nan)
         for _ in range(ROUNDS):
             best, deepest = np.argmax(over, axis=1), over.max(axis=1)
-            least = np.where(np.isfinite(over), over, np.inf).min(axis=1)
+            least = np.where(np.isfinite(over) & beside[best], over, np.inf).min(axis=1)
             at = share[np.arange(len(asked)), best]
             if deepest.max(initial=0.0) > worst:
                 k = int(np.argmax(deepest))
@@ -87,14 +87,18 @@ class Places:
             asked, share = asked[room], np.clip(at[room, None] + reach * around, 0.0, 1.0)
             values, distance = self._looked_at(np.repeat(asked, len(around)), share.reshape(-1, share.shape[2]))
             over, reach = (values @ closer - distance).reshape(len(asked), -1), 0.5 * reach
+            beside = np.ones((len(around), len(around)), dtype=bool)
         return worst, place
 
     @functools.cached_property
-    def _grid(self) -> tuple[Index, Array, scipy.sparse.csr_array, Array]:
-        """Faces and shares of a grid on each, its ends or corners among it, and `_looked_at` there."""
-        one = _grid(self.faces.SAMPLES, self.mesh.dim - 1)
-        number, share = np.repeat(np.arange(len(self.faces)), len(one)), np.tile(one, (len(self.faces), 1))
-        return number, share, *self._looked_at(number, share)
+    def _grid(self) -> tuple[Array, scipy.sparse.csr_array, Array, Mask]:
+        """Shares (n, g, d-1) of a grid on each face, its ends or corners among it, `_looked_at` there, and which points of a
+        grid are beside which, (g, g)."""
+        one, faces = _grid(self.faces.SAMPLES, self.mesh.dim - 1), len(self.faces)
+        share = np.tile(one, (faces, 1))
+        beside = np.abs(one[:, None] - one).max(axis=2) < 1.5 / (self.faces.SAMPLES - 1)
+        looked_at = self._looked_at(np.repeat(np.arange(faces), len(one)), share)
+        return share.reshape(faces, *one.shape), *looked_at, beside
 
     def _looked_at(self, number: Index, share: Array) -> tuple[scipy.sparse.csr_array, Array]:
         """Values at the nodes of the mesh to values at shares of some faces (q, n), and the gap there (q,)."""
@@ -102,6 +106,7 @@ class Places:
         return self.mesh.basis_at(element, place), self.gap_at(element, place, *self.faces.at(number, place))
 
 
+@functools.cache
 def _grid(count: int, directions: int) -> Array:
     """Points of the unit interval or square, (count^directions, directions)."""
     points = np.stack(np.meshgrid(*[np.linspace(0.0, 1.0, count)] * directions), axis=-1)

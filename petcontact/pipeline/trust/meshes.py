@@ -9,6 +9,7 @@ import numpy as np
 from ...errors import InputError
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved_panels import CurvedPanels
+from ...mesh.surface_mesh import SurfaceMesh
 from .thickness import slenderness
 
 LARGEST = (4.0, 4.0, 5.0)
@@ -52,6 +53,8 @@ def check_meshes(names: Sequence[str], meshes: Sequence[BoundaryMesh]) -> list[s
 
 def _distorted(name: str, mesh: BoundaryMesh) -> list[str]:
     """A warning of curved elements whose area factor varies, naming the worst one."""
+    if not isinstance(mesh, SurfaceMesh):
+        return []
     curved = [batch.elements for batch in mesh.batches() if isinstance(batch.elements, CurvedPanels)]
     ratio = np.concatenate([np.empty(0), *(panels.distortion for panels in curved)])
     over = np.count_nonzero(ratio > DISTORTED)

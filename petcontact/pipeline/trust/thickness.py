@@ -30,11 +30,14 @@ def slenderness(mesh: BoundaryMesh) -> Array:
         for values in (mesh.x, mesh.normal)
     )
     element, node = within(mesh.x, centre, np.hypot(BESIDE, DEEPEST) * size)
+    facing = np.einsum("qd,qd->q", mesh.normal[node], normal[element]) < OPPOSITE
+    if not facing.any():
+        return np.zeros(count)
+    element, node = element[facing], node[facing]
     away = mesh.x[node] - centre[element]
     depth = -np.sum(away * normal[element], axis=1)
     beside = np.linalg.norm(away + depth[:, None] * normal[element], axis=1)
-    facing = np.sum(mesh.normal[node] * normal[element], axis=1) < OPPOSITE
-    behind = facing & (depth > 0.0) & (beside < BESIDE * size[element])
+    behind = (depth > 0.0) & (beside < BESIDE * size[element])
     thickness = np.full(count, np.inf)
     np.minimum.at(thickness, element[behind], depth[behind])
     return np.asarray(size / thickness)

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 
 from ...contact.law_protocol import OPEN
 from ...geometry.rotation import rigid_motions
-from ...results.records import BodyResult, StepResult
+from ...results.records import StepResult
 from ..discrete.discretise import Discrete
 
 STRAIGHT = 1e-9
@@ -21,14 +21,16 @@ UNEVEN = 0.02
 """Resultant of the tractions of a body over the sum of their sizes that is warned of, see `increments.EQUILIBRIUM`."""
 
 
-def absurd(discrete: Discrete, bodies: Mapping[str, BodyResult]) -> str:
-    """Why displacements of an increment are not accepted, by the body that moves farthest; empty where they are."""
-    moved = {name: np.abs(bodies[name].u).max() / float(np.ptp(mesh.x, axis=0).max())
-             for name, mesh in zip((body.name for body in discrete.problem.body), discrete.meshes, strict=True)}  # fmt: skip
-    name = max(moved, key=lambda each: moved[each])
-    if not moved[name] > ABSURD:
+def absurd(discrete: Discrete, largest: Sequence[float]) -> str:
+    """Why displacements of an increment are not accepted, by the body that moves farthest; empty where they are.
+
+    `largest` is the largest displacement of each body [length].
+    """
+    moved, number = max((u / size, b) for b, (u, size) in enumerate(zip(largest, discrete.sizes, strict=True)))
+    if not moved > ABSURD:
         return ""
-    return (f"body {name!r} moves by {moved[name]:.1e} times its size, at most {ABSURD:.0e} is accepted: displacements are "
+    name = discrete.problem.body[number].name
+    return (f"body {name!r} moves by {moved:.1e} times its size, at most {ABSURD:.0e} is accepted: displacements are "
             "taken to be small; check the units of loads and moduli")  # fmt: skip
 
 

@@ -8,6 +8,7 @@ from degree to degree, and near kinks and roots of p, where they hardly do, abou
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -58,12 +59,14 @@ class Tails:
         begins = np.diff(element, prepend=-1) != 0
         self._first, self._element = element[begins], np.cumsum(begins) - 1
         kind, order, self._weight = mesh.kind[element], mesh.order[element], mesh.weight[nodes]
-        self._lower: list[tuple[Index, Array, tuple[Array, ...]]] = []
+        self._lower: list[tuple[Index, Index, list[Array]]] = []
         for number in np.unique(kind[order > 0]).tolist():
             mine = np.flatnonzero(kind == number)
             lower = [mesh.lower_degree(number, less) for less in (1, 2)]
             root = np.sqrt(self._weight[mine]).reshape(-1, len(lower[0]), 1)
-            self._lower.append((mine, root, tuple(np.linalg.qr(root * basis)[0] for basis in lower)))
+            bases = (np.linalg.qr(root * basis)[0] for basis in lower)
+            left = [(np.eye(root.shape[1]) - q @ q.transpose(0, 2, 1)) * root.transpose(0, 2, 1) for q in bases]
+            self._lower.append((mine, self._element[mine[:: root.shape[1]]], left))
         self._constant = np.flatnonzero(order == 0)
         self._near, self._slope = _slopes(mesh, nodes, self._constant)
         self._area = np.bincount(mesh.element, mesh.weight)[self._first]
@@ -103,27 +106,34 @@ class Tails:
         Elements that are open in part have the edge of contact in them, see EDGE. Those that are closed up to the rim of the
         part, see SHARES.
         """
+        margin, closed, edge, nodes = self._of_contact
         count = np.bincount(self._element, opened)
-        closed, edge = count == 0.0, (count > 0.0) & (count < np.bincount(self._element))
+        smooth = np.where(count == 0.0, closed, margin) * self._left(values, 1)
+        cut = (count > 0.0) & (count < nodes)
+        return np.asarray((np.where(cut, edge * self._left(values, 2), smooth) if cut.any() else smooth)[self._element])
+
+    @cached_property
+    def _of_contact(self) -> tuple[Array, Array, Array, Index]:
+        """Factors of elements that are open, closed, and open in part, and their numbers of nodes."""
         margin = self._by_order(MARGIN)
         strips, order = np.log(STRIPS), np.minimum(self._order, len(SHARES) - 1)
         share = np.choose(order, [np.interp(self._strip, strips, row) for row in SHARES])
-        smooth = np.where(self._rim & closed, np.maximum(margin, SINGULAR * share), margin) * self._left(values, 1)
-        return np.asarray(np.where(edge, self._by_order(EDGE) * self._left(values, 2), smooth)[self._element])
+        closed: Array = np.where(self._rim, np.maximum(margin, SINGULAR * share), margin)
+        return margin, closed, self._by_order(EDGE), np.bincount(self._element)
 
     def _by_order(self, factors: Sequence[float]) -> Array:
         return np.asarray(np.array(factors)[np.minimum(self._order, len(factors) - 1)])
 
     def _left(self, values: Array, less: int) -> Array:
         """What the last degree or the last two add to nodal values, rms over each element, (n_elements,)."""
-        square = np.zeros(len(values))
-        for mine, root, lower in self._lower:
-            nodal, q = root * values[mine].reshape(*root.shape[:2], -1), lower[less - 1]
-            square[mine] = np.sum((nodal - q @ (q.transpose(0, 2, 1) @ nodal)) ** 2, axis=2).ravel()
+        square = np.zeros(len(self._area))
+        for mine, element, left in self._lower:
+            each = left[less - 1] @ values[mine].reshape(len(element), -1, values.shape[1])
+            square[element] = np.einsum("enc,enc->e", each, each)
         if len(self._constant):
             gradient = self._slope @ (values[self._near] - values[self._constant, None])
-            square[self._constant] = np.sum(gradient**2, axis=(1, 2))
-        return np.asarray(np.sqrt(np.bincount(self._element, square) / self._area))
+            square[self._element[self._constant]] = np.sum(gradient**2, axis=(1, 2))
+        return np.asarray(np.sqrt(square / self._area))
 
     def of_pressure(self, pressure: Array, opened: Mask) -> Array:
         """Estimated error (m,) of p: `of_contact`, and no less than a share of p where a contact that ends on the part
