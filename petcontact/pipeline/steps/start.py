@@ -101,11 +101,10 @@ def _differences(old: Any, new: Any, key: str = "") -> Iterator[str]:
     elif isinstance(old, list) and isinstance(new, list) and any(isinstance(each, dict) for each in old + new):
         for k, (one, other) in enumerate(zip_longest(old, new)):
             yield from _differences(one, other, f"{key}[{k}]")
+    elif old is None or new is None:
+        yield f"no {key}, which is here" if old is None else f"{key}, which is missing here"
     elif old != new:
-        first, second = (
-            "nothing" if each is None else "more" if isinstance(each, dict) else repr(each) for each in (old, new)
-        )
-        yield f"{key} = {first}, here it is {second}"
+        yield f"{key} = {old!r}, here it is {new!r}"
 
 
 def _check_wear(problem: PreparedProblem, old: Solution, file: str, steps: list[StepResult]) -> None:
