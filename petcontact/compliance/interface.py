@@ -43,7 +43,7 @@ class Interface:
         Number of the obstacle; with neither a body nor an obstacle the primary is fixed.
     distance : (m,) array, optional
         To the primary along n, whatever the gap is given as; infinite where nothing is faced [length].
-    sag : float
+    sag : (m,) array, optional
         Height of curved faces over the elements that stand for them, where it is in the gap [length].
     jump : (K, d) array, optional
         What the primary is displaced beyond the secondary in each load state [length].
@@ -63,7 +63,7 @@ class Interface:
     loads: scipy.sparse.csr_array | None = None
     obstacle: int | None = None
     distance: Array | None = None
-    sag: float = 0.0
+    sag: Array | None = None
     jump: Array | None = None
     held: bool = False
 

@@ -28,13 +28,14 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     """
     names = {int(tag): str(name) for name, (tag, dimension) in mesh.field_data.items() if dimension == 2}
     tags = mesh.cell_data.get("gmsh:physical", [None] * len(mesh.cells))
-    points, cells, parts = np.asarray(mesh.points, dtype=float), [], []
+    points, cells, parts, nameless = np.asarray(mesh.points, dtype=float), [], [], 0
     for block, physical in zip(mesh.cells, tags, strict=True):
         if block.type not in _CELLS:
             if block.type.startswith(("triangle", "quad")):
                 raise InputError(f"{file}: cells of type {block.type}; surface cells of first or second order are read")
             continue
         tag = np.zeros(len(block.data), dtype=np.int64) if physical is None else np.asarray(physical, dtype=np.int64)
+        nameless += int(np.count_nonzero(tag == 0))
         (corners, more), nodes = _CELLS[block.type], np.asarray(block.data, dtype=np.int64)[tag != 0]
         piece = np.full((len(nodes), 9), -1, dtype=np.int64)
         piece[:, :corners], piece[:, 4 : 4 + more] = nodes[:, :corners], nodes[:, corners:]
@@ -50,7 +51,11 @@ def gmsh_surface(mesh: Any, file: str) -> FacetSurface:
     tag = np.concatenate(parts)[owner]
     numbers, part = np.unique(tag, return_inverse=True)
     part_names = tuple(names.get(int(n), str(n)) for n in numbers)
-    found = checked_surface(FacetSurface(points, facets[:, :4], part, part_names, facets[:, 4:]), file)
+    try:
+        found = checked_surface(FacetSurface(points, facets[:, :4], part, part_names, facets[:, 4:]), file)
+    except InputError as error:
+        left = f"; {nameless} triangles and quadrilaterals are in no physical surface, and left out" if nameless else ""
+        raise InputError(f"{error}{left}") from None
     facets = np.column_stack([found.facets, found.middles])
     curved = _bent(found.points, facets) | _crooked(found.points, facets)
     return replace(found, middles=np.where(curved[:, None], found.middles, -1))

@@ -164,5 +164,7 @@ def pieces(mesh: BoundaryMesh, step: int) -> Iterator[Batch]:
     for batch in mesh.batches():
         per_element = len(batch.nodes) // len(batch.elements.index)
         for first in range(0, len(batch.elements.index), step):
-            elements = mesh.elements(batch.elements.index[first : first + step])
+            # all of a kind are those of the mesh, which keep what was found out about them
+            whole = step >= len(batch.elements.index)
+            elements = batch.elements if whole else mesh.elements(batch.elements.index[first : first + step])
             yield Batch(elements, batch.nodes[first * per_element : (first + step) * per_element])

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -34,10 +35,13 @@ class CurvedPanels(QuadraticCells):
         p, 0 to 3.
     index : (n,) int array
         Number of each panel in the mesh.
+    found : dict of (n, ...) arrays
+        What was found out about each panel, by name, that need not be found again of some of them.
     """
 
     order: int
     index: Index
+    found: dict[str, Any] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def n_nodes(self) -> int:
@@ -89,7 +93,8 @@ class CurvedPanels(QuadraticCells):
 
     def take(self, chosen: Index | slice) -> CurvedPanels:
         """Some of the panels."""
-        return CurvedPanels(self.points[chosen], self.order, self.index[chosen])
+        found = {name: values[chosen] for name, values in self.found.items()}
+        return CurvedPanels(self.points[chosen], self.order, self.index[chosen], found)
 
     def basis(self, local: Array) -> Array:
         """Values (n, q, k) of the basis at points (n, q, 2) of local coordinates."""

@@ -93,3 +93,10 @@ def test_cells_of_second_order_are_kept_where_they_are_curved(kind: str) -> None
     volume, curved = {"quad8": (1.0, 0), "quad9": (1.0 + 0.4 / 9.0, 1), "triangle6": (1.0 + 0.1 / 3.0, 2)}[kind]
     assert enclosed(found) == pytest.approx(volume, abs=1e-4)
     assert np.count_nonzero(found.middles[:, 0] >= 0) == curved
+
+
+def test_cells_in_no_physical_surface_are_counted_where_the_rest_is_open() -> None:
+    tags = [np.array([1, 1, 0, 0, 1, 1])]
+    mesh = meshio.Mesh(CUBE, [("quad", FACES)], cell_data={"gmsh:physical": tags})
+    with pytest.raises(InputError, match=r"is open.*; 2 triangles and quadrilaterals are in no physical surface"):
+        gmsh_surface(mesh, "m.msh")

@@ -83,8 +83,17 @@ def fewest(panels: CurvedPanels, tolerance: float) -> Index:
     """Places in `COUNTS` (n,) of the least numbers of points, along both directions, that serve from afar.
 
     There nothing but the basis times the area factor, and times the normal and that factor, is left to integrate: no
-    polynomials of a low degree on warped panels.
+    polynomials of a low degree on warped panels. It is found once for panels and a tolerance: that costs as much as a field
+    at some 200 points.
     """
+    name = f"fewest at {tolerance:g}"
+    if name not in panels.found:
+        panels.found[name] = _least_places(panels, tolerance)
+    return np.asarray(panels.found[name])
+
+
+def _least_places(panels: CurvedPanels, tolerance: float) -> Index:
+    """`fewest` of panels that are new."""
     exact, result = _moments(panels, EXACT), np.full(len(panels.index), COUNTS.index(EXACT))
     size, left = np.abs(exact).max(axis=(1, 2)), np.arange(len(panels.index))
     for place, count in enumerate(COUNTS[: COUNTS.index(EXACT)]):

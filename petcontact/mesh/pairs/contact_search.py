@@ -44,8 +44,8 @@ class Facing:
         Whether each element of the secondary that is near the primary faces one of its elements.
     sizes : (float, float)
         Mean length, in space area, of the elements of the secondary and the primary near each other.
-    sag : float
-        Largest height of a curved face over an element that stands for it there; 0 where elements match [length].
+    sag : (m,) array
+        Height of curved faces over the elements that stand for them there, of either side; 0 where elements match [length].
     """
 
     secondary: Index
@@ -56,7 +56,7 @@ class Facing:
     loads: scipy.sparse.csr_array
     matched: bool
     sizes: tuple[float, float]
-    sag: float
+    sag: Array
 
     @property
     def met(self) -> Mask:
@@ -89,9 +89,10 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     sides = [np.unique(numbers) for numbers in couples.T]
     matched = all(len(numbers) == len(couples) for numbers in sides)
     sizes = [float(every[numbers].sum()) / max(1, len(numbers)) for every, numbers in zip(measure, sides, strict=True)]
-    missed = 0.0
+    missed = np.zeros(len(a))
     if not matched:
-        missed = max(float(sag(faces)[some].max(initial=0.0)) for faces, some in zip((own, opposite), sides, strict=True))
+        number = np.searchsorted(elements, secondary.element[a])
+        missed = np.where(met, np.maximum(sag(own)[number], sag(opposite)[there.face]), 0.0)
     pushed = values.data * np.repeat(secondary.weight[a], np.diff(values.indptr)) / primary.weight[b][values.indices]
     loads = scipy.sparse.csr_array((pushed, values.indices, values.indptr), shape=values.shape).T
     return Facing(a, b, normal, distance, values, scipy.sparse.csr_array(loads), matched, (sizes[0], sizes[1]), missed)

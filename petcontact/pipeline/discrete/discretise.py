@@ -29,6 +29,7 @@ from ...model.expressions import evaluate
 from ...model.loads import loads_by_step
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
+from ..choice import needed_memory, resolved_bem
 from .interfaces import InterfaceSpec, as_problem, check_parts, interfaces_of
 from .laws import law_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
@@ -115,12 +116,15 @@ def discretise(
     Raises
     ------
     InputError
-        If a part does not exist or has two conditions, data are not finite, or a coefficient or bound is negative.
+        If a part does not exist or has two conditions, data are not finite, a coefficient or bound is negative, or the
+        operators do not fit the machine.
     """
     if like is not None and all(getattr(problem, key) == getattr(like.problem, key) for key in POSED):
         return replace(like, problem=problem, warnings=list(like.warnings))
     sides = interfaces_of(problem)
     boundaries, meshes = meshed(problem, sides, make_mesh, like)
+    if like is None:
+        _check_size(problem, sides, meshes)
     if not sides:
         return _without_contact(problem, boundaries, meshes, like)
     facings = [_facing(side, meshes) for side in sides] if like is None else like.facings
@@ -169,6 +173,16 @@ def _without_contact(
     notes = [note for volume in volumes if volume is not None for note in volume.notes]
     return Discrete(problem, boundaries, meshes, [], [], Tresca(np.zeros(0), meshes[0].dim - 1), data, [],
                     np.zeros(0), notes, [] if like is None else like.mesh_warnings, [], volumes)  # fmt: skip
+
+
+def _check_size(problem: Problem, sides: list[InterfaceSpec], meshes: list[BoundaryMesh]) -> None:
+    """Refuse what does not fit the machine before what faces what is looked for, which of many panels takes long."""
+    secondary = [(side.body, side.part) for side in sides]
+    met = {*secondary, *(side.primary for side in sides if side.primary)}
+    nodes = {place: len(meshes[place[0]].nodes_of(place[1])) for place in met}
+    contact = [sum(count for (body, _), count in nodes.items() if body == b) for b in range(len(meshes))]
+    directions = meshes[0].dim - all(side.holds_normal for side in sides)
+    needed_memory(resolved_bem(problem.bem), meshes, contact, directions, sum(nodes[place] for place in secondary))
 
 
 def meshed(
@@ -279,7 +293,7 @@ def _interface(
         return Interface(side.name, side.body, nodes, normal, tangent, gap, obstacle=side.obstacle,
                          held=held), smallest, notes  # fmt: skip
     assert side.primary is not None
-    sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else 0.0
+    sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else None
     return Interface(side.name, side.body, nodes, normal, tangent, gap, side.primary[0], facing.primary, facing.values,
                      facing.loads, None, facing.distance, sag), smallest, notes  # fmt: skip
 

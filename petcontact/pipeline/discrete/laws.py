@@ -54,6 +54,7 @@ def law_between(sides: list[InterfaceSpec], interfaces: list[Interface], meshes:
         mu, bound = (_not_negative(side, interface, meshes, key) for key in ("friction_coefficient", "friction_bound"))
         if bound is None:
             bound = np.full(m, np.inf if mu is not None or law.normal == "bonded" else 0.0)
+        bound = np.where(absent, 0.0, bound)
         parts.append((np.full(m, np.inf) if mu is None else mu, bound, np.full(m, law.normal == "unilateral"), absent))
     coefficient, bound, opens, absent = (np.concatenate(values) for values in zip(*parts, strict=True))
     if interfaces[0].held:

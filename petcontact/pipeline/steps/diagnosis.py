@@ -29,8 +29,8 @@ JAM = 1e-3
 """Pressure, over the largest that there was, that stays where nothing jams."""
 IMBALANCE = 1e-3
 """Of a pair (`PairResult.imbalance`), that is reported."""
-SAGGING = 0.1
-"""Height of curved faces over their facets, over what contact closes, that is reported."""
+SAGGING, NEXT = 0.1, 2.0
+"""Height of curved faces over facets, over what contact closes, that is reported; where gaps are so many times that."""
 FAR_OFF = 1e3
 """Rigid motions over what loads and tractions strain, from which on a body is not held."""
 FAR = 0.05
@@ -186,9 +186,11 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
         closed = [float(np.abs(interface.gap[pair.state != OPEN]).max(initial=0.0)) for pair in pairs]
         # where nothing touches, the smallest gap is what facets may hide
         approach = max(closed, default=0.0) or float(np.abs(interface.gap).min(initial=np.inf))
-        if interface.sag > SAGGING * approach:
+        beside = interface.gap <= NEXT * approach
+        sag = 0.0 if interface.sag is None else float(interface.sag[beside].max(initial=0.0))
+        if sag > SAGGING * approach:
             found.append(f"pair {interface.name!r}: its facets miss the curved faces that they stand for by up to "
-                         f"{interface.sag:.2g} (h²/8R), next to {approach:.2g} that contact closes or leaves open: p is as "
+                         f"{sag:.2g} (h²/8R), next to {approach:.2g} that contact closes or leaves open: p is as "
                          "rough; use smaller facets, or give the gap as an expression")  # fmt: skip
     return found
 

@@ -203,3 +203,13 @@ def test_pressure_passes_evenly_between_curved_panels_that_do_not_match(order):
     passed, weight = met.loads @ np.ones(len(met.secondary)), two.weight[met.primary]
     assert not met.matched and np.abs(passed - 1.0).max() < 0.05
     assert np.sqrt(weight @ (passed - 1.0) ** 2 / weight.sum()) < 0.02
+
+
+def test_how_far_facets_miss_their_circle_is_known_node_by_node():
+    """h²/8 of a pin of radius 1 whose lower half has sides a third as long, in a hole of more sides."""
+    turn = np.pi * np.concatenate([np.linspace(0.0, 1.0, 13), np.linspace(1.0, 2.0, 37)[1:]])
+    around = np.linspace(2.0 * np.pi, 0.0, 121)
+    pin, hole = (curve(r * np.column_stack([np.cos(t), np.sin(t)]), 0.0, 2) for r, t in ((1.0, turn), (1.1, around)))
+    facing = face(pin, "face", hole, "face", None)
+    for chosen, angle in ((pin.x[:, 1] > 0.3, np.pi / 12.0), (pin.x[:, 1] < -0.3, np.pi / 36.0)):
+        assert np.allclose(facing.sag[chosen], angle**2 / 8.0, rtol=0.02)
