@@ -87,8 +87,8 @@ def _check_posed(posed: Problem, before: Problem, file: str, done: list[StepResu
     """
     old, new = (tomllib.loads(each.toml()) for each in (before, posed))
     count = max((result.step for result in done), default=0)
-    steps = ([{**step, "increments": 1} for step in each.get("step", [])[:count]] for each in (old, new))
-    for difference in (*_differences(old, new), *_differences(*steps, "step")):
+    done_in, here = ([{**step, "increments": 1} for step in each.get("step", [])[:count]] for each in (old, new))
+    for difference in (*_differences(old, new), *_differences(done_in, here, "step")):
         raise InputError(f"method.start: {file} was solved with {difference}; what is done stays as it was posed, new steps "
                          "follow its steps in the config")  # fmt: skip
 
