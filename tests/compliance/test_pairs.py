@@ -82,11 +82,19 @@ def on_ground():
     return {"body": [free, box("half", [2, 0, 0], [3, 1, 1], 0.5, 2.0, ground, roller, pressed)]}
 
 
+def constant():
+    """A block of constant elements of several sizes, which do not turn as a whole, pressed and drawn by loads."""
+    data = floating()
+    upper = {**data["body"][1], "mesh": {"element_size": 0.6, "element_sizes": {"bottom": 0.3}, "order": 0}}
+    upper["boundary"] = [loaded("top", [0.001, 0.0, -0.01])]
+    return {"body": [data["body"][0], upper], "contact": data["contact"][:1]}
+
+
 CASES = {
     "Coulomb": lambda: blocks(friction_coefficient=0.3), "stiff": lambda: blocks(1e4, friction_coefficient=0.3),
     "Tresca": lambda: blocks(1e-2, friction_bound=0.0005), "frictionless": lambda: blocks(),
-    "bonded": lambda: blocks(normal="bonded"), "floating": floating, "punch": punched, "ground": on_ground,
-    "worn": lambda: blocks(friction_coefficient=0.3, wear_coefficient=5.0),
+    "bonded": lambda: blocks(normal="bonded"), "floating": floating, "constant": constant, "punch": punched,
+    "ground": on_ground, "worn": lambda: blocks(friction_coefficient=0.3, wear_coefficient=5.0),
 }  # fmt: skip
 
 

@@ -55,8 +55,8 @@ class Level:
 
 
 def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> Level:
-    """One level from its compressed clusters, whose blocks are in `near`. Their bases are replaced by views, some clusters
-    at a time, so that what was there before makes room; bases of rows are those of `like`."""
+    """One level from its compressed clusters, whose blocks are in `near`. Their own bases are replaced by views, some
+    clusters at a time, so that what was there before makes room; bases of rows are those of `like`."""
     compressed = [c for c in clusters if c.row_basis and c.column_basis]
     above = [sum(len(c.row_basis.kept) for c in compressed if c.row_basis),
              sum(len(c.column_basis.kept) for c in compressed if c.column_basis)]  # fmt: skip
@@ -80,8 +80,11 @@ def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> L
         del row_blocks, column_blocks
         for c in group:
             if c.row_basis and c.column_basis:
-                c.row_basis = replace(c.row_basis, combine=next(row_views))
-                c.column_basis = replace(c.column_basis, combine=next(column_views))
+                views = next(row_views), next(column_views)
+                # what several share is not copied
+                if c.leader is None:
+                    c.row_basis = replace(c.row_basis, combine=views[0])
+                    c.column_basis = replace(c.column_basis, combine=views[1])
     return Level(near, np.concatenate(kept_rows), np.concatenate(kept_columns), by_row, by_column, clusters)
 
 
