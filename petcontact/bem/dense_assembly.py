@@ -45,7 +45,8 @@ def fill_dense(operators: BoundaryOperators, rows: Index, system: Array | None, 
             operators.fill_columns(rows, columns, block, beside)
             if block is not target:
                 target[:] = block
-            place = int(np.count_nonzero(of_contact[: mine[0]])) if len(mine) else 0
-            np.compress(chosen, beside, axis=0, out=contact[place : place + int(np.count_nonzero(chosen))])
+            place, taken = int(np.count_nonzero(of_contact[: mine[0]])) if len(mine) else 0, np.flatnonzero(chosen)
+            # "clip": what may raise is written to a buffer first
+            np.take(beside, taken, axis=0, out=contact[place : place + len(taken)], mode="clip")
         if not chosen.all():
             loads += (amplitudes[mine].T @ beside.reshape(len(beside), -1)).reshape(loads.shape)

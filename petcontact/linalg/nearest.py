@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import scipy
 
@@ -53,8 +55,9 @@ def within(points: Array, places: Array, reach: Array) -> tuple[Index, Index]:
     """
     if len(points) * len(places) > FEW:
         found = scipy.spatial.cKDTree(points).query_ball_point(places, reach, return_sorted=True)
-        place = np.repeat(np.arange(len(places)), [len(numbers) for numbers in found])
-        return place, np.concatenate([np.asarray(numbers, dtype=np.int64) for numbers in found])
+        counts = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
+        number = np.fromiter(itertools.chain.from_iterable(found), dtype=np.int64, count=int(counts.sum()))
+        return np.repeat(np.arange(len(places)), counts), number
     place, number = np.nonzero(squares(points, places) <= reach[:, None] ** 2)
     return place, number
 

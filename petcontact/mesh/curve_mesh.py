@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
@@ -261,28 +262,25 @@ def build_mesh(
         λ of the first and the last element, where they are powers (and constant), else 0.
     """
     names = outline.parts
-    start, end, curvature, part, line, side_start, direction, power = [], [], [], [], [], [], [], []
+    start, end, side_start, direction = [], [], [], []
     travelled = dict.fromkeys(names, 0.0)
-    numbers = line_numbers(outline)
-    for number, (side, fractions) in enumerate(zip(outline.sides, breaks, strict=True)):
+    counts = [len(fractions) - 1 for fractions in breaks]
+    order, power = np.concatenate(list(orders)).astype(np.int64), np.zeros(sum(counts))
+    for side, fractions in zip(outline.sides, breaks, strict=True):
         points = side.point(fractions)
-        count = len(fractions) - 1
         start.append(points[:-1])
         end.append(points[1:])
         direction.append(side.tangents(0.5 * (fractions[1:] + fractions[:-1])))
-        curvature.append(np.full(count, side.curvature))
-        part.append(np.full(count, names.index(side.part)))
-        line.append(np.full(count, numbers[number]))
         side_start.append(travelled[side.part] + side.length * fractions[:-1])
         travelled[side.part] += side.length
-        power.append(np.zeros(count))
-        for place, sign, exponent in zip((0, -1), (1.0, -1.0), powers[number] if powers else (), strict=False):
-            power[-1][place] = sign * exponent if orders[number][place] == 0 else power[-1][place]
+    for last, count, pair in zip(itertools.accumulate(counts), counts, powers, strict=False):
+        for place, exponent in ((last - count, pair[0]), (last - 1, -pair[1])):
+            power[place] = exponent if exponent and order[place] == 0 else power[place]
+    curvature, part = [side.curvature for side in outline.sides], [names.index(side.part) for side in outline.sides]
     return CurveMesh(
-        start=np.vstack(start), end=np.vstack(end), curvature=np.concatenate(curvature),
-        order=np.concatenate(list(orders)).astype(np.int64), part=np.concatenate(part),
-        line=np.concatenate(line), side_start=np.concatenate(side_start), part_names=names,
-        unit_length=outline.log_length, direction=np.vstack(direction), power=np.concatenate(power),
+        start=np.concatenate(start), end=np.concatenate(end), curvature=np.repeat(curvature, counts), order=order,
+        part=np.repeat(part, counts), line=np.repeat(line_numbers(outline), counts), side_start=np.concatenate(side_start),
+        part_names=names, unit_length=outline.log_length, direction=np.concatenate(direction), power=power,
     )  # fmt: skip
 
 

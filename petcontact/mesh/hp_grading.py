@@ -10,7 +10,7 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -144,10 +144,10 @@ def _of_corner(orders: Index, grading: Grading) -> None:
 
 def balanced(marks: Marks, grading: Grading, share: float = 1.0) -> Marks:
     """The marks with elements no larger than fits the shorter interval on either side of each, or a share of that."""
-    interval = np.concatenate([[np.inf], np.diff(marks.position), [np.inf]])
-    shorter = np.minimum(interval[:-1], interval[1:])
+    interval = marks.position[1:] - marks.position[:-1]
+    shorter = np.concatenate([interval[:1], np.minimum(interval[:-1], interval[1:]), interval[-1:]])
     fitting = np.minimum(marks.size, 0.5 * grading.ratio * share * shorter)
-    return replace(marks, size=np.where(np.isfinite(marks.size), fitting, np.inf))
+    return Marks(marks.position, np.where(np.isfinite(marks.size), fitting, np.inf), marks.powers)
 
 
 def _steps(half: float, smallest: float, ratio: float) -> Array:

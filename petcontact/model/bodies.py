@@ -259,7 +259,7 @@ class Body(Model):
     name: Name
     material: Material
     geometry: Geometry
-    mesh: MeshOptions = MeshOptions()
+    mesh: MeshOptions = MeshOptions.model_construct()
     boundary: tuple[Condition, ...] = ()
     point_force: tuple[PointForce, ...] = ()
     loads: VolumeLoads | None = None

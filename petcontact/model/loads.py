@@ -112,9 +112,12 @@ def check_material(key: str, body: Any, loads: VolumeLoads) -> None:
             raise ValueError(f"{key}.{load}: does nothing, the {needed} of body {body.name!r} is 0")
 
 
+NO_LOADS = VolumeLoads.model_construct()
+
+
 def loads_by_step(problem: Any, number: int) -> list[VolumeLoads]:
     """Volume loads of a body at the end of each step (of one, where there are none)."""
-    name, now = problem.body[number].name, problem.body[number].loads or VolumeLoads()
+    name, now = problem.body[number].name, problem.body[number].loads or NO_LOADS
     result: list[VolumeLoads] = []
     for step in problem.step or (None,):
         for change in step.loads if step else ():

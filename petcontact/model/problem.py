@@ -59,13 +59,13 @@ class Setting(Model):
     """
 
     title: str = ""
-    units: Units = Units()
+    units: Units = Units.model_construct()
     obstacle: tuple[Obstacle, ...] = ()
     contact: tuple[Pair, ...] = ()
     step: tuple[Step, ...] = ()
     cycle: Cycle | None = None
-    method: Method = Method()
-    bem: Bem = Bem()
+    method: Method = Method.model_construct()
+    bem: Bem = Bem.model_construct()
     petsc: Options = {}  # noqa: RUF012 (pydantic copies it)
 
 
@@ -90,7 +90,7 @@ class OneBody(Setting):
 
     material: Material = pydantic.Field(kw_only=True)
     geometry: Geometry = pydantic.Field(kw_only=True)
-    mesh: MeshOptions = MeshOptions()
+    mesh: MeshOptions = MeshOptions.model_construct()
     boundary: tuple[Condition, ...] = ()
     point_force: tuple[PointForce, ...] = ()
     loads: VolumeLoads | None = None

@@ -42,11 +42,13 @@ nodes each, 0.3 to 0.5 of one body and of pairs of 2970 to 30 042 nodes in all."
 FREE = 0.13
 """More for each rigid motion of a compressed body that only contact holds, which is a column of the preconditioner in every
 Newton step: 1.1 to 1.5 times the elimination with three and six motions."""
+SHARED, ALONE = 3e-5, 600
+"""The same a node on straight stretches of equal elements, beyond the first of each, whose clusters share their blocks."""
 IN_PLANE = 1.0
 """Time of an increment over that of the elimination in the plane: 0.3 by Newton's method, 0.8 to 2.6 by projection."""
-CURVE_NODE, SURFACE_NODE, SURFACE_CONTACT = 2.5e4, 6e4, 7e4
-"""Memory of compressed operators of curves, and of surfaces with their preconditioner, a node, and more a node in contact
-[bytes]; measured ones of 2970 to 29 160 nodes, of tolerance 1e-3 and 1e-4, were within a fifth."""
+CURVE_NODE, SHARED_NODE, SURFACE_NODE, SURFACE_CONTACT = 2.5e4, 2e3, 6e4, 7e4
+"""Memory of compressed operators of curves (on stretches as above), and of surfaces with their preconditioner, a node, and
+more a node in contact [bytes]; measured ones of 2970 to 29 160 nodes, of tolerance 1e-3 and 1e-4, were within a fifth."""
 TIGHTEST, LOOSEST = 1e-6, 1e-3
 """Tolerances of compressed surfaces that an adaptive solve chooses."""
 FINER = 5e-3
@@ -78,12 +80,22 @@ def compressed_seconds(mesh: BoundaryMesh) -> float:
     return (EVEN if even else UNEVEN) * mesh.n_nodes
 
 
+def shared_nodes(mesh: CurveMesh) -> int:
+    """Nodes whose clusters of compressed operators share the blocks of others."""
+    from ..compliance.body.stretches import repeated, runs
+
+    counts = [int(mesh.first_node[last] - mesh.first_node[first]) for first, last in runs(mesh, repeated(mesh))]
+    return sum(max(0, count - ALONE) for count in counts)
+
+
 def predicted_seconds(bem: Bem, mesh: BoundaryMesh) -> float:
     """Processor time of assembly and factorisation."""
     if not is_compressed(bem, mesh):
         return dense_seconds(mesh.n_nodes, mesh.dim)
-    finer = 1.0 if isinstance(mesh, CurveMesh) else DIGIT ** -math.log10(bem.hmatrix_tol / 1e-4)
-    return compressed_seconds(mesh) * finer
+    if isinstance(mesh, CurveMesh):
+        shared = shared_nodes(mesh)
+        return SHARED * shared + compressed_seconds(mesh) * (1.0 - shared / mesh.n_nodes)
+    return compressed_seconds(mesh) * float(DIGIT ** -math.log10(bem.hmatrix_tol / 1e-4))
 
 
 def solve_seconds(bem: Bem, meshes: Sequence[BoundaryMesh], increments: int, motions: int = 0) -> float:
@@ -97,7 +109,8 @@ def solve_seconds(bem: Bem, meshes: Sequence[BoundaryMesh], increments: int, mot
 def compressed_memory(mesh: BoundaryMesh, contact: int) -> float:
     """Predicted memory of compressed operators [bytes]."""
     if isinstance(mesh, CurveMesh):
-        return CURVE_NODE * mesh.n_nodes
+        shared = shared_nodes(mesh)
+        return SHARED_NODE * shared + CURVE_NODE * (mesh.n_nodes - shared)
     return SURFACE_NODE * mesh.n_nodes + SURFACE_CONTACT * contact
 
 
@@ -131,6 +144,14 @@ def check_memory(
                          f"{needed / 1e9:.3g} GB, this machine has {there / 1e9:.3g}; use larger elements, or compression "
                          "where there is one")  # fmt: skip
     return needed
+
+
+def needed_memory(bem: Bem, meshes: Sequence[BoundaryMesh], contact: Sequence[int], directions: int, total: int) -> float:
+    """What `check_memory` gives of bodies with so many contact nodes, of the secondaries `total`, in k directions each."""
+    small = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
+    large = sum(compressed_memory(mesh, contact[b]) for b, mesh in enumerate(meshes) if b not in small)
+    return check_memory([meshes[b].x.size for b in small], [directions * contact[b] for b in small],
+                        directions * total if small else 0, compressed=large)  # fmt: skip
 
 
 def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:

@@ -19,9 +19,8 @@ from ..geometry.superelement import CondensedSurface
 from ..mesh.curve_mesh import CurveMesh
 from ..model.solver_options import Bem
 from ..runtime.world import OneRank
-from .choice import LARGEST, check_memory, compressed_memory, is_compressed, resolved_bem, solve_seconds
+from .choice import LARGEST, check_memory, is_compressed, needed_memory, resolved_bem, solve_seconds
 from .discrete.discretise import Discrete
-from .discrete.load_states import body_motions
 from .trust.meshes import check_meshes, check_stiffness
 
 ELASTIC_LIMIT = 1e-7
@@ -92,16 +91,13 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
 
 def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Callable[[float], None]:
     """Refuse what does not fit the machine, and tell the size of what does."""
-    meshes = discrete.meshes
-    small = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
-    large = sum(compressed_memory(mesh, len(discrete.data[b].contact_nodes))
-                for b, mesh in enumerate(meshes) if b not in small)  # fmt: skip
-    needed = check_memory(*_sizes(discrete, small), compressed=large)
+    meshes, nodes = discrete.meshes, sum(len(interface.nodes) for interface in discrete.interfaces)
+    contact = [data.contact_shape for data in discrete.data]
+    needed = needed_memory(bem, meshes, [m for m, _ in contact], contact[0][1], nodes)
     if announce is None:
         return silent
     increments = sum(1 if step.increments == "auto" else int(step.increments) for step in discrete.problem.step)
-    sides = zip(discrete.boundaries, discrete.data, meshes, strict=True)
-    seconds = solve_seconds(bem, meshes, max(1, increments), sum(body_motions(*side).shape[2] for side in sides))
+    seconds = solve_seconds(bem, meshes, max(1, increments), sum(discrete.motions(b).shape[2] for b in range(len(meshes))))
     return announce(sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes), seconds, needed)
 
 
@@ -117,7 +113,7 @@ def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Ar
     mesh, data, problem = discrete.meshes[number], discrete.data[number], discrete.problem
     kernel = kernel_for(mesh, problem.body[number].material, resolved_bem(problem.bem).quadrature_tol)
     operators = BoundaryOperators(mesh, data, kernel)
-    return operators, body_motions(discrete.boundaries[number], data, mesh)
+    return operators, discrete.motions(number)
 
 
 def eliminated_alone(discrete: Discrete, number: int, comm: Any) -> ElasticBody:

@@ -185,9 +185,15 @@ def largest(lines: list[ContactLine]) -> float:
         if 0 < k < len(s) - 1:
             # the vertex of the parabola through the largest sample and its neighbours
             size = size[k - 1 : k + 2]
-            fit = np.polyfit((s[k - 1 : k + 2] - s[k]) / (s[k + 1] - s[k - 1]), size, 2)
+            fit = _fitted((s[k - 1 : k + 2] - s[k]) / (s[k + 1] - s[k - 1]), size, 2)
             peak = max(peak, float(fit[2] - 0.25 * fit[1] ** 2 / fit[0])) if fit[0] < 0.0 else peak
     return peak
+
+
+def _fitted(x: Array, y: Array, degree: int) -> list[float]:
+    """Coefficients of the polynomial next to values, the highest first; half of `numpy.polyfit` is looking at its input."""
+    powers = x[:, None] ** np.arange(degree, -1, -1)
+    return [float(value) for value in np.linalg.lstsq(powers, y, rcond=None)[0]]
 
 
 def transition(line: ContactLine, k: int) -> float:
@@ -217,7 +223,7 @@ def transition(line: ContactLine, k: int) -> float:
     if degree < 1:
         return border
     scale = float(r[chosen].max())
-    fit = np.polyfit(r[chosen] / scale, np.abs(line.u_t[places][chosen]) ** (2.0 / 3.0), degree).tolist()
+    fit = _fitted(r[chosen] / scale, np.abs(line.u_t[places][chosen]) ** (2.0 / 3.0), degree)
     root = 0.0
     for _ in range(8):
         value = steepness = 0.0
@@ -266,7 +272,7 @@ def slip_at_end(line: ContactLine, last: bool) -> float:
     sigma, bound = np.abs(line.sigma_t[order][near]), line.bound[order][near]
     if len(near) < 2 or np.any(sign[near] != 0) or not np.all((sigma > 0.0) & (bound > 0.0)):
         return np.inf
-    power, level = np.polyfit(np.log(distance[near]), np.log(sigma / bound), 1)
+    power, level = _fitted(np.log(distance[near]), np.log(sigma / bound), 1)
     if power > -0.05:
         return np.inf
     width = np.exp(-level / power) if level < 0.0 else 0.0

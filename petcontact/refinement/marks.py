@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import functools
+import itertools
+import math
+import operator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -232,19 +235,17 @@ def marks_for(body: Body, grading: Grading, resolved: float, shown: list[Contact
         apart = max(closest, ON_KINK * at_transition)
         found = [(s, turns) for s, turns in found
                  if closest < s < side.length - closest and not np.any(np.abs(kinks - s) < apart)]  # fmt: skip
-        inner = np.array([s for s, _ in found])
-        inside = given[(given > closest) & (given < side.length - closest)]
-        ends = [singular or float(s) in given for singular, s in zip(body.singular[k], (0.0, side.length), strict=True)]
-        points = np.concatenate([[0.0], inside, inner, kinks, [side.length]])
-        sizes = np.full(len(points), at_transition)
-        if not body.contact[k]:
-            sizes[1 : 1 + len(inside)] = body.corner_size(1.0, resolved)
-        sizes[1 + len(inside) : 1 + len(inside) + len(found)] *= [turning if turns else 1.0 for _, turns in found]
-        sizes[[0, -1]] = [body.corner_size(exponent, resolved) for exponent in body.exponents[k]]
-        order = np.argsort(points, kind="stable")
-        points, sizes = points[order], sizes[order]
-        distinct = np.append(np.diff(points) > closest, True)
-        points, sizes = points[distinct], sizes[distinct]
+        ends = [singular or s in given for singular, s in zip(body.singular[k], (0.0, side.length), strict=True)]
+        at_given = at_transition if body.contact[k] else body.corner_size(1.0, resolved)
+        begin, end = (body.corner_size(exponent, resolved) for exponent in body.exponents[k])
+        every = [
+            (0.0, begin), *((s, at_given) for s in given.tolist() if closest < s < side.length - closest),
+            *((s, at_transition * (turning if turns else 1.0)) for s, turns in found),
+            *((s, at_transition) for s in kinks.tolist()), (side.length, end),
+        ]  # fmt: skip
+        every.sort(key=operator.itemgetter(0))
+        kept = [mark for mark, after in itertools.pairwise([*every, (math.inf, 0.0)]) if after[0] - mark[0] > closest]
+        points, sizes = (np.array(values) for values in zip(*kept, strict=True))
         points[0] = 0.0
         for place, singular in zip((0, -1), ends, strict=True):
             if not singular:

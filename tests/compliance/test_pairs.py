@@ -13,6 +13,7 @@ from petcontact.compliance.hierarchical.body import HierarchicalBody
 from petcontact.compliance.hierarchical.joint import JointBodies
 from petcontact.model.case import parse_problem
 from petcontact.pipeline import choice, run
+from petcontact.pipeline.discrete import discretise
 from petcontact.pipeline.run import prepare
 
 TOLERANCE = 1e-5
@@ -81,11 +82,19 @@ def on_ground():
     return {"body": [free, box("half", [2, 0, 0], [3, 1, 1], 0.5, 2.0, ground, roller, pressed)]}
 
 
+def constant():
+    """A block of constant elements of several sizes, which do not turn as a whole, pressed and drawn by loads."""
+    data = floating()
+    upper = {**data["body"][1], "mesh": {"element_size": 0.6, "element_sizes": {"bottom": 0.3}, "order": 0}}
+    upper["boundary"] = [loaded("top", [0.001, 0.0, -0.01])]
+    return {"body": [data["body"][0], upper], "contact": data["contact"][:1]}
+
+
 CASES = {
     "Coulomb": lambda: blocks(friction_coefficient=0.3), "stiff": lambda: blocks(1e4, friction_coefficient=0.3),
     "Tresca": lambda: blocks(1e-2, friction_bound=0.0005), "frictionless": lambda: blocks(),
-    "bonded": lambda: blocks(normal="bonded"), "floating": floating, "punch": punched, "ground": on_ground,
-    "worn": lambda: blocks(friction_coefficient=0.3, wear_coefficient=5.0),
+    "bonded": lambda: blocks(normal="bonded"), "floating": floating, "constant": constant, "punch": punched,
+    "ground": on_ground, "worn": lambda: blocks(friction_coefficient=0.3, wear_coefficient=5.0),
 }  # fmt: skip
 
 
@@ -145,8 +154,9 @@ def test_a_part_that_is_a_secondary_twice_is_refused():
     assert "\n" not in str(caught.value)
 
 
-def test_bodies_that_do_not_fit_the_machine_together_are_refused(monkeypatch):
+def test_bodies_that_do_not_fit_the_machine_together_are_refused_before_contact_is_looked_for(monkeypatch):
     monkeypatch.setattr(choice, "physical_memory", lambda: 1e6)
+    monkeypatch.setattr(discretise, "face", lambda *arguments, **keys: pytest.fail("contact is looked for"))
     with pytest.raises(InputError, match=r"^mesh: the compressed operators of all bodies take about .* GB, this"):
         solved(blocks(), bem__mat_type="hmatrix")
 
@@ -198,6 +208,22 @@ def test_bodies_that_nowhere_meet_are_solved_each_for_itself():
     found = solved(data, bem__mat_type="hmatrix", bem__hmatrix_tol=1e-4)
     assert found.converged, found.reason
     assert not found.last.pairs["pair"].pressure.any() and "no contact anywhere" in found.reason
+
+
+MOVED = held("top", ["0.02 - 0.01*y", "0.01*x", 0.01])
+PLATE = {"geometry": {"shape": "box", "lower": [0, 0, 0], "upper": [8, 2, 0.4]}, "mesh": {"element_size": 0.8, "order": 0}}
+
+
+@pytest.mark.parametrize(("conditions", "more", "unbalanced"), [
+    ([MOVED], {}, False),  # moved and turned as a whole: all tractions are noise
+    ([MOVED, loaded("front", [1e-8, 0.0, 0.0])], {}, True),  # the reaction to a load is lost in that noise
+    ([held("left", [0.0] * 3), held("right", [0.0, 0.0, 0.5])], PLATE, True),  # constant elements, bent
+])  # fmt: skip
+def test_noise_of_the_compression_is_no_lack_of_equilibrium(conditions, more, unbalanced):
+    found = solved({"body": [box("one", [0, 0, 0], [2, 2, 1], 0.5, 1.0, *conditions, **more)]}, bem__mat_type="hmatrix",
+                   bem__hmatrix_tol=TOLERANCE)  # fmt: skip
+    assert found.converged or unbalanced
+    assert any("in equilibrium" in text for text in [found.reason, *found.info["warnings"]]) == unbalanced
 
 
 def test_an_error_in_a_step_whose_loads_nothing_holds_names_them(monkeypatch):

@@ -18,7 +18,7 @@ import json, sys
 import numpy as np
 from mpi4py import MPI
 from hodlr_kernels import Mixed, Partial, case, dense
-from petcontact.compression.hodlr import compress, factor
+from petcontact.compression.hodlr import Stretch, compress, factor
 
 comm = MPI.COMM_WORLD
 rng = np.random.default_rng(3)
@@ -32,8 +32,9 @@ def gathered(local):
 kinds = ("square", Mixed(nodes)), ("rectangular", Partial(nodes, chosen))
 for threads, (name, operator) in ((int(word), kind) for word in sys.argv[1:] for kind in kinds):
     run = f"{threads} threads, {name},"
-    matrix = compress(operator, nodes.points, operator.row_offsets, operator.col_offsets, 1e-9, 20,
-                      breaks=nodes.breaks, threads=threads, comm=comm)
+    sides = [Stretch(int(b), int(b) + 60) for b in nodes.breaks] if name == "square" else []
+    matrix = compress(operator, nodes.points, operator.row_offsets, operator.col_offsets, 1e-9, 8 if sides else 20,
+                      breaks=nodes.breaks, threads=threads, comm=comm, stretches=sides)
     exact = dense(operator)
     first, last = matrix.first_node, matrix.last_node
     assert gathered(np.arange(first, last)).tolist() == list(range(len(nodes)))

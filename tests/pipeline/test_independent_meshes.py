@@ -96,6 +96,28 @@ def test_a_sandwich_that_only_contact_holds(tmp_path, small):
     assert not any("cannot be held" in warning for warning in solution.info["warnings"])
 
 
+@pytest.mark.parametrize("law", [{"normal": "bonded"}, {"normal": "bilateral", "friction_bound": 0.02}])
+@pytest.mark.parametrize("dim", [2, 3])
+def test_what_faces_nothing_is_not_held_along_the_face(dim, law):
+    """A block on a wider one, whose top is the secondary and is bare beside it, drawn along."""
+    shape, *keys = {2: ("rectangle", "lower_left", "upper_right"), 3: ("box", "lower", "upper")}[dim]
+    flat, still = dim - 1, [0.0] * (dim - 1)
+    lower, upper = (
+        body(name, None, **{part: held(along, *still)}) | {
+            "geometry": {"shape": shape, keys[0]: [-half] * flat + [low], keys[1]: [half] * flat + [high]},
+            "mesh": {"element_size": 0.4, "order": 1},
+        }
+        for name, half, low, high, part, along in [("lower", 1.0, -0.5, 0.0, "bottom", 0.0),
+                                                   ("upper", 0.5, 0.0, 0.5, "top", 1.0)]
+    )  # fmt: skip
+    contact = {"name": "bond", "secondary": "lower.top", "primary": "upper.bottom", **law}
+    solution = solved([lower, upper], contact)
+    pair = solution.last.pairs["bond"]
+    bare = ~np.isfinite(pair.gap)
+    assert bare.any() and not pair.sigma_t[bare].any() and np.abs(pair.slip[bare]).min() > 0.0
+    balances(solution, contact)
+
+
 @pytest.mark.parametrize(("secondary", "ripple"), [("inner.outer", 0.05), ("outer.inner", 0.3)])
 def test_a_press_fit_of_rings_that_nothing_else_holds(tmp_path, secondary, ripple):
     """16 facets in 21 of one overlap: p as of 16 in 16, in the mean; evener where the coarser side is the secondary."""

@@ -7,8 +7,9 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import scipy
 
-from ...arrays import Array
+from ...arrays import Array, Mask
 from ...bem.boundary_data import BoundaryData
 from ...bem.operators import BoundaryOperators
 from ...model.solver_options import Bem
@@ -24,8 +25,8 @@ COLUMNS = 128
 class HodlrBody(ElasticBody):
     """HODLR operators of all ranks together; S by products, and formed where contact is small.
 
-    A of a body that is not held is singular. A + R C with C = RᵀW is not, and has the same solution where C x = 0: one
-    factorisation serves the bordered system, whose multipliers follow from r more solves.
+    A of a body that is not held is singular. A + R P is not, P x being what r displacements say of the motions: one
+    factorisation serves the bordered system [[A, R], [C, 0]] with C = RᵀW, whose multipliers follow from r more solves.
 
     Parameters
     ----------
@@ -46,12 +47,13 @@ class HodlrBody(ElasticBody):
         super().__init__(operators, modes)
         n, r = operators.n_unknowns, modes.shape[2]
         motions, rows = modes.reshape(n, r), gauge(self.mesh, self.data, modes)
-        self._compressed = CompressedOperators(operators, comm, bem, (motions, rows) if r else None)
+        pins = pinned(self.data.components(modes), self.data.traction_known)
+        self._compressed = CompressedOperators(operators, comm, bem, (motions, pins) if r else None)
         here = self._compressed.here
-        self._gauge = rows[:, here]
+        self._gauge, self._pins = rows[:, here], pins[:, here]
         with one_blas_thread(), stage("factor"):
             self._moved = self._compressed.solve(motions[here]) if r else np.zeros((here.stop - here.start, 0))
-            self._seen = self._gauged(self._moved)
+            self._seen = self._summed(self._gauge, self._moved)
             self._load(self._compressed.loads)
         size = operators.data.contact_directions.size
         self.compliance = None
@@ -91,9 +93,9 @@ class HodlrBody(ElasticBody):
         """Eliminated once, compressed to a tolerance."""
         return f"condensed, hodlr {self._compressed.bem.hodlr_tol:g}"
 
-    def _gauged(self, x: Array) -> Array:
-        """C x."""
-        own = self._gauge @ x
+    def _summed(self, rows: Array, x: Array) -> Array:
+        """Some rows times x, of all ranks together."""
+        own = rows @ x
         comm = self._compressed.comm
         return np.asarray(own if comm.getSize() == 1 else comm.tompi4py().allreduce(own))
 
@@ -102,5 +104,16 @@ class HodlrBody(ElasticBody):
         x = self._compressed.solve(rhs)
         if not len(self._gauge):
             return x, np.zeros(0)
-        beta = np.linalg.solve(self._seen, self._gauged(x))
-        return x - self._moved @ beta, beta
+        beta = np.linalg.solve(self._seen, self._summed(self._gauge, x))
+        x = x - self._moved @ beta
+        return x, beta + self._summed(self._pins, x)
+
+
+def pinned(motions: Array, free: Mask) -> Array:
+    """P (r, d n) with P R = I, of r unknown displacements, for motions R (n, d, r) by components."""
+    rows, result = motions[free], np.zeros((motions.shape[2], free.size))
+    if len(result):
+        _, chosen = scipy.linalg.qr(rows.T, mode="r", pivoting=True)
+        few = chosen[: len(result)]
+        result[:, np.flatnonzero(free)[few]] = np.linalg.inv(rows[few])
+    return result

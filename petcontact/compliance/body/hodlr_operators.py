@@ -16,6 +16,7 @@ from ...runtime.memory import trim_heap
 from ...runtime.petsc import stage
 from ...runtime.threads import one_blas_thread, threads_per_rank
 from ..contact_vectors import ContactVectors
+from .stretches import stretches_of
 
 ALLOWED_MISS = 100.0
 """How far a random probe may lie over the tolerance: it is a bound on samples, and the probe sees all rows."""
@@ -34,7 +35,7 @@ class CompressedOperators:
     comm : PETSc.Comm
     bem : Bem
     border : pair of (d n, r) and (r, d n) arrays, optional
-        Their product is added to an A_0 that is singular without it.
+        Their product, which has few columns, is added to an A_0 that is singular without it.
 
     Raises
     ------
@@ -120,13 +121,15 @@ class CompressedOperators:
             return [scaled(system, rows, columns), outer]
 
         sides = np.flatnonzero(np.diff(mesh.part[mesh.element]) | np.diff(mesh.line[mesh.element])) + 1
+        apart = np.unique(np.nonzero(border[1])[1] // d) if border is not None else np.empty(0, dtype=np.int64)
         threads = threads_per_rank() if mesh.n_nodes >= THREADED else 1
         pairs = d * np.arange(mesh.n_nodes + 1)
         single = np.concatenate([[0], np.cumsum(operators.right_hand_sides.count)])
         system = compress(
-            system_entries, mesh.x, pairs, pairs, self.bem.hodlr_tol, self.bem.hodlr_leaf, breaks=sides,
+            system_entries, mesh.x, pairs, pairs, self.bem.hodlr_tol, self.bem.hodlr_leaf,
+            breaks=np.union1d(sides, np.concatenate([apart, np.minimum(apart + 1, mesh.n_nodes - 1)])),
             threads=threads, comm=self.comm.tompi4py() if self.comm.getSize() > 1 else None,
-            serve=(all_entries, [pairs, single]),
+            serve=(all_entries, [pairs, single]), stretches=stretches_of(mesh, operators, apart),
         )  # fmt: skip
         self._spare()
         outer = system.beside(operators.outer_entries, single)

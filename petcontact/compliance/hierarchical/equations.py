@@ -1,7 +1,8 @@
 """The equations of bodies, solved together with a linear law of contact, and with equilibrium of bodies that are free.
 
-With Q an orthonormal basis of the rigid motions that nothing holds, A stands for A - (AQ - Q)Qᵀ: regular, and unlike the
-compressed A exact for these motions. Unknowns β' along Q go with rows for equilibrium; of A itself β = β' + Qᵀu.
+With Q an orthonormal basis of the rigid motions that nothing holds, and D the weights by which any displacement has some of
+them, DᵀQ = 1, A stands for A - (AQ - Q)Dᵀ: regular, and unlike the compressed A, or constant elements, exact for these
+motions. Unknowns β' along Q go with rows for equilibrium; of A itself β = β' + Dᵀu.
 """
 
 from __future__ import annotations
@@ -54,11 +55,14 @@ class MixedEquations:
         self.ends = np.cumsum([0, *(body.motions.shape[1] for body in rows)])
         """First motion of each body among those of all."""
         n, r = coupling.size, int(self.ends[-1])
-        self.motions, self._coordinates, self._shift = np.zeros((n, r)), np.zeros((r, r)), np.zeros((len(self._mine), r))
+        self.motions, self._dual = np.zeros((n, r)), np.zeros((n, r))
+        self._coordinates, self._shift = np.zeros((r, r)), np.zeros((len(self._mine), r))
         for b, body in enumerate(rows):
             here = slice(self.ends[b], self.ends[b + 1])
             if body.motions.shape[1]:
-                self.motions[coupling.first[b] : coupling.first[b + 1], here], factor = np.linalg.qr(body.motions)
+                mine = slice(coupling.first[b], coupling.first[b + 1])
+                basis, factor = np.linalg.qr(body.motions)
+                self.motions[mine, here], self._dual[mine, here] = basis, body.gauge @ np.linalg.inv(basis.T @ body.gauge)
                 self._coordinates[here, here] = np.linalg.inv(factor)
         if r:
             moved = [self._multiplied(q) for q in coupling.padded(self.motions).T]
@@ -71,7 +75,9 @@ class MixedEquations:
         free = Balance.at_rest(coupling.shape, r)
         self._free = coupling.expansion(relation, free.motion), free
         with one_blas_thread(), together(comm):
-            self._open = Preconditioner(rows, coupling, self.motions, self.sum, (self.rank, ranks), self._free[0])
+            self._open = Preconditioner(
+                rows, coupling, (self.motions, self._dual), self.sum, (self.rank, ranks), self._free[0]
+            )
             self._laws = self._open.copy()
 
     # -- problems -----------------------------------------------------------------------------------------------------
@@ -140,7 +146,7 @@ class MixedEquations:
         unknowns, beside = self._split(x)
         factors = posed.expansion.factors @ unknowns + known
         z, obstacles = coupling.of_unknowns(factors), beside[bodies:]
-        along = self.motions.T @ z
+        along = self._dual.T @ z
         v = coupling.seen @ z[coupling.met] + (posed.balance.motion @ obstacles).ravel()
         sigma = (posed.expansion.traction @ unknowns + sigma).reshape(coupling.shape)
         alpha = np.concatenate([self._coordinates @ along, obstacles])
@@ -172,7 +178,7 @@ class MixedEquations:
         rows = self._multiplied(factors)
         bodies = int(self.ends[-1])
         if bodies:
-            along = self.motions.T @ self.coupling.of_unknowns(factors)
+            along = self._dual.T @ self.coupling.of_unknowns(factors)
             rows = rows + self._shift @ along + self.motions[self._mine] @ beside[:bodies]
         return rows, self._border_rows(posed, unknowns, factors, sigma)
 
@@ -182,7 +188,7 @@ class MixedEquations:
         if not balance.count:
             return np.zeros(0)
         sigma = np.asarray(posed.expansion.traction @ unknowns + sigma)
-        along = self._coordinates @ (self.motions.T @ self.coupling.of_unknowns(factors))
+        along = self._coordinates @ (self._dual.T @ self.coupling.of_unknowns(factors))
         alpha = np.concatenate([along, unknowns[self.coupling.size :]])
         rows = np.concatenate([balance.resultant.reshape(len(balance.load), sigma.size) @ sigma, balance.held @ alpha])
         return np.asarray(rows * self._border_scale(balance))

@@ -24,8 +24,8 @@ class Preconditioner:
     ----------
     rows : sequence of BodyRows
     coupling : Coupling
-    motions : (N, r) array
-        Orthonormal rigid motions, along which the operator is the identity.
+    motions : pair of (N, r) arrays
+        Orthonormal rigid motions, along which the operator is the identity, and weights of them in any displacement.
     total : callable
         Sums an array over the ranks.
     share : (int, int)
@@ -35,13 +35,13 @@ class Preconditioner:
     """
 
     def __init__(
-        self, rows: Sequence[BodyRows], coupling: Coupling, motions: Array, total: Callable[[Array], Array],
+        self, rows: Sequence[BodyRows], coupling: Coupling, motions: tuple[Array, Array], total: Callable[[Array], Array],
         share: tuple[int, int], expansion: Expansion,
     ) -> None:  # fmt: skip
         nodes = Nodes(rows, coupling)
         group, columns = nodes.groups()
         self._coarse = CoarseLevel(group, columns, total(sums(rows, coupling, group, columns)))
-        self._motions, self._sums = motions, np.asarray(self._coarse.repeat.T @ motions)
+        self._dual, self._sums = motions[1], np.asarray(self._coarse.repeat.T @ motions[0])
         patches = nodes.patches()[share[0] :: share[1]]
         self._local = LocalSolves(rows, coupling.first_column, patches, coupling.size)
         self._local.update(expansion.factors, np.ones(coupling.size, dtype=bool))
@@ -69,7 +69,7 @@ class Preconditioner:
 
     def _factor(self) -> None:
         factors = self.expansion.factors[:, : self._coupling.size]
-        grouped = np.asarray(self._coupling.of_unknowns(factors @ self._coarse.repeat).T @ self._motions)
+        grouped = np.asarray(self._coupling.of_unknowns(factors @ self._coarse.repeat).T @ self._dual)
         self._coarse.factor(factors, self._sums @ grouped.T)
 
     def solve(self, r: Array, product: Callable[[Array], Array]) -> Array:

@@ -18,7 +18,7 @@ from ...mesh.surface_mesh import SurfaceMesh
 from ...runtime.memory import physical_memory
 from ...runtime.signals import breaking_point, together
 from ...runtime.threads import threads_per_rank
-from ..body.base import ElasticBody
+from ..body.base import ElasticBody, gauge
 
 LEAF = 32
 """Nodes of the smallest clusters."""
@@ -50,8 +50,8 @@ class BodyRows(Protocol):
         Columns of u and of t of the contact nodes, in the contact directions.
     scale : float
         Tractions are factors times it [stress/length].
-    motions : (size, r) array
-        Rigid motions that nothing holds, by the unknowns.
+    motions, gauge : (size, r) arrays
+        Rigid motions that nothing holds, by the unknowns; and the weights whose sums are 0 of unknowns without such motions.
     """
 
     components: int
@@ -65,6 +65,7 @@ class BodyRows(Protocol):
     beside: Index
     scale: float
     motions: Array
+    gauge: Array
 
     def mult(self, factors: Array) -> Array:
         """[A B] times factors of all columns: this rank's rows."""
@@ -155,6 +156,7 @@ class CompressedRows:
         self.scale = operators.traction_scale
         moved = data.components(modes) * data.traction_known[:, :, None]
         self.motions = moved[self.nodes].reshape(size, -1)
+        self.gauge = gauge(mesh, data, modes).T.reshape(moved.shape)[self.nodes].reshape(size, -1)
 
     def mult(self, factors: Array) -> Array:
         """The H-matrix times a vector."""
@@ -220,7 +222,7 @@ class CondensedRows:
         self.columns = 2 * m * k
         self.slot = k * np.argsort(order)[:, None] + np.arange(k)
         self.beside = m * k + self.slot
-        self.motions = body.contact_modes[components]
+        self.motions = self.gauge = body.contact_modes[components]
 
     def mult(self, factors: Array) -> Array:
         """The product: u + S t."""

@@ -2,5 +2,6 @@
 
 from .factor import Factorisation, factor
 from .matrix import HODLR, compress
+from .translations import Stretch
 
-__all__ = ["HODLR", "Factorisation", "compress", "factor"]
+__all__ = ["HODLR", "Factorisation", "Stretch", "compress", "factor"]

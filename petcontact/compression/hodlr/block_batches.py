@@ -26,9 +26,15 @@ class Block:
 
 @dataclass(frozen=True)
 class _Stack:
+    """c blocks: places of rows (c, p) and of columns (c, q), values (c, p, q), or (1, p, q) where they are the same."""
+
     rows: Index
     columns: Index
     values: Array
+
+    @property
+    def is_shared(self) -> bool:
+        return len(self.values) < len(self.rows)
 
 
 class Batches:
@@ -48,13 +54,22 @@ class Batches:
         self._released = False
 
     def take(self, blocks: list[Block]) -> list[Array]:
-        """Store blocks, those of nearly one shape together; returns their values as views of the stacks."""
+        """Store blocks, those of nearly one shape together, and values that several have once; returns their values as views
+        of the stacks."""
         views, stacks = [block.values for block in blocks], []
         groups: dict[tuple[int, int], list[int]] = {}
+        same: dict[int, list[int]] = {}
         for i, block in enumerate(blocks):
             if block.values.size:
-                p, q = block.values.shape
-                groups.setdefault((_grade(p), _grade(q)), []).append(i)
+                same.setdefault(id(block.values), []).append(i)
+        for first, *others in same.values():
+            if others:
+                shared = [blocks[i] for i in (first, *others)]
+                values = np.ascontiguousarray(views[first])[None]
+                stacks.append(_Stack(np.stack([b.rows for b in shared]), np.stack([b.columns for b in shared]), values))
+            else:
+                p, q = blocks[first].values.shape
+                groups.setdefault((_grade(p), _grade(q)), []).append(first)
         for members in groups.values():
             p, q = (max(blocks[i].values.shape[axis] for i in members) for axis in (0, 1))
             stack = _Stack(
@@ -89,7 +104,11 @@ class Batches:
     def _entries(self) -> Index:
         """What the compiled products know of each stack: counts, and addresses of its arrays."""
         return np.array(
-            [[*s.values.shape, *(native.pointer(a) for a in (s.values, s.rows, s.columns))] for s in self._stacks],
+            [
+                [*s.values.shape, *(native.pointer(a) for a in (s.values, s.rows, s.columns))]
+                for s in self._stacks
+                if not s.is_shared
+            ],
             dtype=np.int64,
         ).reshape(-1, 6)
 
@@ -99,16 +118,23 @@ class Batches:
     def add(self, x: Array, y: Array, sign: float = 1.0) -> None:
         """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s); several columns at once are for BLAS."""
         assert not self._released, "a matrix that its factorisation has used up"
-        if _multiply is not None and x.shape[1] == 1 and x.flags.c_contiguous and y.flags.c_contiguous:
+        compiled = x.shape[1] == 1 and x.flags.c_contiguous and y.flags.c_contiguous and _multiply is not None
+        if compiled and _multiply is not None and len(self._entries):
             work = np.empty(self._entries[:, 2].max(initial=0))
             at = [native.pointer(array) for array in (self._entries, x, y, work)]
             _multiply(len(self._entries), *at[:3], sign, at[3])
-            return
         for stack in self._stacks:
-            if sign < 0.0:
-                y[stack.rows] -= stack.values @ x[stack.columns]
+            if stack.is_shared and x.shape[1] == 1:
+                # many columns of one product
+                product = (x[stack.columns, 0] @ stack.values[0].T)[..., None]
+            elif compiled and not stack.is_shared:
+                continue
             else:
-                y[stack.rows] += stack.values @ x[stack.columns]
+                product = stack.values @ x[stack.columns]
+            if sign < 0.0:
+                y[stack.rows] -= product
+            else:
+                y[stack.rows] += product
 
 
 def _grade(size: int) -> int:

@@ -10,7 +10,7 @@ import scipy
 from ...arrays import Array, Index
 from .block_batches import Batches, Block
 from .levels import TOGETHER, Level, Stack
-from .skeleton import Cluster
+from .translations import Cluster
 
 GROWTH = 100.0  # largest |entry of E⁻¹| times the norm of its column; beyond it a pivot waits for the level above
 UNSAFE = 1e6  # beyond it what is left is inverted anew, not updated: the update loses as many digits
@@ -160,43 +160,72 @@ def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Eliminat
     inverses, forths, backs, wait_rows, wait_columns = [], [], [], [], []
     start = kept = passed = 0
     waiting = n + 1
+    known: dict[int, _Eliminated] = {}
     for i, cluster in enumerate(level.clusters):
         size = len(cluster.rows)
-        block = _assemble(cluster, below[2 * i : 2 * i + 2])
-        own = np.concatenate([np.arange(start, start + size), np.arange(waiting, waiting + len(block) - size)])
-        e, f, g, d, rows, columns = _combine(cluster, block)
-        scale = np.sqrt(np.einsum("ij,ij->j", block, block))[columns]
-        inverse, row, column, late_row, late_column = _pivots(e, scale, cluster.row_basis is not None)
-        above = np.concatenate([np.arange(kept, kept + len(d)), np.arange(k + 1 + passed, k + 1 + passed + len(late_row))])
-        start, waiting = start + size, waiting + len(block) - size
-        kept, passed = kept + len(d), passed + len(late_row)
-        schur_kept = len(d)
-        if len(late_row):
-            late = e[late_row]
-            f, g, d = (
-                np.hstack([f[row], e[row[:, None], late_column]]),
-                np.vstack([g[:, column], late[:, column]]),
-                np.block([[d, g[:, late_column]], [f[late_row], late[:, late_column]]]),
-            )
-        forth = inverse @ f
-        left.append(Schur(schur_kept, d - g @ forth))
-        rows, columns, waits = own[rows], own[columns], (own[rows[late_row]], own[columns[late_column]])
-        inverses.append(Block(columns[column], rows[row], inverse))
-        forths.append(Block(columns[column], above, forth))
-        backs.append(Block(above, columns[column], g))
-        wait_rows.append(waits[0])
-        wait_columns.append(waits[1])
+        # clusters with one leader are equal, and so is what the clusters under them left
+        done = known.get(id(cluster.leader)) if cluster.leader is not None else None
+        if done is None:
+            done = _eliminated(cluster, below[2 * i : 2 * i + 2])
+            if cluster.leader is not None:
+                known[id(cluster.leader)] = done
+        extra, late = done.size - size, len(done.late_rows)
+        own = np.concatenate([np.arange(start, start + size), np.arange(waiting, waiting + extra)])
+        above = np.concatenate([np.arange(kept, kept + done.left.kept), np.arange(k + 1 + passed, k + 1 + passed + late)])
+        start, waiting = start + size, waiting + extra
+        kept, passed = kept + done.left.kept, passed + late
+        left.append(done.left)
+        rows, columns = own[done.rows], own[done.columns]
+        inverses.append(Block(columns, rows, done.inverse))
+        forths.append(Block(columns, above, done.forth))
+        backs.append(Block(above, columns, done.back))
+        wait_rows.append(own[done.late_rows])
+        wait_columns.append(own[done.late_columns])
         if len(inverses) == TOGETHER or cluster is level.clusters[-1]:
             for batches, blocks in ((inverse_blocks, inverses), (forth_blocks, forths), (back_blocks, backs)):
                 batches.take(blocks)
                 blocks.clear()
             if use_up:
                 # the clusters so far were packed together, as `pack` did
-                for done in level.clusters[i - i % TOGETHER : i + 1]:
-                    done.near = []
+                for used in level.clusters[i - i % TOGETHER : i + 1]:
+                    used.near = []
                 level.near.release(i // TOGETHER)
     slots = np.concatenate(wait_rows), np.concatenate(wait_columns)
     return Elimination(level, *slots, inverse_blocks, forth_blocks, back_blocks), left
+
+
+@dataclass(frozen=True)
+class _Eliminated:
+    """Of a cluster of some size: what is left, E⁻¹, E⁻¹F, G, and the places of R, of C and of those that wait."""
+
+    size: int
+    left: Schur
+    inverse: Array
+    forth: Array
+    back: Array
+    rows: Index
+    columns: Index
+    late_rows: Index
+    late_columns: Index
+
+
+def _eliminated(cluster: Cluster, children: list[Schur]) -> _Eliminated:
+    """One cluster, from what those under it left."""
+    block = _assemble(cluster, children)
+    e, f, g, d, rows, columns = _combine(cluster, block)
+    scale = np.sqrt(np.einsum("ij,ij->j", block, block))[columns]
+    inverse, row, column, late_row, late_column = _pivots(e, scale, cluster.row_basis is not None)
+    kept = len(d)
+    if len(late_row):
+        late = e[late_row]
+        f, g, d = (
+            np.hstack([f[row], e[row[:, None], late_column]]),
+            np.vstack([g[:, column], late[:, column]]),
+            np.block([[d, g[:, late_column]], [f[late_row], late[:, late_column]]]),
+        )
+    forth = inverse @ f
+    places = rows[row], columns[column], rows[late_row], columns[late_column]
+    return _Eliminated(len(block), Schur(kept, d - g @ forth), inverse, forth, g, *places)
 
 
 def _assemble(cluster: Cluster, children: list[Schur]) -> Array:

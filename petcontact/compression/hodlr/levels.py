@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import TypeVar
 
@@ -11,8 +11,8 @@ import numpy as np
 
 from ...arrays import Array, Index
 from .block_batches import Batches, Block
-from .clusters import halved
-from .skeleton import Cluster, Operator
+from .skeleton import Operator
+from .translations import Cluster
 
 TOGETHER = 256  # clusters whose arrays are packed together
 
@@ -55,8 +55,8 @@ class Level:
 
 
 def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> Level:
-    """One level from its compressed clusters, whose blocks are in `near`. Their bases are replaced by views, some clusters
-    at a time, so that what was there before makes room; bases of rows are those of `like`."""
+    """One level from its compressed clusters, whose blocks are in `near`. Their own bases are replaced by views, some
+    clusters at a time, so that what was there before makes room; bases of rows are those of `like`."""
     compressed = [c for c in clusters if c.row_basis and c.column_basis]
     above = [sum(len(c.row_basis.kept) for c in compressed if c.row_basis),
              sum(len(c.column_basis.kept) for c in compressed if c.column_basis)]  # fmt: skip
@@ -80,8 +80,11 @@ def pack(clusters: list[Cluster], near: Batches, like: Level | None = None) -> L
         del row_blocks, column_blocks
         for c in group:
             if c.row_basis and c.column_basis:
-                c.row_basis = replace(c.row_basis, combine=next(row_views))
-                c.column_basis = replace(c.column_basis, combine=next(column_views))
+                views = next(row_views), next(column_views)
+                # what several share is not copied
+                if c.leader is None:
+                    c.row_basis = replace(c.row_basis, combine=views[0])
+                    c.column_basis = replace(c.column_basis, combine=views[1])
     return Level(near, np.concatenate(kept_rows), np.concatenate(kept_columns), by_row, by_column, clusters)
 
 
@@ -156,9 +159,13 @@ def build_part(operator: Operator, start: int, stop: int, leaf: int, whole: bool
 
     `like` is that of another operator with the same rows, whose bases serve both.
     """
-    leaves = list(itertools.pairwise(halved(start, stop, leaf).tolist()))
+    if like is None:
+        leaves = list(itertools.pairwise(operator.translations.leaves(start, stop, leaf).tolist()))
+    else:
+        leaves = [(cluster.start, cluster.stop) for cluster in like.levels[0].clusters]
     sizes = [int(axis.offsets[stop] - axis.offsets[start]) for axis in (operator.row_axis, operator.column_axis)]
-    return _climb(operator, *_made(lambda ends: operator.leaf(*ends), leaves, *sizes), whole, like)
+    known: dict[Hashable, Cluster] = {}
+    return _climb(operator, *_made(lambda ends: operator.leaf(*ends, known), leaves, *sizes), whole, like)
 
 
 def build_top(operator: Operator, roots: list[Cluster], like: Stack | None = None) -> Stack:
@@ -175,8 +182,7 @@ def _climb(operator: Operator, clusters: list[Cluster], near: Batches, whole: bo
             if level is None:
                 usual = operator.compress(clusters, usual)
             else:
-                for cluster, other in zip(clusters, level.clusters, strict=True):
-                    operator.compress_columns(cluster, other)
+                operator.compress_columns(clusters, level.clusters)
         levels.append(pack(clusters, near, level))
         if len(clusters) == 1:
             return Stack(levels)
@@ -187,4 +193,5 @@ def _merged(operator: Operator, clusters: list[Cluster]) -> tuple[list[Cluster],
     rows = sum(len(c.row_basis.kept) for c in clusters if c.row_basis)
     columns = sum(len(c.column_basis.kept) for c in clusters if c.column_basis)
     pairs = [clusters[i : i + 2] for i in range(0, len(clusters), 2)]
-    return _made(operator.merge, pairs, rows, columns)
+    known: dict[Hashable, Cluster] = {}
+    return _made(lambda pair: operator.merge(pair, known), pairs, rows, columns)

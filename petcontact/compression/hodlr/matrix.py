@@ -15,6 +15,7 @@ from ...arrays import Array, Index, even_bounds
 from .levels import Stack, build_part, build_top
 from .skeleton import Entries, ManyEntries, Operator
 from .subtrees import Forest
+from .translations import Stretch, Translations
 from .workers import Workers
 
 PROBED = 20_000
@@ -132,7 +133,7 @@ class HODLR:
 def compress(
     entries: Entries, points: ArrayLike, row_offsets: ArrayLike, col_offsets: ArrayLike, tol: float = 1e-10,
     leaf: int = 64, *, breaks: ArrayLike = (), threads: int = 1, comm: Any = None,
-    serve: tuple[ManyEntries, Sequence[ArrayLike]] | None = None,
+    serve: tuple[ManyEntries, Sequence[ArrayLike]] | None = None, stretches: Sequence[Stretch] = (),
 ) -> HODLR:  # fmt: skip
     """Compress an operator between the nodes of closed outlines, from entries alone. Collective.
 
@@ -160,6 +161,8 @@ def compress(
     serve : (entries, list of col_offsets) or None
         All columns, this operator's among them, that the bases of rows are to serve, for `HODLR.beside`: entries gives a
         list of arrays, one for each of the offsets.
+    stretches : sequence of Stretch
+        Where clusters that are translates of one another may share blocks and bases.
 
     Raises
     ------
@@ -181,7 +184,9 @@ def compress(
     if not 0.0 < tol < 1.0 or leaf < 1 or threads < 1 or n < workers.size:
         raise ValueError("tol must be in (0, 1), leaf and threads positive, and every rank needs a node")
     served = None if serve is None else (serve[0], [np.asarray(o, dtype=np.int64) for o in serve[1]])
-    operator = Operator(entries, points, offsets[0], offsets[1], np.asarray(breaks, dtype=np.int64), tol, served)
+    translations = Translations(stretches, points)
+    breaks = np.asarray(breaks, dtype=np.int64)
+    operator = Operator(entries, points, offsets[0], offsets[1], breaks, tol, translations, served)
     bounds = even_bounds(n, workers.size)
     first, last = int(bounds[workers.rank]), int(bounds[workers.rank + 1])
     cuts = first + even_bounds(last - first, max(1, min(threads, (last - first) // leaf)))

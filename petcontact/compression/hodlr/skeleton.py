@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Hashable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from .block_batches import Block
 from .clusters import Curves
 from .interpolative import PivotedQR, pivoted_qr
 from .sampling import Sample, Sampler
+from .translations import Basis, Cluster, Translations, adjacent, follow, noted
 
 Entries = Callable[[Index, Index], Array]
 ManyEntries = Callable[[Index, Index], list[Array]]
@@ -21,42 +22,7 @@ PROBES = 4
 SLACK = 2.0  # a probe may miss the tolerance by this factor before the sample is enlarged
 AMPLE = (2, 16)  # least number of rows or columns in a sample: first times the rank, plus second
 ATTEMPTS = 6
-TOGETHER = 32  # clusters sampled in one pass
 MARGIN = 0.1  # the pivots are cut at this fraction of the tolerance: errors of many levels and clusters add up
-
-
-@dataclass(frozen=True)
-class Basis:
-    """Active rows (or columns) `kept` (k,) and `rest` (m-k,) that outside a cluster are combinations of those.
-
-    Of rows: A[rest] ≈ combine A[kept], combine (m-k, k). Of columns: A[:, rest] ≈ A[:, kept] combine, combine (k, m-k).
-    """
-
-    kept: Index
-    rest: Index
-    combine: Array
-
-
-@dataclass
-class Cluster:
-    """Nodes start..stop, their active rows and columns (global numbers), and the dense blocks between those.
-
-    The rows and columns of a near block are places among the active ones. Bases are None until compressed. What its
-    columns were fitted on is kept for operators with the same rows.
-    """
-
-    start: int
-    stop: int
-    rows: Index
-    columns: Index
-    near: list[Block] = field(default_factory=list)
-    row_basis: Basis | None = None
-    column_basis: Basis | None = None
-    felt_by: Sample | None = None
-
-    def border(self) -> Cluster:
-        """What the tree above needs of it: all but the near blocks."""
-        return replace(self, near=[])
 
 
 class Axis:
@@ -130,9 +96,9 @@ class Operator:
 
     def __init__(
         self, entries: Entries, points: Array, row_offsets: Index, column_offsets: Index, breaks: Index,
-        tolerance: float, served: tuple[ManyEntries, list[Index]] | None = None,
+        tolerance: float, translations: Translations, served: tuple[ManyEntries, list[Index]] | None = None,
     ) -> None:  # fmt: skip
-        self.entries, self.tolerance, self.breaks = entries, tolerance, breaks
+        self.entries, self.tolerance, self.breaks, self.translations = entries, tolerance, breaks, translations
         self.curves = Curves(points)
         self.square = bool(np.array_equal(row_offsets, column_offsets))
         self.row_axis = Axis(row_offsets, self.curves, breaks)
@@ -145,7 +111,8 @@ class Operator:
 
     def beside(self, entries: Entries, column_offsets: Index) -> Operator:
         """Another operator with the same rows."""
-        return Operator(entries, self.curves.points, self.row_axis.offsets, column_offsets, self.breaks, self.tolerance)
+        places = self.curves.points, self.row_axis.offsets, column_offsets, self.breaks
+        return Operator(entries, *places, self.tolerance, self.translations.beside())
 
     def block(self, rows: Index, columns: Index) -> Array:
         """Entries of some rows and columns."""
@@ -155,22 +122,27 @@ class Operator:
         picked = values[:, self.column_axis.places(column_nodes, columns)]
         return np.asarray(picked[self.row_axis.places(row_nodes, rows)])
 
-    def leaf(self, start: int, stop: int) -> Cluster:
-        """A cluster with all its rows and columns active, and its dense diagonal block."""
+    def leaf(self, start: int, stop: int, known: dict[Hashable, Cluster]) -> Cluster:
+        """A cluster with all rows and columns active, and its dense diagonal block, that of a translate if one is known."""
         rows, columns = self.row_axis.span(start, stop), self.column_axis.span(start, stop)
+        key = self.translations.key(start, stop)
+        if key in known:
+            return Cluster(start, stop, rows, columns, known[key].near, key=key)
         values = self.between(self.row_axis.nodes_of(rows), self.column_axis.nodes_of(columns))
         near = Block(np.arange(len(rows)), np.arange(len(columns)), values)
-        return Cluster(start, stop, rows, columns, [near])
+        return noted(Cluster(start, stop, rows, columns, [near], key=key), known)
 
-    def merge(self, children: list[Cluster]) -> Cluster:
+    def merge(self, children: list[Cluster], known: dict[Hashable, Cluster]) -> Cluster:
         """The union of one or two compressed neighbours: what they kept, and the blocks between the two."""
+        key = tuple(id(c.leader) for c in children) if all(c.leader is not None for c in children) else None
         rows = [c.rows[c.row_basis.kept] for c in children if c.row_basis]
         columns = [c.columns[c.column_basis.kept] for c in children if c.column_basis]
         i = np.split(np.arange(sum(map(len, rows))), [len(rows[0])])
         j = np.split(np.arange(sum(map(len, columns))), [len(columns[0])])
         pairs = [(0, 1), (1, 0)] if len(children) == 2 else []
-        near = [Block(i[a], j[b], self.block(rows[a], columns[b])) for a, b in pairs]
-        return Cluster(children[0].start, children[-1].stop, np.concatenate(rows), np.concatenate(columns), near)
+        near = known[key].near if key in known else [Block(i[a], j[b], self.block(rows[a], columns[b])) for a, b in pairs]
+        merged = Cluster(children[0].start, children[-1].stop, np.concatenate(rows), np.concatenate(columns), near, key=key)
+        return noted(merged, known)
 
     def compress(self, clusters: list[Cluster], usual: int = 0) -> int:
         """Find the bases of adjacent clusters of one level.
@@ -183,9 +155,10 @@ class Operator:
         int
             How often samples had to be enlarged, usually: where the next level begins.
         """
+        for cluster, leader in zip(clusters, self.translations.leaders(clusters), strict=True):
+            cluster.leader = None if leader is None else clusters[leader]
         guess = 32, 32
-        for first in range(0, len(clusters), TOGETHER):
-            group = clusters[first : first + TOGETHER]
+        for group in adjacent([cluster for cluster in clusters if not cluster.follows]):
             needed = []
             for cluster, outer in zip(group, self._samples(group, usual), strict=True):
                 attempt, fits = usual, self._fits(cluster, outer, guess)
@@ -200,15 +173,23 @@ class Operator:
                 cluster.felt_by = outer[0]
             # neighbours are alike: what most of a group needed is where the next one begins
             usual = sorted(needed)[len(needed) // 2]
+        follow(clusters)
         return usual
 
-    def compress_columns(self, cluster: Cluster, like: Cluster) -> None:
-        """Find the basis of a cluster's columns; that of its rows is the one of a cluster of another operator.
+    def compress_columns(self, clusters: list[Cluster], alike: list[Cluster]) -> None:
+        """Find the bases of the columns of a level's clusters; those of their rows are the ones of another operator's."""
+        of = {id(like): cluster for cluster, like in zip(clusters, alike, strict=True)}
+        for cluster, like in zip(clusters, alike, strict=True):
+            cluster.leader = of[id(like.leader)] if like.leader is not None and cluster.key is not None else None
+            if not cluster.follows:
+                self._compress_columns(cluster, like)
+        follow(clusters)
 
-        Its columns are no harder to fit than those of the other operator were, and are judged by the same probes.
-        """
-        assert like.row_basis is not None and like.felt_by is not None
-        sample, guess = like.felt_by, len(like.row_basis.kept)
+    def _compress_columns(self, cluster: Cluster, like: Cluster) -> None:
+        """Its columns are no harder to fit than those of the other operator were, and are judged by the same probes."""
+        assert like.row_basis is not None
+        # of a follower none was drawn
+        sample, guess = like.felt_by or self._samples([cluster], 0)[0][0], len(like.row_basis.kept)
         attempt, fit = 0, self._fit_columns(cluster, sample, guess)
         while attempt < ATTEMPTS and not fit.holds:
             attempt += 1

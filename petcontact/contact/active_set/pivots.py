@@ -130,7 +130,7 @@ def pivots(
     rho = np.ones_like(base)
     fewest, patience, seen_sets = len(base) + 1, PATIENCE, set[bytes]()
     farthest, largest, begun = np.inf, 0.0, float(np.abs(sigma).max(initial=0.0))
-    shuffle = np.random.default_rng(2019)
+    shuffle: np.random.Generator | None = None
     while True:
         linearised = Linearisation.at(law, tau)
         sigma, v, alpha, push = linear_solve(solver, linearised, base, modes, sigma, alpha, rho)
@@ -159,6 +159,7 @@ def pivots(
             if predict is not None:
                 tau, sigma = predict(step)
         elif patience > -SHUFFLES:
+            shuffle = shuffle or np.random.default_rng(2019)
             tau = np.where((shuffle.random(len(tau)) < 0.5)[:, None], revised, tau)
         else:
             signature = linearised.states.tobytes() + np.sign(linearised.constant).tobytes()

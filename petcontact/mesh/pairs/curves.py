@@ -54,9 +54,10 @@ class Curves(Faces):
     def __len__(self) -> int:
         return len(self.start)
 
-    def rims(self) -> tuple[Index, Array]:
+    def rims(self) -> tuple[Index, Array, Array]:
         """See `Faces.rims`."""
-        return np.tile(np.arange(len(self)), 2), np.repeat([0.0, 1.0], len(self))
+        ends = np.repeat([0.0, 1.0], len(self))
+        return np.tile(np.arange(len(self)), 2), ends, ends
 
     def cast(self, x: Array, direction: Array) -> Hits:
         """See `Faces.cast`."""
@@ -113,8 +114,8 @@ class Curves(Faces):
 
     def _cut(self, other: Curves, direction: Array | None) -> tuple[Index, Array, Array]:
         """Pieces of these curves between what faces ends of the others: numbers (k,), and fractions (k,) at either end."""
-        x, normal = other.at(*other.rims())
-        numbers, fractions = ([part] for part in self.rims())
+        x, normal = other.at(*other.rims()[:2])
+        numbers, fractions = ([part] for part in self.rims()[:2])
         step = max(1, TOGETHER // max(1, len(self)))
         for k in range(0, len(x), step):
             here, away = x[k : k + step], along(direction, normal[k : k + step])

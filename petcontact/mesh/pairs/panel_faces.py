@@ -100,11 +100,11 @@ class PanelFaces(Faces):
     def __len__(self) -> int:
         return len(self.size)
 
-    def rims(self) -> tuple[Index, Array]:
+    def rims(self) -> tuple[Index, Array, Array]:
         """See `Faces.rims`; the doubled corner of a triangle has no side."""
         following = np.roll(self.polygon, -1, axis=1)
         number, side = np.nonzero(np.any(following != self.polygon, axis=2))
-        return number, 0.5 * (self.polygon + following)[number, side]
+        return number, self.polygon[number, side], following[number, side]
 
     def cast(self, x: Array, direction: Array) -> Hits:
         """See `Faces.cast`."""
@@ -228,17 +228,20 @@ class PanelFaces(Faces):
         found = [(np.empty(0, dtype=np.int64),) * 2]
         step = max(1, TOGETHER // max(1, len(self)))
         middle = self.centre.mean(axis=0)
-        centre, x = self.centre - middle, x - middle
-        square = np.sum(centre**2, axis=1)
+        c, x = self.centre - middle, x - middle
+        # squared distance of line and centre less the squared reach, as one product of what lines and panels have
+        square, reach, (a, b) = np.sum(c**2, axis=1), np.sqrt(1.0 + SLACK) * self._reach, np.triu_indices(3)
+        panels = np.vstack([c.T, square - reach**2, reach, np.ones(len(c)), c[:, a].T * c[:, b].T])
         for k in range(0, len(x), step):
             way, point = direction[k : k + step], x[k : k + step]
-            ahead = way @ centre.T - np.sum(way * point, axis=1)[:, None]
-            apart = np.sum(point**2, axis=1)[:, None] + square - 2.0 * (point @ centre.T)
-            reach = radius[k : k + step, None] + self._reach
+            past, far = np.sum(way * point, axis=1), np.sum(point**2, axis=1)
+            thick, pairs = np.sqrt(1.0 + SLACK) * radius[k : k + step], np.where(a == b, 1.0, 2.0) * way[:, a] * way[:, b]
+            shifted = 2.0 * (past[:, None] * way - point)
+            lines = np.column_stack([shifted, np.ones(len(way)), -2.0 * thick, far - past**2 - thick**2, -pairs])
             # the squares cancel to round-off of the farthest
-            near = apart - ahead**2 <= (1.0 + SLACK) * reach**2 + 1e-14 * apart.max()
-            i, j = np.nonzero(near & (way @ self.frame[:, 2].T < np.where(self.bent, np.inf, -SLACK)))
-            found.append((k + i, j))
+            i, j = np.nonzero(lines @ panels <= 1e-14 * (far.max() + square.max()))
+            outside = self.bent[j] | (np.sum(way[i] * self.frame[j, 2], axis=1) < -SLACK)
+            found.append((k + i[outside], j[outside]))
         i, j = (np.concatenate(values) for values in zip(*found, strict=True))
         return i, j
 

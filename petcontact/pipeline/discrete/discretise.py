@@ -29,6 +29,7 @@ from ...model.expressions import evaluate
 from ...model.loads import loads_by_step
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
+from ..choice import needed_memory, resolved_bem
 from .interfaces import InterfaceSpec, as_problem, check_parts, interfaces_of
 from .laws import law_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
@@ -85,6 +86,14 @@ class Discrete:
     mesh_warnings: list[str] = field(default_factory=list)
     facings: list[Facing | None] = field(default_factory=list)
     volumes: list[VolumeSolution | None] = field(default_factory=list)
+    _motions: list[tuple[BoundaryData, Array]] = field(default_factory=list)
+
+    def motions(self, number: int) -> Array:
+        """The rigid motions (n, d, r) of a body that no condition holds."""
+        for known, free in self._motions[number : number + 1]:
+            if known is self.data[number]:
+                return free
+        return body_motions(self.boundaries[number], self.data[number], self.meshes[number])
 
     @functools.cached_property
     def sizes(self) -> list[float]:
@@ -115,12 +124,15 @@ def discretise(
     Raises
     ------
     InputError
-        If a part does not exist or has two conditions, data are not finite, or a coefficient or bound is negative.
+        If a part does not exist or has two conditions, data are not finite, a coefficient or bound is negative, or the
+        operators do not fit the machine.
     """
     if like is not None and all(getattr(problem, key) == getattr(like.problem, key) for key in POSED):
         return replace(like, problem=problem, warnings=list(like.warnings))
     sides = interfaces_of(problem)
     boundaries, meshes = meshed(problem, sides, make_mesh, like)
+    if like is None:
+        _check_size(problem, sides, meshes)
     if not sides:
         return _without_contact(problem, boundaries, meshes, like)
     facings = [_facing(side, meshes) for side in sides] if like is None else like.facings
@@ -137,7 +149,11 @@ def discretise(
         notes += mismatch
     given, (interfaces, law) = law, with_law(law, sides, interfaces, meshes)
     data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
-    if given is None and isinstance(law, Tresca) and _held_by_friction(interfaces, meshes, boundaries, data, law.bound):
+    motions: list[tuple[BoundaryData, Array]] = []
+    if given is None and isinstance(law, Tresca):
+        motions = [(data[b], body_motions(boundaries[b], data[b], mesh)) for b, mesh in enumerate(meshes)]
+    if motions and any(free.shape[2] for _, free in motions):
+        _check_friction_holds(interfaces, meshes, motions, law.bound)
         # equilibrium of what only contact holds is exact where all its tractions are looked for
         interfaces = [replace(face, held=False) for face in interfaces]
         law = law_between(sides, interfaces, meshes)
@@ -146,7 +162,7 @@ def discretise(
     notes += [note for volume in volumes if volume is not None for note in volume.notes]
     wear = wear_between(sides, interfaces, meshes)
     return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, wear, notes,
-                    [] if like is None else like.mesh_warnings, facings, volumes)  # fmt: skip
+                    [] if like is None else like.mesh_warnings, facings, volumes, motions)  # fmt: skip
 
 
 def _without_contact(
@@ -169,6 +185,16 @@ def _without_contact(
     notes = [note for volume in volumes if volume is not None for note in volume.notes]
     return Discrete(problem, boundaries, meshes, [], [], Tresca(np.zeros(0), meshes[0].dim - 1), data, [],
                     np.zeros(0), notes, [] if like is None else like.mesh_warnings, [], volumes)  # fmt: skip
+
+
+def _check_size(problem: Problem, sides: list[InterfaceSpec], meshes: list[BoundaryMesh]) -> None:
+    """Refuse what does not fit the machine before what faces what is looked for, which of many panels takes long."""
+    secondary = [(side.body, side.part) for side in sides]
+    met = {*secondary, *(side.primary for side in sides if side.primary)}
+    nodes = {place: len(meshes[place[0]].nodes_of(place[1])) for place in met}
+    contact = [sum(count for (body, _), count in nodes.items() if body == b) for b in range(len(meshes))]
+    directions = meshes[0].dim - all(side.holds_normal for side in sides)
+    needed_memory(resolved_bem(problem.bem), meshes, contact, directions, sum(nodes[place] for place in secondary))
 
 
 def meshed(
@@ -217,24 +243,20 @@ def _loads_volume_alike(problem: Problem, other: Problem, number: int) -> bool:
     return same and loads_by_step(problem, number) == loads_by_step(other, number)
 
 
-def _held_by_friction(
-    interfaces: list[Interface], meshes: list[BoundaryMesh], boundaries: list[Boundary], data: list[BoundaryData],
-    bound: Array,
-) -> bool:  # fmt: skip
-    """Whether friction alone keeps a body where it is, whose contacts hold the normal displacement.
+def _check_friction_holds(
+    interfaces: list[Interface], meshes: list[BoundaryMesh], motions: list[tuple[BoundaryData, Array]], bound: Array
+) -> None:
+    """Refuse bodies that not even friction holds, whose contacts hold the normal displacement.
 
     Raises
     ------
     InputError
-        If not even friction does.
     """
-    found, places = False, slices(interfaces)
-    for b, (mesh, boundary) in enumerate(zip(meshes, boundaries, strict=True)):
+    places = slices(interfaces)
+    for b, (mesh, (known, free)) in enumerate(zip(meshes, motions, strict=True)):
         mine = [bound[places[face.name]] for face in interfaces if face.body == b]
-        if body_motions(boundary, data[b], mesh).shape[2]:
-            check_held(data[b], mesh, np.concatenate([*mine, np.zeros(0)]))
-            found = True
-    return found
+        if free.shape[2]:
+            check_held(known, mesh, np.concatenate([*mine, np.zeros(0)]))
 
 
 def _facing(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> Facing | None:

@@ -22,8 +22,10 @@ def with_law(
     given: Any, sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
 ) -> tuple[list[Interface], ContactLaw]:
     """The law, and interfaces that look for as many components as it has: a law of the user's may have the normal one."""
+    if given is None:
+        return interfaces, law_between(sides, interfaces, meshes)
     nodes = _contact_nodes(sides, interfaces, meshes)
-    wanted = getattr(given, "k", None) if hasattr(given, "project") or given is None else given(nodes).k
+    wanted = getattr(given, "k", None) if hasattr(given, "project") else given(nodes).k
     if interfaces[0].held and wanted == meshes[0].dim:
         interfaces = [replace(face, held=False) for face in interfaces]
         nodes = _contact_nodes(sides, interfaces, meshes)
@@ -54,6 +56,7 @@ def law_between(sides: list[InterfaceSpec], interfaces: list[Interface], meshes:
         mu, bound = (_not_negative(side, interface, meshes, key) for key in ("friction_coefficient", "friction_bound"))
         if bound is None:
             bound = np.full(m, np.inf if mu is not None or law.normal == "bonded" else 0.0)
+        bound = np.where(absent, 0.0, bound)
         parts.append((np.full(m, np.inf) if mu is None else mu, bound, np.full(m, law.normal == "unilateral"), absent))
     coefficient, bound, opens, absent = (np.concatenate(values) for values in zip(*parts, strict=True))
     if interfaces[0].held:

@@ -21,6 +21,8 @@ from ...refinement.panels.tail import Tails
 from ..discrete.discretise import Discrete
 from ..trust.between_nodes import Places, places_between
 
+UNLOADED = 1e-11
+"""Tractions and displacements, over those of the increment before, below which they are round-off of unloading."""
 Monitor = Callable[[ContactState], str | None]
 """Called with the state so far after each iteration, which says where it is; a reason that it returns ends the solve."""
 
@@ -72,6 +74,8 @@ class IncrementState:
         σ [stress].
     worn : (M,) array
         Depth by which both sides together are worn [length].
+    trend : pair of (M, k) arrays, optional
+        What v_n (no other component) and σ changed by in the increment, over that of the load factor.
     """
 
     slip: Array
@@ -81,6 +85,7 @@ class IncrementState:
     loads: Array
     sigma: Array
     worn: Array
+    trend: Start | None = None
 
 
 @dataclass
@@ -138,7 +143,7 @@ class PreparedProblem:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; one that reaches all values where there are none."""
-        return self.discrete.problem.step or (Step(name="load"),)
+        return self.discrete.problem.step or (Step.model_construct(name="load"),)
 
     def begun(self) -> IncrementState:
         """The state before the first increment: unloaded."""
@@ -249,16 +254,32 @@ class Increment:
             state.where = where
             return monitor(state) if monitor is not None else None
 
-        start = self.before.start
+        start = self._start()
         if start is None and options.start == "frictionless":
             start = self.system.u_0, np.zeros_like(self.system.u_0)
         iteration = Iteration(Criterion(options.tolerance, options.stop), options.max_iterations, start, keep)
         try:
-            return self.problem.method(self.system, self.problem.discrete.law, iteration)
+            return self._without_round_off(self.problem.method(self.system, self.problem.discrete.law, iteration))
         except SolverError as error:
             if not last:
                 raise
             return replace(last[0], reason=str(error), converged=False, stopped=True, error=True)
+
+    def _without_round_off(self, outcome: ContactState) -> ContactState:
+        """An outcome where nothing acts any more: what is left of tractions and overlaps has no digit to be judged by."""
+        acted, left = (np.abs(sigma).max(initial=0.0) for sigma in (self.before.sigma, outcome.sigma))
+        if not outcome.converged or left >= UNLOADED * acted:
+            return outcome
+        noise = UNLOADED * np.abs(self.system.apply(self.before.sigma)).max()
+        return replace(outcome, sigma=np.zeros_like(outcome.sigma), v=np.where(np.abs(outcome.v) < noise, 0.0, outcome.v))
+
+    def _start(self) -> Start | None:
+        """Where a method starts from: the state before, and in a step that has begun what it has changed by so far. Its sets
+        are then most often the right ones where fronts of slip move on."""
+        start, trend, way = self.before.start, self.before.trend, self.target - self.begun
+        if start is None or trend is None or self.begun == 0.0:
+            return start
+        return start[0] + way * trend[0], start[1] + way * trend[1]
 
     def after(self, outcome: ContactState) -> IncrementState:
         """What this increment hands to the next."""
@@ -275,7 +296,12 @@ class Increment:
             positions[k], loads[k] = position, np.where(motion.free, load, -feels)
         slip = before.slip + outcome.v[:, : system.dim - 1]
         worn = before.worn if self.layer is None else before.worn + self.layer * np.maximum(-outcome.sigma[:, -1], 0.0)
-        return IncrementState(slip, (outcome.v, outcome.sigma), free_of_bodies, positions, loads, outcome.sigma, worn)
+        end, trend = (outcome.v, outcome.sigma), None
+        if before.start is not None:
+            change = [(now - old) / (self.target - self.begun) for now, old in zip(end, before.start, strict=True)]
+            change[0][:, : system.dim - 1] = 0.0
+            trend = change[0], change[1]
+        return IncrementState(slip, end, free_of_bodies, positions, loads, outcome.sigma, worn, trend)
 
 
 def amplitudes(system: ContactSystem, outcome: ContactState) -> Array:

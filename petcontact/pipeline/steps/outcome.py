@@ -19,7 +19,7 @@ from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ..eliminate import ELASTIC_LIMIT
-from ..trust.increments import imbalance, objection
+from ..trust.increments import BLOCKS, imbalance, objection
 from ..trust.overlaps import overlaps
 from ..trust.warnings import absurd
 from .diagnosis import failure, unheld_at_the_end
@@ -28,9 +28,6 @@ from .wear import Tried
 
 LARGEST_IMBALANCE = 1e-2
 """Imbalance of a pair that is not accepted."""
-BLOCKS = 5.0
-"""Residual of a compressed body that is accepted, over the tolerance of its compression, which bounds each block by itself:
-three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body alone or two blocks less than that."""
 
 
 Fields = list[tuple[Array, Array]]

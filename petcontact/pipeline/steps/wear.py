@@ -64,12 +64,12 @@ def worn(increment: Increment, earlier: Earlier, times: int, monitor: Monitor | 
     whole = times * increment.problem.discrete.wear * earlier.mean(times)
     before, (first, second) = increment.before, earlier.starts
     middle = replace(increment, target=increment.begun + GAMMA * (increment.target - increment.begun), layer=GAMMA * whole,
-                     before=replace(before, start=first))  # fmt: skip
+                     before=replace(before, start=first, trend=None))  # fmt: skip
     outcome = middle.solved(monitor)
     if not outcome.converged:
         return (middle, outcome, middle.after(outcome)), earlier
     depth = before.worn + (1.0 - GAMMA) * whole * np.maximum(-outcome.sigma[:, -1], 0.0)
-    end = replace(increment, layer=GAMMA * whole, before=replace(before, start=second, worn=depth))
+    end = replace(increment, layer=GAMMA * whole, before=replace(before, start=second, worn=depth, trend=None))
     last = end.solved(monitor)
     starts = (outcome.v, outcome.sigma), (last.v, last.sigma)
     way = _way(end, last)

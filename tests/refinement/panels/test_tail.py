@@ -35,6 +35,15 @@ def inner(mesh, nodes):
     return (nearest > area ** (1.0 / (mesh.dim - 1)))[mesh.element[nodes]]
 
 
+def test_the_rim_is_where_sides_of_other_parts_are_however_large_their_panels():
+    mesh = box_mesh(BOX, lambda part: 0.1 if part == "top" else 1.0, 1, 1.0)
+    nodes = mesh.nodes_of("top")
+    x, (low, high) = mesh.x[nodes, :2], (BOX.lower[:2], BOX.upper[:2])
+    exact = np.minimum(x - low, high - x).min(axis=1)
+    assert rim_distance(mesh, nodes) == pytest.approx(exact, abs=1e-12)
+    assert rim_distance(mesh, nodes, 0.3) == pytest.approx(np.where(exact <= 0.3, exact, np.inf), abs=1e-12)
+
+
 @pytest.mark.parametrize("order", [1, 2, 3])
 def test_lower_degrees_have_no_tail_and_the_highest_is_all_tail(order, tmp_path):
     for mesh in meshes(order, tmp_path):

@@ -1,0 +1,62 @@
+"""Where a mesh and its conditions repeat themselves, and where they only seem to."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+from conftest import example
+from prepared import operators
+
+from petcontact import MeshOptions, load
+from petcontact.bem.operators import BoundaryOperators
+from petcontact.compliance.body.stretches import stretches_of
+from petcontact.compression.hodlr import Stretch
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+
+
+def found(**changes):
+    ops = operators(example(1, **changes))
+    return stretches_of(ops.mesh, ops)
+
+
+def under(traction):
+    """Where Example 1 has another traction on the left."""
+    ops = operators(load(CONFIGS / "example1.toml", {"boundary.2.value": [traction, 0.0]}))
+    return stretches_of(ops.mesh, ops)
+
+
+@pytest.mark.parametrize(("size", "order"), [(0.05, 0), (0.1, 3)])
+def test_sides_of_equal_elements(size, order):
+    counts = [round(length / size) * (order + 1) for length in (8.0, 4.0, 8.0, 4.0)]
+    ends = [sum(counts[: i + 1]) for i in range(4)]
+    expected = [Stretch(end - count, end, order + 1) for end, count in zip(ends, counts, strict=True)]
+    assert found(mesh=MeshOptions(element_size=size, order=order)) == expected
+
+
+def test_graded_elements_are_no_stretch():
+    assert found(mesh=MeshOptions(order=2, grading=0.4, levels=9)) == []
+
+
+def test_a_drift_is_no_round_off():
+    """Each element is as long as the next but for 1e-10."""
+    ops = operators(example(1, mesh=MeshOptions(element_size=0.05)))
+    moved = {name: x + 1e-8 * x * (8.0 - x) / 8.0 * (x[:, 1:] == 0.0) for name, x in vars(ops.mesh).items()
+             if name in ("start", "end")}  # fmt: skip
+    assert [s.start for s in stretches_of(replace(ops.mesh, **moved), ops)] == [160, 240, 400]
+
+
+def test_data_that_vary_are_columns_of_their_own():
+    assert [s.beside for s in under("400 + y")] == [True, True, True, False]
+    assert [(s.start, s.stop) for s in under("400*(y > 2)")][3:] == [(400, 440), (440, 480)]
+
+
+def test_entries_that_do_not_repeat_are_noticed(monkeypatch):
+    """A kernel of a user's own may know where it is."""
+    plain = BoundaryOperators.system_entries
+    monkeypatch.setattr(BoundaryOperators, "system_entries", lambda self, rows, columns: plain(self, rows, columns)
+                        * (1.0 + 1e-7 * self.mesh.x[columns, 0].repeat(2)))  # fmt: skip
+    stretches = found(mesh=MeshOptions(element_size=0.05))
+    assert [(s.start, s.stop) for s in stretches] == [(160, 240), (400, 480)]

@@ -1,0 +1,100 @@
+"""Clusters that share the blocks of a translate: accuracy is that of clusters fitted one by one."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hodlr_kernels import Mixed, Partial, circle, dense, polygon, together
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from petcontact.compression.hodlr import Stretch, compress, factor
+from petcontact.compression.hodlr.clusters import halved
+from petcontact.compression.hodlr.translations import Translations
+
+SQUARE = np.array([[0.0, 0.0], [8.0, 0.0], [8.0, 4.0], [0.0, 4.0]])
+PER_SIDE, LEAF = 96, 8
+
+
+def outline(name):
+    """A square; one that is so thin that its long elements are as large as its ends; a tiny hole close to a side."""
+    if name == "thin":
+        return polygon(SQUARE * [1.0, 0.02], PER_SIDE)
+    square = polygon(SQUARE, PER_SIDE)
+    return square if name == "square" else together(square, circle(40, 0.04, (3.3, 0.05), clockwise=True))
+
+
+def shared(operator, tol, threads=1):
+    nodes = operator.nodes
+    return compress(
+        operator, nodes.points, operator.row_offsets, operator.col_offsets, tol, LEAF, breaks=nodes.breaks, threads=threads,
+        stretches=[Stretch(i * PER_SIDE, (i + 1) * PER_SIDE) for i in range(4)],
+    )  # fmt: skip
+
+
+def followers(matrix):
+    return sum(cluster.follows for part in matrix.parts for level in part.levels for cluster in level.clusters)
+
+
+@pytest.mark.parametrize(("name", "tol"), [("square", 1e-10), ("thin", 1e-6), ("hole", 1e-8)])
+def test_rows_and_solutions_to_the_tolerance(name, tol):
+    operator = Mixed(outline(name))
+    exact, matrix = dense(operator), shared(operator, tol)
+    error = np.linalg.norm(matrix @ np.eye(len(exact)) - exact, axis=1).max()
+    # without sharing the thin one and that with the hole are off by as much
+    assert error <= (5 if name == "square" else 40) * tol * np.linalg.norm(exact, axis=1).max()
+    assert followers(matrix) > 20
+    b = np.cos(np.arange(len(exact)))
+    x = factor(matrix, use_up=True).solve(b)
+    assert np.abs(exact @ x - b).max() <= 1e4 * tol
+
+
+def test_threads_and_several_columns():
+    operator, rng = Mixed(outline("square")), np.random.default_rng(3)
+    one, two = shared(operator, 1e-9), shared(operator, 1e-9, threads=2)
+    x = rng.standard_normal((one.shape[1], 3))
+    assert np.allclose(one @ x, two @ x, rtol=0, atol=1e-8 * np.abs(x).sum())
+    assert np.allclose((one @ x)[:, 1], one @ x[:, 1], rtol=0, atol=1e-12 * np.abs(x).sum())
+    first, second = (factor(matrix).solve(x) for matrix in (one, two))
+    assert np.allclose(first, second, rtol=0, atol=1e-6 * np.abs(first).max())
+
+
+@pytest.mark.parametrize("alike", [True, False])
+def test_an_operator_beside_shares_where_its_columns_are_alike(alike):
+    nodes = outline("square")
+    side = np.arange(len(nodes)) // PER_SIDE
+    single, chosen = side % 2 == 0, side == 0
+    operator, beside = Mixed(nodes, single), Partial(nodes, chosen)
+
+    def both(rows, columns):
+        return [operator(rows, columns), beside(rows, columns)]
+
+    matrix = compress(
+        operator, nodes.points, operator.row_offsets, operator.col_offsets, 1e-9, LEAF, breaks=nodes.breaks,
+        serve=(both, [operator.col_offsets, beside.col_offsets]),
+        stretches=[Stretch(i * PER_SIDE, (i + 1) * PER_SIDE, beside=alike or i > 0) for i in range(4)],
+    )  # fmt: skip
+    other = matrix.beside(beside, beside.col_offsets)
+    on_first = [c.follows for level in other.parts[0].levels for c in level.clusters if c.stop <= PER_SIDE]
+    assert any(on_first) == alike and followers(other) > 0
+    exact = dense(beside)
+    error = np.linalg.norm(other @ np.eye(exact.shape[1]) - exact, axis=1).max()
+    assert error <= 5e-9 * np.linalg.norm(exact, axis=1).max()
+
+
+@settings(max_examples=50)
+@given(st.integers(0, 3000), st.integers(1, 4), st.integers(0, 900), st.integers(1, 900), st.integers(8, 40))
+def test_leaves_are_small_and_equal_on_a_stretch(start, period, before, count, leaf):
+    stop = start + before + period * count + 17
+    stretch = Stretch(start + before, start + before + period * count, period)
+    translations = Translations([stretch], np.zeros((stop, 2)))
+    bounds = translations.leaves(start, stop, leaf)
+    sizes = np.diff(bounds)
+    assert bounds[0] == start and bounds[-1] == stop and sizes.min() > 0 and sizes.max() <= leaf
+    keys = [translations.key(a, b) for a, b in itertools.pairwise(bounds.tolist())]
+    equal = leaf // period * period
+    if equal and period * count >= 6 * equal:
+        assert sum(key == (0, 0, equal) for key in keys) == period * count // equal
+    assert np.array_equal(Translations([], np.zeros((stop, 2))).leaves(start, stop, leaf), halved(start, stop, leaf))
