@@ -21,7 +21,6 @@ from ..model.solver_options import Bem
 from ..runtime.world import OneRank
 from .choice import LARGEST, check_memory, is_compressed, needed_memory, resolved_bem, solve_seconds
 from .discrete.discretise import Discrete
-from .discrete.load_states import body_motions
 from .trust.meshes import check_meshes, check_stiffness
 
 ELASTIC_LIMIT = 1e-7
@@ -98,8 +97,7 @@ def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Calla
     if announce is None:
         return silent
     increments = sum(1 if step.increments == "auto" else int(step.increments) for step in discrete.problem.step)
-    sides = zip(discrete.boundaries, discrete.data, meshes, strict=True)
-    seconds = solve_seconds(bem, meshes, max(1, increments), sum(body_motions(*side).shape[2] for side in sides))
+    seconds = solve_seconds(bem, meshes, max(1, increments), sum(discrete.motions(b).shape[2] for b in range(len(meshes))))
     return announce(sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes), seconds, needed)
 
 
@@ -115,7 +113,7 @@ def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Ar
     mesh, data, problem = discrete.meshes[number], discrete.data[number], discrete.problem
     kernel = kernel_for(mesh, problem.body[number].material, resolved_bem(problem.bem).quadrature_tol)
     operators = BoundaryOperators(mesh, data, kernel)
-    return operators, body_motions(discrete.boundaries[number], data, mesh)
+    return operators, discrete.motions(number)
 
 
 def eliminated_alone(discrete: Discrete, number: int, comm: Any) -> ElasticBody:

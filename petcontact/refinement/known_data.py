@@ -99,15 +99,21 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
     """
     found: list[list[Field]] = [[] for _ in outline.sides]
     sizes: dict[str, float] = {}
+    every = []
     for k, (side, offset) in enumerate(zip(outline.sides, outline.offsets, strict=True)):
         at = functools.partial(variables, side, offset)
         for kind, given, values in _conditions(problem, side, at):
-            size = float(np.linalg.norm(values(MIDDLE)))
-            if any(callable(value) or isinstance(value, str) for value in given) or (side.curvature and kind == "traction"):
-                field = Field(kind, values, *_shown(given, at, values), 1.0, side.length)
-                found[k].append(field)
-                size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
-            sizes[kind] = sizes.get(kind, 0.0) + size * side.length
+            varies = any(callable(v) or isinstance(v, str) for v in given) or (side.curvature and kind == "traction")
+            every.append((k, side, at, kind, given, values, varies))
+    if not any(varies for *_, varies in every):
+        return found
+    for k, side, at, kind, given, values, varies in every:
+        size = float(np.linalg.norm(values(MIDDLE)))
+        if varies:
+            field = Field(kind, values, *_shown(given, at, values), 1.0, side.length)
+            found[k].append(field)
+            size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
+        sizes[kind] = sizes.get(kind, 0.0) + size * side.length
     return [[replace(field, size=sizes[field.kind]) for field in row if sizes[field.kind] > 0.0] for row in found]
 
 

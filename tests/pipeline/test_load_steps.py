@@ -274,6 +274,48 @@ def test_a_file_of_another_mesh_is_refused(tmp_path):
         solve(assembly(PUNCH, body__0__mesh={"element_size": 0.25}, method={"start": str(tmp_path / "r.h5")}))
 
 
+@pytest.mark.parametrize(
+    ("changes", "difference"),
+    [
+        ({"step__0__name": "pull"}, r"step\[0\].name = 'press', here it is 'pull'"),
+        ({"step": [{"name": "press"}]}, r"step\[1\], which is missing here"),
+        ({"step__1__obstacle": []}, r"step\[1\].obstacle\[0\], which is missing here"),
+        ({"body__0__material__young_modulus": 7.0}, r"body\[0\].material.young_modulus = 1.0, here it is 7.0"),
+        ({"contact__0__friction_coefficient": 0.1}, r"contact\[0\].friction_coefficient = 0.4, here it is 0.1"),
+    ],
+)
+def test_what_is_done_is_not_posed_anew(tmp_path, changes, difference):
+    """The increments of a file are those of the problem's own first steps; only what follows may differ."""
+    mesh = {"element_size": 0.25}
+    write_solution(tmp_path / "r.h5", solve(assembly(PUNCH, body__0__mesh=mesh)))
+    with pytest.raises(InputError, match=difference):
+        solve(assembly(PUNCH, body__0__mesh=mesh, method={"start": str(tmp_path / "r.h5")}, **changes))
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+@pytest.mark.parametrize("increments", [1, 2])
+def test_a_body_that_only_contact_holds_is_unloaded_to_nothing(dimension, increments):
+    """p = 0 and no word of overlaps; beyond, the body and the way it goes are named."""
+    zero, corner = [0.0] * (dimension - 1), [1.0] * dimension
+    shape, lower, upper = (("rectangle", "lower_left", "upper_right"), ("box", "lower", "upper"))[dimension - 2]
+    body = {"name": "block", "material": {"young_modulus": 10.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.5},
+            "geometry": {"shape": shape, lower: [0.0] * dimension, upper: corner},
+            "boundary": [{"part": "top", "condition": "traction", "value": [*zero, -0.01]}]}  # fmt: skip
+    pair = {"name": "pair", "secondary": "block.bottom", "primary": "floor", "friction_coefficient": 0.3}
+    steps = [{"name": "press"}] + [
+        {"name": name, "increments": increments, "boundary": [{"body": "block", "part": "top", "value": [*zero, load]}]}
+        for name, load in (("let go", 0.0), ("press again", -0.02), ("pull", 0.02))
+    ]
+    data = {"body": [body], "obstacle": [{"name": "floor"}], "contact": [pair], "step": steps}
+    solution = solve(parse(Problem, data, "test"))
+    ends = {step.name: step for step in solution.steps if step.load_factor == 1.0}
+    assert not ends["let go"].pairs["pair"].pressure.any() and not ends["let go"].pairs["pair"].sigma_t.any()
+    assert max(ends["let go"].residuals[key] for key in ("normal", "tangential", "overlap")) < 1e-10
+    again, first = (ends[name].pairs["pair"].pressure for name in ("press again", "press"))
+    assert np.allclose(again, 2.0 * first, rtol=1e-6)
+    assert not solution.converged and "body 'block' cannot be held: the load pushes it along +" in solution.reason
+
+
 def test_a_wedge_that_jams_is_told():
     """Driven and let go: the warning names the pair; while a load is left there is none."""
     text = (ROOT / "configs" / "wedge.toml").read_text().replace("levels = 6, order = 3", "levels = 4, order = 2")

@@ -14,7 +14,7 @@ from ..composed import ComposedSystem
 from ..contact_compliance import ContactCompliance, MakeSurrogate
 from .joint import ROUND_OFF, JointBodies
 
-FORCING = 0.1
+FORCING = 0.05
 """Residual of an inner solve of Newton's method over that before it ..."""
 INNER = 0.1
 """... and over the tolerance of the criterion, or of the compression, at last."""

@@ -100,11 +100,11 @@ class PanelFaces(Faces):
     def __len__(self) -> int:
         return len(self.size)
 
-    def rims(self) -> tuple[Index, Array]:
+    def rims(self) -> tuple[Index, Array, Array]:
         """See `Faces.rims`; the doubled corner of a triangle has no side."""
         following = np.roll(self.polygon, -1, axis=1)
         number, side = np.nonzero(np.any(following != self.polygon, axis=2))
-        return number, 0.5 * (self.polygon + following)[number, side]
+        return number, self.polygon[number, side], following[number, side]
 
     def cast(self, x: Array, direction: Array) -> Hits:
         """See `Faces.cast`."""

@@ -88,8 +88,8 @@ class Faces(ABC):
         """Places, as in `Hits`, of some faces (k,) at shares (k, d-1) of their directions, from 0 to 1 of each."""
 
     @abstractmethod
-    def rims(self) -> tuple[Index, Array]:
-        """Numbers of the faces and places of the ends of curves, the middles of the sides of panels."""
+    def rims(self) -> tuple[Index, Array, Array]:
+        """Numbers of the faces and places where the sides of panels begin and end; the ends of curves, twice."""
 
     @abstractmethod
     def segments(self, other: Any, order: Index, opposite: Index, direction: Array | None) -> Segments:

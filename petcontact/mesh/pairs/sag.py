@@ -29,7 +29,8 @@ def sag(faces: Faces) -> Array:
     >>> round(float(sag(Curves(points[:-1], points[1:], np.zeros(40))).max()), 5)  # 1 - cos(π/40) = 0.00308
     0.00308
     """
-    number, place = faces.rims()
+    number, start, end = faces.rims()
+    place = 0.5 * (start + end)
     x, normal = faces.at(number, place)
     count = np.bincount(number, minlength=len(faces))
     centre = np.column_stack([np.bincount(number, column, len(faces)) / count for column in x.T])

@@ -94,8 +94,8 @@ class TailErrors:
         result = [np.zeros(mesh.n_elements, dtype=bool) for mesh in self._meshes]
         for side in self._sides:
             mesh, nodes = self._meshes[side.body], self.solution.nodes[side.name]
-            element = mesh.element[nodes]
-            good = (mesh.order[element] == 1) & (rim_distance(mesh, nodes) > self._sizes[side.body][element])
+            element, size = mesh.element[nodes], self._sizes[side.body][mesh.element[nodes]]
+            good = (mesh.order[element] == 1) & (rim_distance(mesh, nodes, size) > size)
             for step in step_ends(self.solution.steps):
                 state = step.pairs[side.name].state
                 first = np.full(mesh.n_elements, OPEN, dtype=state.dtype)
@@ -164,7 +164,7 @@ def _errors(pair: PairResult) -> tuple[Array, Array]:
 def inside(mesh: BoundaryMesh, part: str, nodes: Index) -> Array:
     """Factors (m,) of nodes of a part that fall from 1 to 0 over `FADE` of its size towards its rim.
 
-    The rim is where the nearest nodes of other parts are: p may be infinite there, and no mesh its L2 norm exact.
+    p may be infinite at the rim, and no mesh its L2 norm exact.
     """
     size = float(mesh.weight[mesh.nodes_of(part)].sum()) ** (1.0 / (mesh.dim - 1))
-    return np.asarray(np.minimum(1.0, rim_distance(mesh, nodes) / (FADE * size)) ** 2)
+    return np.asarray(np.minimum(1.0, rim_distance(mesh, nodes, FADE * size) / (FADE * size)) ** 2)

@@ -86,6 +86,14 @@ class Discrete:
     mesh_warnings: list[str] = field(default_factory=list)
     facings: list[Facing | None] = field(default_factory=list)
     volumes: list[VolumeSolution | None] = field(default_factory=list)
+    _motions: list[tuple[BoundaryData, Array]] = field(default_factory=list)
+
+    def motions(self, number: int) -> Array:
+        """The rigid motions (n, d, r) of a body that no condition holds."""
+        for known, free in self._motions[number : number + 1]:
+            if known is self.data[number]:
+                return free
+        return body_motions(self.boundaries[number], self.data[number], self.meshes[number])
 
     @functools.cached_property
     def sizes(self) -> list[float]:
@@ -141,7 +149,11 @@ def discretise(
         notes += mismatch
     given, (interfaces, law) = law, with_law(law, sides, interfaces, meshes)
     data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
-    if given is None and isinstance(law, Tresca) and _held_by_friction(interfaces, meshes, boundaries, data, law.bound):
+    motions: list[tuple[BoundaryData, Array]] = []
+    if given is None and isinstance(law, Tresca):
+        motions = [(data[b], body_motions(boundaries[b], data[b], mesh)) for b, mesh in enumerate(meshes)]
+    if motions and any(free.shape[2] for _, free in motions):
+        _check_friction_holds(interfaces, meshes, motions, law.bound)
         # equilibrium of what only contact holds is exact where all its tractions are looked for
         interfaces = [replace(face, held=False) for face in interfaces]
         law = law_between(sides, interfaces, meshes)
@@ -150,7 +162,7 @@ def discretise(
     notes += [note for volume in volumes if volume is not None for note in volume.notes]
     wear = wear_between(sides, interfaces, meshes)
     return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, wear, notes,
-                    [] if like is None else like.mesh_warnings, facings, volumes)  # fmt: skip
+                    [] if like is None else like.mesh_warnings, facings, volumes, motions)  # fmt: skip
 
 
 def _without_contact(
@@ -231,24 +243,20 @@ def _loads_volume_alike(problem: Problem, other: Problem, number: int) -> bool:
     return same and loads_by_step(problem, number) == loads_by_step(other, number)
 
 
-def _held_by_friction(
-    interfaces: list[Interface], meshes: list[BoundaryMesh], boundaries: list[Boundary], data: list[BoundaryData],
-    bound: Array,
-) -> bool:  # fmt: skip
-    """Whether friction alone keeps a body where it is, whose contacts hold the normal displacement.
+def _check_friction_holds(
+    interfaces: list[Interface], meshes: list[BoundaryMesh], motions: list[tuple[BoundaryData, Array]], bound: Array
+) -> None:
+    """Refuse bodies that not even friction holds, whose contacts hold the normal displacement.
 
     Raises
     ------
     InputError
-        If not even friction does.
     """
-    found, places = False, slices(interfaces)
-    for b, (mesh, boundary) in enumerate(zip(meshes, boundaries, strict=True)):
+    places = slices(interfaces)
+    for b, (mesh, (known, free)) in enumerate(zip(meshes, motions, strict=True)):
         mine = [bound[places[face.name]] for face in interfaces if face.body == b]
-        if body_motions(boundary, data[b], mesh).shape[2]:
-            check_held(data[b], mesh, np.concatenate([*mine, np.zeros(0)]))
-            found = True
-    return found
+        if free.shape[2]:
+            check_held(known, mesh, np.concatenate([*mine, np.zeros(0)]))
 
 
 def _facing(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> Facing | None:
@@ -278,6 +286,10 @@ def _interface(
                          "they never touch")  # fmt: skip
         elif not facing.matched:
             advice = "; the coarser side is the better secondary" if facing.sizes[0] < FINER * facing.sizes[1] else ""
+            if facing.ends_within:
+                advice = (
+                    ", and more at the rim of the secondary, which lies inside elements of the primary: let some end there"
+                )
             notes.append(f"pair {side.name!r}: elements of the two sides do not match: forces pass exactly, the pressure is "
                          f"about twice as far off as on elements that do{advice}")  # fmt: skip
     else:

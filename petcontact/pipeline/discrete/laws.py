@@ -22,8 +22,10 @@ def with_law(
     given: Any, sides: list[InterfaceSpec], interfaces: list[Interface], meshes: list[BoundaryMesh]
 ) -> tuple[list[Interface], ContactLaw]:
     """The law, and interfaces that look for as many components as it has: a law of the user's may have the normal one."""
+    if given is None:
+        return interfaces, law_between(sides, interfaces, meshes)
     nodes = _contact_nodes(sides, interfaces, meshes)
-    wanted = getattr(given, "k", None) if hasattr(given, "project") or given is None else given(nodes).k
+    wanted = getattr(given, "k", None) if hasattr(given, "project") else given(nodes).k
     if interfaces[0].held and wanted == meshes[0].dim:
         interfaces = [replace(face, held=False) for face in interfaces]
         nodes = _contact_nodes(sides, interfaces, meshes)

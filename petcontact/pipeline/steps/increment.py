@@ -21,6 +21,8 @@ from ...refinement.panels.tail import Tails
 from ..discrete.discretise import Discrete
 from ..trust.between_nodes import Places, places_between
 
+UNLOADED = 1e-11
+"""Tractions and displacements, over those of the increment before, below which they are round-off of unloading."""
 Monitor = Callable[[ContactState], str | None]
 """Called with the state so far after each iteration, which says where it is; a reason that it returns ends the solve."""
 
@@ -257,11 +259,19 @@ class Increment:
             start = self.system.u_0, np.zeros_like(self.system.u_0)
         iteration = Iteration(Criterion(options.tolerance, options.stop), options.max_iterations, start, keep)
         try:
-            return self.problem.method(self.system, self.problem.discrete.law, iteration)
+            return self._without_round_off(self.problem.method(self.system, self.problem.discrete.law, iteration))
         except SolverError as error:
             if not last:
                 raise
             return replace(last[0], reason=str(error), converged=False, stopped=True, error=True)
+
+    def _without_round_off(self, outcome: ContactState) -> ContactState:
+        """An outcome where nothing acts any more: what is left of tractions and overlaps has no digit to be judged by."""
+        acted, left = (np.abs(sigma).max(initial=0.0) for sigma in (self.before.sigma, outcome.sigma))
+        if not outcome.converged or left >= UNLOADED * acted:
+            return outcome
+        noise = UNLOADED * np.abs(self.system.apply(self.before.sigma)).max()
+        return replace(outcome, sigma=np.zeros_like(outcome.sigma), v=np.where(np.abs(outcome.v) < noise, 0.0, outcome.v))
 
     def _start(self) -> Start | None:
         """Where a method starts from: the state before, and in a step that has begun what it has changed by so far. Its sets

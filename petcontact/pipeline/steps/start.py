@@ -3,7 +3,11 @@
 from __future__ import annotations
 
 import functools
+import tomllib
+from collections.abc import Iterator
+from itertools import zip_longest
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import scipy
@@ -15,6 +19,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...model.bodies import Contact
 from ...model.cycle import cycle_steps
+from ...model.problem import Problem
 from ...results.records import PairResult, StepResult
 from ...results.solution import Solution, read_solution
 from ..discrete.interfaces import interfaces_of
@@ -24,6 +29,20 @@ from .increment import PreparedProblem
 NEAREST = 4
 """Nodes of an old surface mesh between which values are interpolated, by the inverse square of their distance."""
 NAMES = ("zero", "frictionless")
+ELSEWHERE = {
+    "title",
+    "units",
+    "method",
+    "bem",
+    "petsc",
+    "geometry",
+    "mesh",
+    "step",
+    "cycle",
+    "wear_coefficient",
+    "wear_share",
+}
+"""Keys by which a problem may differ from that of a file it goes on from, or that are compared in another way."""
 
 
 def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Row]]:
@@ -35,7 +54,7 @@ def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Ro
     Raises
     ------
     InputError
-        If there is no such file or increment, or it holds other meshes.
+        If there is no such file or increment, or it was solved with other meshes, data or steps.
     """
     name = problem.discrete.problem.method.start
     if name in NAMES or not problem.discrete.problem.step:
@@ -54,8 +73,38 @@ def finished_before(problem: PreparedProblem) -> tuple[list[StepResult], list[Ro
     if count and not 0 < int(count) <= len(steps):
         raise InputError(f"method.start: {file} has {len(steps)} converged increments, got {name!r}")
     steps = _whole_cycles(problem, file, steps[: int(count)] if count else steps)
+    _check_posed(problem.discrete.problem, old.problem, file, steps)
     _check_wear(problem, old, file, steps)
     return steps, rows_of(problem, old.wear, max((step.cycle for step in steps), default=0))
+
+
+def _check_posed(posed: Problem, before: Problem, file: str, done: list[StepResult]) -> None:
+    """Refuse a problem in which the increments of a file are not those of its own first steps.
+
+    Raises
+    ------
+    InputError
+    """
+    old, new = (tomllib.loads(each.toml()) for each in (before, posed))
+    count = max((result.step for result in done), default=0)
+    done_in, here = ([{**step, "increments": 1} for step in each.get("step", [])[:count]] for each in (old, new))
+    for difference in (*_differences(old, new), *_differences(done_in, here, "step")):
+        raise InputError(f"method.start: {file} was solved with {difference}; what is done stays as it was posed, new steps "
+                         "follow its steps in the config")  # fmt: skip
+
+
+def _differences(old: Any, new: Any, key: str = "") -> Iterator[str]:
+    """What two configs differ by, in words."""
+    if isinstance(old, dict) and isinstance(new, dict):
+        for name in sorted({*old, *new} - ELSEWHERE, key=lambda name: (name != "name", name)):
+            yield from _differences(old.get(name), new.get(name), f"{key}.{name}" if key else name)
+    elif isinstance(old, list) and isinstance(new, list) and any(isinstance(each, dict) for each in old + new):
+        for k, (one, other) in enumerate(zip_longest(old, new)):
+            yield from _differences(one, other, f"{key}[{k}]")
+    elif old is None or new is None:
+        yield f"no {key}, which is here" if old is None else f"{key}, which is missing here"
+    elif old != new:
+        yield f"{key} = {old!r}, here it is {new!r}"
 
 
 def _check_wear(problem: PreparedProblem, old: Solution, file: str, steps: list[StepResult]) -> None:

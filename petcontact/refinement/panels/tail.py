@@ -7,13 +7,14 @@ from degree to degree, and near kinks and roots of p, where they hardly do, abou
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...linalg.nearest import nearest
+from ...linalg.nearest import nearest, within
 from ...mesh.boundary_mesh import BoundaryMesh
 
 MARGIN = (2.0, 0.7, 1.35, 1.8)
@@ -33,6 +34,10 @@ STRIPS = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
 """d/H."""
 FADE = 0.02
 """Share of a part along its rim, and beside other places where tractions may be infinite, over which errors fade out."""
+PIECES = 4
+"""Of the sides of elements, whose distance is that of the rim."""
+TINY = 1e-300
+"""Least square of a length."""
 FEW = 6
 """Elements that carry pressure, below which its shape is not seen."""
 SMOOTH = 0.5
@@ -71,7 +76,7 @@ class Tails:
         self._near, self._slope = _slopes(mesh, nodes, self._constant)
         self._area = np.bincount(mesh.element, mesh.weight)[self._first]
         size, start = self._area ** (1.0 / (mesh.dim - 1)), np.flatnonzero(begins)
-        rim_at = rim_distance(mesh, nodes, float(size.max(initial=0.0)))
+        rim_at = rim_distance(mesh, nodes, size[self._element])
         near = np.minimum.reduceat(rim_at, start) if len(start) else rim_at
         self._order, self._rim = mesh.order[self._first], near < size
         parts = np.bincount(mesh.node_part, mesh.weight)[mesh.part[self._first]] ** (1.0 / (mesh.dim - 1))
@@ -150,14 +155,36 @@ class Tails:
         return error
 
 
-def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: float = np.inf) -> Array:
-    """Distance (m,) from nodes to the nearest node of another part, infinite where there is none within reach [length]."""
-    result, part = np.full(len(nodes), np.inf), mesh.node_part
-    for number in np.unique(part[nodes]):
-        others, mine = np.flatnonzero(part != number), part[nodes] == number
-        if len(others):
-            result[mine] = nearest(mesh.x[others], mesh.x[nodes[mine]], reach=reach)[0][:, 0]
-    return result
+def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: Array | float = np.inf) -> Array:
+    """Distance (m,) from nodes to the rims of their parts, where sides of elements of other parts are.
+
+    Infinite where there is none within reach, a number or (m,) [length]. Sides that curve count as chords of their pieces.
+    """
+    result, part, reach = np.full(len(nodes), np.inf), mesh.node_part[nodes], np.broadcast_to(reach, len(nodes))
+    sides = [_pieces(mesh, number) for number in range(len(mesh.part_names))]
+    for number in np.unique(part):
+        # a closed part, as a disc, has no others
+        others = np.concatenate([sides[number][:0], *sides[:number], *sides[number + 1 :]])
+        mine = np.flatnonzero(part == number)
+        middle, along, x = 0.5 * (others[:, 0] + others[:, 1]), others[:, 1] - others[:, 0], mesh.x[nodes[mine]]
+        half = 0.5 * np.linalg.norm(along, axis=1).max(initial=0.0)
+        place, side = within(middle, x, reach[mine] + half)
+        from_start, vector = x[place] - others[side, 0], along[side]
+        square = np.maximum(np.sum(vector**2, axis=1), TINY)
+        share = np.clip(np.sum(from_start * vector, axis=1) / square, 0.0, 1.0)
+        distance = np.linalg.norm(from_start - share[:, None] * vector, axis=1)
+        np.minimum.at(result, mine[place], distance)
+    return np.where(result <= reach, result, np.inf)
+
+
+def _pieces(mesh: BoundaryMesh, part: int) -> Array:
+    """Ends (n, 2, d) of straight pieces of the sides of the elements of a part."""
+    if not np.any(mesh.part == part):
+        return np.empty((0, 2, mesh.dim))
+    faces = mesh.faces(mesh.part_names[part])[1]
+    number, start, end = faces.rims()
+    points = [faces.at(number, start + share * (end - start))[0] for share in np.linspace(0.0, 1.0, PIECES + 1)]
+    return np.concatenate([np.stack(pair, axis=1) for pair in itertools.pairwise(points)])
 
 
 def _slopes(mesh: BoundaryMesh, nodes: Index, asked: Index) -> tuple[Index, Array]:
