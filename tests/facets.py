@@ -34,8 +34,9 @@ def grid(u, v, place):
 
 
 def box(file, lower, upper, counts, *, triangles=True, power=1.0):
-    """A box whose sides are cut into `counts` pieces, graded towards the lower ends."""
-    x, y, z = (a + (b - a) * np.linspace(0.0, 1.0, n + 1) ** power for a, b, n in zip(lower, upper, counts, strict=True))
+    """A box whose sides are cut into `counts` pieces, graded towards the lower ends, or along lines that are given."""
+    x, y, z = (a + (b - a) * np.linspace(0.0, 1.0, n + 1) ** power if isinstance(n, int) else n
+               for a, b, n in zip(lower, upper, counts, strict=True))  # fmt: skip
     parts = {}
     for side, k in (("left", 0), ("right", -1)):
         parts[side] = grid(y, z, lambda a, b, k=k: (np.full_like(a, x[k]), a, b))

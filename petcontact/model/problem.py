@@ -201,7 +201,8 @@ class Problem(Setting):
         if name not in bodies or not part:
             what = 'must be "body.part"' + (" or the name of an obstacle" if obstacles else "")
             names = [*(f"{body}.…" for body in bodies), *obstacles]
-            hint = nearest(name, [*bodies, *obstacles]) or f"; there are {', '.join(names)}"
+            near = "" if name in bodies else nearest(name, [*bodies, *obstacles])
+            hint = near or f"; there are {', '.join(names)}"
             raise ValueError(f"{key}: {what}, got {text!r}{hint}")
         return bodies.index(name), part
 

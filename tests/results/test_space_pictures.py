@@ -8,12 +8,16 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from matplotlib.figure import Figure
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Revolved, Traction, solve
 from petcontact import OutlineSide as Side
+from petcontact.contact.law_protocol import OPEN
 from petcontact.mesh.surface_mesh import SurfaceMesh
+from petcontact.model.base import parse
 from petcontact.results.figures.bands import band_colours, cut
 from petcontact.results.figures.plots import drawings, plot_on
+from petcontact.results.figures.space import draw_gap
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.places import small_triangles, vtk_cells
 from petcontact.results.vtu.vtkhdf import write_vtkhdf
@@ -116,3 +120,22 @@ def test_figures_of_a_curved_body(solution, tmp_path):
     save(tmp_path / "error.png", found["error"], solution)
     axes = plot_on(solution)
     assert axes.elev < 0.0 and (tmp_path / "error.png").stat().st_size > 10_000
+
+
+def test_a_small_contact_fills_the_picture_of_a_large_face():
+    """A ball on a plane: what is in contact, some nodes beside it and their levels."""
+    ball = parse(Problem, {
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.4, "order": 1},
+        "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 1.0], "radius": 1.0}, "obstacle": [{"name": "ground"}],
+        "boundary": [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.01]},
+                     *({"part": part, "condition": "traction", "value": [0.0] * 3}
+                       for part in ("left", "right", "front", "back"))],
+        "contact": [{"name": "foot", "secondary": "body.bottom", "primary": "ground", "gap": "z"}],
+    }, "ball")  # fmt: skip
+    solution = solve(ball)
+    pair, figure = solution.pairs["foot"], Figure()
+    place, closed = pair.x[:, :2], pair.state != OPEN
+    draw_gap(figure, solution)
+    (low, high), width = figure.axes[0].get_xlim(), np.ptp(place[:, 0])
+    assert high - low < 0.8 * width and low < place[closed, 0].min() and place[closed, 0].max() < high
+    assert figure.axes[1].get_ylim()[1] < 0.5 * pair.gap.max()

@@ -89,7 +89,8 @@ class Batches:
     def release(self, group: int) -> None:
         """Let go of the blocks of one `take`, which are wanted no more: no product is possible after that."""
         self._taken[group], self._released = [], True
-        self.__dict__.pop("_entries", None)
+        for cached in ("_entries", "_sorted"):
+            self.__dict__.pop(cached, None)
 
     @property
     def _stacks(self) -> list[_Stack]:
@@ -101,40 +102,47 @@ class Batches:
         return sum(s.rows.nbytes + s.columns.nbytes + s.values.nbytes for s in self._stacks)
 
     @functools.cached_property
+    def _sorted(self) -> tuple[list[_Stack], list[_Stack]]:
+        """Stacks of one block each that several places share, and the others."""
+        return [s for s in self._stacks if s.is_shared], [s for s in self._stacks if not s.is_shared]
+
+    @functools.cached_property
     def _entries(self) -> Index:
-        """What the compiled products know of each stack: counts, and addresses of its arrays."""
+        """What the compiled products know of each of the others: counts, and addresses of its arrays."""
         return np.array(
-            [
-                [*s.values.shape, *(native.pointer(a) for a in (s.values, s.rows, s.columns))]
-                for s in self._stacks
-                if not s.is_shared
-            ],
+            [[*s.values.shape, *(native.pointer(a) for a in (s.values, s.rows, s.columns))] for s in self._sorted[1]],
             dtype=np.int64,
         ).reshape(-1, 6)
 
     def __getstate__(self) -> dict[str, object]:
-        return {name: value for name, value in self.__dict__.items() if name != "_entries"}
+        return {name: value for name, value in self.__dict__.items() if name not in ("_entries", "_sorted")}
 
     def add(self, x: Array, y: Array, sign: float = 1.0) -> None:
         """y (n_rows+1, s) += sign · blocks @ x (n_columns+1, s); several columns at once are for BLAS."""
         assert not self._released, "a matrix that its factorisation has used up"
-        compiled = x.shape[1] == 1 and x.flags.c_contiguous and y.flags.c_contiguous and _multiply is not None
-        if compiled and _multiply is not None and len(self._entries):
-            work = np.empty(self._entries[:, 2].max(initial=0))
+        shared, others = self._sorted
+        if x.shape[1] > 1 or not (x.flags.c_contiguous and y.flags.c_contiguous):
+            for stack in self._stacks:
+                _gather(y, stack.rows, stack.values @ x[stack.columns], sign)
+            return
+        if _multiply is None:
+            for stack in others:
+                _gather(y, stack.rows, stack.values @ x[stack.columns], sign)
+        elif others:
+            work = np.empty(self._entries[:, 2].max())
             at = [native.pointer(array) for array in (self._entries, x, y, work)]
             _multiply(len(self._entries), *at[:3], sign, at[3])
-        for stack in self._stacks:
-            if stack.is_shared and x.shape[1] == 1:
-                # many columns of one product
-                product = (x[stack.columns, 0] @ stack.values[0].T)[..., None]
-            elif compiled and not stack.is_shared:
-                continue
-            else:
-                product = stack.values @ x[stack.columns]
-            if sign < 0.0:
-                y[stack.rows] -= product
-            else:
-                y[stack.rows] += product
+        x_flat, y_flat = x.ravel(), y.ravel()
+        for stack in shared:
+            # the same block times many vectors is one product
+            _gather(y_flat, stack.rows, x_flat[stack.columns] @ stack.values[0].T, sign)
+
+
+def _gather(y: Array, rows: Index, product: Array, sign: float) -> None:
+    if sign < 0.0:
+        y[rows] -= product
+    else:
+        y[rows] += product
 
 
 def _grade(size: int) -> int:

@@ -21,6 +21,8 @@ NEAR = 0.1
 """Distance, over the size of the secondary, within which elements have to match."""
 SHARED = 1e-6
 """Elements that share less of the secondary's do not face one another."""
+WHOLE = 0.95
+"""Share of an element beyond which the secondary covers all of it."""
 
 
 @dataclass(frozen=True)
@@ -44,6 +46,8 @@ class Facing:
         Whether each element of the secondary that is near the primary faces one of its elements.
     sizes : (float, float)
         Mean length, in space area, of the elements of the secondary and the primary near each other.
+    ends_within : bool
+        Whether the secondary ends within an element of the primary that it is near to.
     sag : (m,) array
         Height of curved faces over the elements that stand for them there, of either side; 0 where elements match [length].
     """
@@ -56,6 +60,7 @@ class Facing:
     loads: scipy.sparse.csr_array
     matched: bool
     sizes: tuple[float, float]
+    ends_within: bool
     sag: Array
 
     @property
@@ -89,13 +94,16 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     sides = [np.unique(numbers) for numbers in couples.T]
     matched = all(len(numbers) == len(couples) for numbers in sides)
     sizes = [float(every[numbers].sum()) / max(1, len(numbers)) for every, numbers in zip(measure, sides, strict=True)]
+    covered = (np.bincount(segments.other, segments.weight, len(others)) / measure[1])[sides[1]]
+    ends_within = bool(np.any((covered > 1.0 - WHOLE) & (covered < WHOLE)))
     missed = np.zeros(len(a))
     if not matched:
         number = np.searchsorted(elements, secondary.element[a])
         missed = np.where(met, np.maximum(sag(own)[number], sag(opposite)[there.face]), 0.0)
     pushed = values.data * np.repeat(secondary.weight[a], np.diff(values.indptr)) / primary.weight[b][values.indices]
     loads = scipy.sparse.csr_array((pushed, values.indices, values.indptr), shape=values.shape).T
-    return Facing(a, b, normal, distance, values, scipy.sparse.csr_array(loads), matched, (sizes[0], sizes[1]), missed)
+    return Facing(a, b, normal, distance, values, scipy.sparse.csr_array(loads), matched, (sizes[0], sizes[1]),
+                  ends_within, missed)  # fmt: skip
 
 
 def _couples(segments: Segments, size: Array) -> Index:

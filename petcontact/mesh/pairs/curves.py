@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, Mask
 from ...geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..basis import gauss
 from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
+
+FEW, BLOCK = 512, 64
+"""Curves from which on those that points may meet are sorted out first, for so many points at a time."""
+MARGIN = 1.0 + 1e-6
+"""Of lengths by which that is done."""
 
 
 @dataclass(frozen=True)
@@ -65,19 +70,31 @@ class Curves(Faces):
 
     def _nearest(self, meet: Callable[[Array, Array, Curves], tuple[Array, Array]], x: Array, vector: Array) -> Hits:
         """Of all meetings within the curves the one with the smallest distance, either way."""
-        step = max(1, TOGETHER // max(1, len(self)))
         face, place, far = np.full(len(x), -1), np.zeros(len(x)), np.full(len(x), np.inf)
-        for k in range(0, len(x), step):
-            distance, fraction = meet(x[k : k + step], vector[k : k + step], self)
+        for k, number, distance, fraction in self._met(meet, x, vector):
+            if not len(number):
+                continue
             met = (fraction >= -SLACK) & (fraction <= 1.0 + SLACK) & np.isfinite(distance)
             # the same point at the end of two curves belongs to the one that holds it better
             rank = np.where(met, np.abs(distance) + 1e-14 * np.abs(fraction - 0.5), np.inf)
             best, row = np.argmin(rank, axis=1), np.arange(len(distance))
             here = met[row, best]
-            face[k + row[here]] = best[here]
+            face[k + row[here]] = number[best[here]]
             place[k + row[here]] = np.clip(fraction[row, best][here], 0.0, 1.0)
             far[k + row[here]] = distance[row, best][here]
         return Hits(face, place, far)
+
+    def _met(
+        self, meet: Callable[[Array, Array, Curves], tuple[Array, Array]], x: Array, vector: Array
+    ) -> Iterator[tuple[int, Index, Array, Array]]:
+        """For some points after others: the number of the first, curves (n,) that they may meet, increasing, and distances
+        and fractions (m, n)."""
+        every = np.arange(len(self))
+        step = max(1, TOGETHER // max(1, len(self))) if len(self) <= FEW else BLOCK
+        for k in range(0, len(x), step):
+            here, along = x[k : k + step], vector[k : k + step]
+            number = every if len(self) <= FEW else np.flatnonzero(MAY_MEET[meet](here, along, self))
+            yield k, number, *meet(here, along, Curves(self.start[number], self.end[number], self.curvature[number]))
 
     def comes_from(self, x: Array, normal: Array, direction: Array | None) -> Hits:
         """From where points x with outward normals (m, 2) are faced: the nearest foot of a perpendicular, or against a
@@ -116,13 +133,12 @@ class Curves(Faces):
         """Pieces of these curves between what faces ends of the others: numbers (k,), and fractions (k,) at either end."""
         x, normal = other.at(*other.rims()[:2])
         numbers, fractions = ([part] for part in self.rims()[:2])
-        step = max(1, TOGETHER // max(1, len(self)))
-        for k in range(0, len(x), step):
-            here, away = x[k : k + step], along(direction, normal[k : k + step])
-            found = _feet(here, away, self) if direction is None else _crossings(here, -away, self)
-            _, number = np.nonzero((found[1] > SLACK) & (found[1] < 1.0 - SLACK))
-            numbers.append(number)
-            fractions.append(found[1][(found[1] > SLACK) & (found[1] < 1.0 - SLACK)])
+        away = along(direction, normal)
+        found = self._met(_feet, x, away) if direction is None else self._met(_crossings, x, -away)
+        for _, number, _, fraction in found:
+            inside = (fraction > SLACK) & (fraction < 1.0 - SLACK)
+            numbers.append(number[np.nonzero(inside)[1]])
+            fractions.append(fraction[inside])
         number, fraction = np.concatenate(numbers), np.concatenate(fractions)
         order = np.lexsort((fraction, number))
         number, fraction = number[order], fraction[order]
@@ -186,3 +202,39 @@ def _feet(x: Array, normal: Array, curves: Curves) -> tuple[Array, Array]:
         distance[:, bent] = np.sign(bend) * (radius - 1.0 / np.abs(bend))
         against[:, bent] = np.sign(bend) * np.einsum("mkc,mc->mk", offset, normal) < 0.0
     return np.where(against, distance, np.nan), np.where(against, fraction, np.nan)
+
+
+def _on_lines(x: Array, direction: Array, curves: Curves) -> Mask:
+    """Which curves (n,) lines through points may cross; few others."""
+    centre, middle, size = _around(x, curves)
+    direction = direction / np.hypot(*direction.T)[:, None]
+    mean = direction.mean(axis=0)
+    mean /= np.linalg.norm(mean) or 1.0
+    spread = float(np.abs(direction[:, 0] * mean[1] - direction[:, 1] * mean[0]).max())
+    offset = middle - centre[0]
+    across = np.abs(offset[:, 0] * mean[1] - offset[:, 1] * mean[0])
+    return np.asarray(across <= MARGIN * (centre[1] + size + spread * (np.hypot(*offset.T) + size + centre[1])))
+
+
+def _beside(x: Array, normal: Array, curves: Curves) -> Mask:
+    """Which curves (n,) perpendiculars from points may stand on: arcs, and straight ones beside which points are."""
+    centre, middle, size = _around(x, curves)
+    chord, offset = curves.end - curves.start, centre[0] - middle
+    length = np.hypot(*chord.T)
+    beside = np.abs(offset[:, 0] * chord[:, 0] + offset[:, 1] * chord[:, 1]) <= MARGIN * length * (centre[1] + size)
+    return np.asarray(beside | (curves.curvature != 0.0))
+
+
+def _around(x: Array, curves: Curves) -> tuple[tuple[Array, float], Array, Array]:
+    """Centre and radius of some points; middles of chords (n, 2), and lengths (n,) within which curves are around these."""
+    centre, chord = x.mean(axis=0), curves.end - curves.start
+    length = np.hypot(*chord.T)
+    size = arc_lengths(length, half_angles(length, curves.curvature))
+    return (centre, float(np.hypot(*(x - centre).T).max())), 0.5 * (curves.start + curves.end), size
+
+
+MAY_MEET: dict[Callable[[Array, Array, Curves], tuple[Array, Array]], Callable[[Array, Array, Curves], Mask]] = {
+    _crossings: _on_lines,
+    _feet: _beside,
+}
+"""What may be met, by how."""

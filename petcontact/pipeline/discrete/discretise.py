@@ -286,6 +286,10 @@ def _interface(
                          "they never touch")  # fmt: skip
         elif not facing.matched:
             advice = "; the coarser side is the better secondary" if facing.sizes[0] < FINER * facing.sizes[1] else ""
+            if facing.ends_within:
+                advice = (
+                    ", and more at the rim of the secondary, which lies inside elements of the primary: let some end there"
+                )
             notes.append(f"pair {side.name!r}: elements of the two sides do not match: forces pass exactly, the pressure is "
                          f"about twice as far off as on elements that do{advice}")  # fmt: skip
     else:

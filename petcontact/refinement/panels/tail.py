@@ -163,7 +163,9 @@ def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: Array | float = np.inf
     result, part, reach = np.full(len(nodes), np.inf), mesh.node_part[nodes], np.broadcast_to(reach, len(nodes))
     sides = [_pieces(mesh, number) for number in range(len(mesh.part_names))]
     for number in np.unique(part):
-        others, mine = np.concatenate([*sides[:number], *sides[number + 1 :]]), np.flatnonzero(part == number)
+        # a closed part, as a disc, has no others
+        others = np.concatenate([sides[number][:0], *sides[:number], *sides[number + 1 :]])
+        mine = np.flatnonzero(part == number)
         middle, along, x = 0.5 * (others[:, 0] + others[:, 1]), others[:, 1] - others[:, 0], mesh.x[nodes[mine]]
         half = 0.5 * np.linalg.norm(along, axis=1).max(initial=0.0)
         place, side = within(middle, x, reach[mine] + half)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Mask
 from ...contact.law_protocol import OPEN
 from ...mesh.surface_mesh import as_surface
 from ...runtime.figure_style import draw_states, label, legend_below, plain
@@ -19,6 +19,8 @@ from .surface import TRIANGLES, surface_on
 
 ARROWS = 500
 """Most arrows of one panel."""
+SMALL, MARGIN = 0.5, 0.2
+"""Share of the extent of a face up to which contact is shown alone, and how much of its own is shown beside it."""
 
 
 def draw_surface(figure: Any, solution: SolutionData) -> None:
@@ -68,14 +70,16 @@ def draw_gap(figure: Any, solution: SolutionData) -> None:
 
 def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
     """Which nodes stick, slip and are open at the end of each step: a row an interface."""
-    shown, names = shown_ends(solution), list(solution.pairs)
-    figure.set_size_inches(7.0 + 1.2 * max(0, len(shown) - 3), 0.8 + 3.0 * len(names))
-    every = figure.subplots(len(names), len(shown), squeeze=False)
+    ends, names = shown_ends(solution), list(solution.pairs)
+    figure.set_size_inches(7.0 + 1.2 * max(0, len(ends) - 3), 0.8 + 3.0 * len(names))
+    every = figure.subplots(len(names), len(ends), squeeze=False)
     for row, name in zip(every, names, strict=True):
-        for axes, step in zip(row, shown, strict=True):
+        for axes, step in zip(row, ends, strict=True):
             pair = step.pairs[name]
             directions, words = view(pair)
-            draw_states(axes, pair.x @ directions.T, pair.state)
+            x = pair.x @ directions.T
+            shown = _window(axes, x, np.any([end.pairs[name].state != OPEN for end in ends], axis=0))
+            draw_states(axes, x[shown], pair.state[shown])
             axes.set(xlabel=words[0], ylabel=words[1], aspect="equal")
             axes.set_title(": ".join(([name] if len(names) > 1 else []) + [plain(step.title)]), fontsize="small")
     found = {word: handle for axes in every.ravel()
@@ -115,18 +119,30 @@ def _shade(axes: Any, solution: SolutionData, name: str, values: Array, what: st
     places, triangles, rims = small_triangles(mesh, TRIANGLES, np.unique(mesh.element[nodes]))
     nodal = np.zeros(mesh.n_nodes)
     nodal[nodes] = values
+    shown = values[_window(axes, pair.x @ directions.T, pair.state != OPEN)]
+    colours = band_colours(shown)
     # between the nodes a polynomial passes what it has at them
-    between = np.clip(mesh.basis_at(places.element, places.place) @ nodal, values.min(), values.max())
+    between = np.clip(mesh.basis_at(places.element, places.place) @ nodal, shown.min(), shown.max())
     at = mesh.variables_at(places.element, places.place)
     x = np.column_stack([at[axis] for axis in "xyz"]) @ directions.T
-    colours = band_colours(values)
     axes.tricontourf(Triangulation(*x.T, triangles), between, levels=colours.norm.boundaries, norm=colours.norm,
-                     cmap=colours.cmap, extend="neither")  # fmt: skip
-    axes.add_collection(LineCollection(x[rims], colors="w", linewidths=0.3, alpha=0.5))
+                     cmap=colours.cmap, extend="max")  # fmt: skip
+    axes.add_collection(LineCollection(x[rims], colors="w", linewidths=0.3, alpha=0.5), autolim=axes.get_autoscale_on())
     axes.autoscale_view()
     axes.set(xlabel=names[0], ylabel=names[1], aspect="equal", title=f"{along(solution, name)}: {what}")
     axes.title.set_fontsize("small")
     axes.figure.colorbar(colours, ax=axes, shrink=0.75, spacing="proportional")
+
+
+def _window(axes: Any, x: Array, closed: Mask) -> Mask:
+    """Which nodes at places (m, 2) are shown: all, or of a much larger face those in contact and some beside them."""
+    low, high = x[closed].min(axis=0, initial=np.inf), x[closed].max(axis=0, initial=-np.inf)
+    reach = float(np.max(high - low))
+    if not 0.0 < reach < SMALL * float(np.ptp(x, axis=0).max()):
+        return np.ones(len(x), dtype=bool)
+    low, high = low - MARGIN * reach, high + MARGIN * reach
+    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+    return np.asarray(np.all((x >= low) & (x <= high), axis=1))
 
 
 def _arrows(axes: Any, pair: PairResult, components: Array, unit: str | None) -> None:

@@ -15,6 +15,8 @@ from .peaks import peak_lines
 from .steps import step_lines, wear_lines
 from .text import digits, vector, wrapped
 
+DENSE = "condensed, dense"
+"""What bodies are stored as where nothing else is asked for or chosen, which goes without saying where there are several."""
 SHOWN = 6
 """Steps that the verdict shows: the first ones and the last."""
 
@@ -54,6 +56,8 @@ def _steps(solution: SolutionData) -> list[str]:
     lines = wrapped(f"  {solution.status}: ", [solution.reason], separator=" ")
     for name, mesh in solution.meshes.items():
         lines.append(f"  {'' if name == ONE_BODY else f'body {printable(name)}: '}{_size(mesh)}{_free(solution, name)}")
+    if (solver := solution.info.get("solver", DENSE)) not in ("", DENSE):
+        lines += wrapped("  ", [solver], separator=" ")
     tried = solution.tried
     ends = [k for k, step in enumerate(tried) if step.load_factor == 1.0 or k == len(tried) - 1]
     shown = ends if len(ends) <= SHOWN else [*ends[: SHOWN - 1], ends[-1]]

@@ -12,7 +12,7 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh, facet_mesh
 from petcontact.model.shapes.files import Gmsh
-from petcontact.model.shapes.plane import Rectangle
+from petcontact.model.shapes.plane import Polygon, Rectangle
 from petcontact.model.solver_options import MeshOptions
 from petcontact.refinement.panels.tail import EDGE, MARGIN, RIM, Tails, rim_distance, tail
 
@@ -42,6 +42,12 @@ def test_the_rim_is_where_sides_of_other_parts_are_however_large_their_panels():
     exact = np.minimum(x - low, high - x).min(axis=1)
     assert rim_distance(mesh, nodes) == pytest.approx(exact, abs=1e-12)
     assert rim_distance(mesh, nodes, 0.3) == pytest.approx(np.where(exact <= 0.3, exact, np.inf), abs=1e-12)
+
+
+def test_a_boundary_of_one_part_has_no_rim():
+    disc = as_outline(Polygon(((0.0, 0.0), (2.0, 0.0), (1.0, 1.5)), ("around",) * 3).outline(), "a test")
+    mesh = mesh_outline(disc, MeshOptions(element_size=0.25, order=1))
+    assert np.all(np.isinf(rim_distance(mesh, np.arange(mesh.n_nodes))))
 
 
 @pytest.mark.parametrize("order", [1, 2, 3])
