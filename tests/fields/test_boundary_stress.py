@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from smooth_field import STEEL, boundary_data, exact, meshed
 
-from petcontact import Box, Contact, Material, MeshOptions, Polygon, Problem
+from petcontact import Box, Contact, Material, MeshOptions, Polygon, Problem, Sphere
 from petcontact.fields.boundary.gradients import surface_gradient
 from petcontact.fields.boundary.places import best_places, located, nodal_places
 from petcontact.fields.boundary.stress import BoundaryField, components, hooke
@@ -17,6 +17,7 @@ from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
+from petcontact.refinement.meshes import mesh_of
 from petcontact.results.body_fields import BodyFields
 from petcontact.results.records import BodyResult
 
@@ -125,10 +126,14 @@ def triangles(mesh):
 
 def hanging(order, levels, shrink):
     """The cube with panels cut again and again about a point of its top, those around it as they are."""
-    mesh = box_mesh(CUBE, lambda part: 0.5, order, 1.0)
+    return refined(box_mesh(CUBE, lambda part: 0.5, order, 1.0), (0.2, 0.1, 1.0), levels, shrink)
+
+
+def refined(mesh, point, levels, shrink):
+    """A mesh with the panels about a point cut again and again."""
     for level in range(levels):
         distance = np.full(mesh.n_elements, np.inf)
-        np.minimum.at(distance, mesh.element, np.linalg.norm(mesh.x - [0.2, 0.1, 1.0], axis=1))
+        np.minimum.at(distance, mesh.element, np.linalg.norm(mesh.x - point, axis=1))
         mesh = quartered(mesh, distance < 0.35 * shrink**level)
     return mesh
 
@@ -161,6 +166,15 @@ def test_large_panels_beside_crowds_of_small_ones_take_no_notice_of_them(order, 
     panels when the samples nearest to these lie on small ones only."""
     mesh = hanging(order, 6, 0.4)
     assert stress_error(mesh, lambda x: kelvin(x, (0.015, -0.025, 0.05), (0.2, 0.1, 1.05)), *nodal_places(mesh))[0] < bound
+
+
+@pytest.mark.parametrize(("order", "bound"), [(1, 0.2), (2, 0.027)])
+def test_large_curved_panels_at_the_border_of_a_part_tell_no_peak_that_is_elsewhere(order, bound):
+    """The same on a ball, whose parts have few panels: .31 and .03 off, at large ones where next to nothing is."""
+    ball = Sphere(centre=(0.0, 0.0, 0.0), radius=1.0)
+    problem = Problem(material=SOFT, geometry=ball, mesh=MeshOptions(0.5, order=order), boundary=[Contact("top")])
+    mesh = refined(mesh_of(problem), (0.0, 0.0, 1.0), 6, 0.4)
+    assert stress_error(mesh, lambda x: kelvin(x, (0.015, -0.025, 0.05), (0.0, 0.0, 1.05)), *nodal_places(mesh))[0] < bound
 
 
 @pytest.mark.parametrize(("order", "rate"), [(1, 1.6), (2, 2.6)])

@@ -20,8 +20,9 @@ SOFT = 0.3
 """A sample at a distance d, in half-widths of the panel, weighs (SOFT + d)^-2."""
 INDEPENDENT = 1e-6
 """Ratio of singular values below which samples do not determine a fit."""
-AMPLIFIED = 20.0
-"""Largest error at a corner of a panel over that of the samples (Lebesgue constant): else a lower degree is fitted."""
+AMPLIFIED = (3.0, 3.0, 6.0, 6.0, 20.0)
+"""Largest error at a corner of a panel over that of the samples (Lebesgue constant), by degree: else a lower one is fitted.
+With 20 throughout, large panels at the border of a part told a third of a peak that was far away on small ones."""
 
 
 class PanelSlopes:
@@ -91,7 +92,7 @@ class PanelSlopes:
         fit = (v.transpose(0, 2, 1) * inverse[:, None]) @ (u.transpose(0, 2, 1) * weight[:, None])
         corners = np.where(np.isnan(self._mesh.corners[mine]), self._mesh.corners[mine, :1], self._mesh.corners[mine])
         at_corners = _powers(self._local(mine, corners), exponents) @ fit
-        known &= np.abs(at_corners).sum(axis=2).max(axis=1) < AMPLIFIED
+        known &= np.abs(at_corners).sum(axis=2).max(axis=1) < AMPLIFIED[degree]
         rows = np.flatnonzero(np.isin(element, mine[known]))
         panel = np.searchsorted(mine, element[rows])
         at = self._local(mine[panel], _points(self._mesh, element[rows], place[rows])[0][:, None])[:, 0]

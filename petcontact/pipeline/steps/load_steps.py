@@ -9,9 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...compliance.bodies import BodiesSystem
-from ...contact.friction_law import contact_norm
-from ...contact.laws import dissipation
 from ...errors import PetcontactError
 from ...model.cycle import cycle_steps
 from ...model.load_steps import changed_obstacle
@@ -21,6 +18,7 @@ from ..discrete.load_states import data_from
 from ..eliminate import eliminated
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced, second_solution, zero_energy_motions
+from .halves import Halves
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
 from .outcome import step_results
 from .wear import Tried, solved
@@ -30,15 +28,11 @@ HALVINGS = 8
 LOOKED_AT_FIRST = 1500
 """Contact nodes up to which loads that nothing can hold are looked for before a solve, which costs more; else after it.
 Where bodies are solved jointly a solve always costs more."""
-PATH_ERROR = 1e-3
-"""With increments = "auto": change of σ and of w over their sizes that halving an increment may make."""
-ENERGY_ERROR = 1e-2
-"""The same of the energy dissipated, over itself or the work of all tractions on the slip."""
+ROOM = 0.3
+"""With increments = "auto": path error over what is allowed up to which the next increment is twice as large."""
 TOGETHER = 8
 """Increments whose boundary fields are computed at a time, where that takes no more than products: those after one that is
 not accepted are solved in vain."""
-LEAST_SLIP = 1e-3
-"""Slip, over what the tractions move, below which its path error is relative to that."""
 
 
 def increments(
@@ -113,8 +107,8 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     problem, step, reached = increment.problem, increment.step, increment.target
     # known normals and no steps: less of the load is only asked for where there is no equilibrium at all of it
     divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
-    auto = step.increments == "auto"
-    whole = 1.0 if auto else 1.0 / int(step.increments)
+    halves = Halves(monitor) if step.increments == "auto" else None
+    whole = 1.0 if step.increments == "auto" else 1.0 / int(step.increments)
     state, end = increment.before, increment.to(1.0)
     # what contact can hold is convex: loads between two that it can hold need no look
     costly = problem.system.size <= LOOKED_AT_FIRST or any(body.is_solved_jointly for body in problem.system.bodies)
@@ -124,18 +118,25 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
         target = 1.0 if 1.0 - target < 1e-9 else target
         following = replace(increment, target=target, begun=reached, before=state)
         hopeless = doubt and is_unbalanced(following)
-        tried = None if hopeless else _attempt(following, monitor, auto=auto)
+        tried = None if hopeless else halves(following) if halves else _alone(following, monitor)
         if tried is None:
             doubt = True
             size *= 0.5
             if size >= whole * 0.5**HALVINGS and (divisible or is_unbalanced(following)):
                 continue
-            tried = [solved(following, monitor)]
+            tried, size = [solved(following, monitor)], 2.0 * size
         for look in (zero_energy_motions, second_solution):
             problem.discrete.warnings += look(*tried[-1][:2])
         yield from tried
         reached, state = target, tried[-1][2]
-        size = min(whole, 2.0 * size)
+        if halves is None or halves.error <= ROOM:
+            size = min(whole, 2.0 * size)
+
+
+def _alone(increment: Increment, monitor: Monitor | None) -> list[Tried] | None:
+    """An increment; None where it fails."""
+    tried = solved(increment, monitor)
+    return [tried] if tried[1].converged or tried[1].stopped else None
 
 
 def first_increment(problem: PreparedProblem) -> Increment:
@@ -185,36 +186,3 @@ def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) ->
     discrete = replace(discrete, data=data)
     with answering(problem.comm):
         return replace(problem, discrete=discrete, system=eliminated(discrete, problem.comm))
-
-
-def _attempt(increment: Increment, monitor: Monitor | None, *, auto: bool) -> list[Tried] | None:
-    """One increment, or with "auto" two halves that agree with it; None where it fails."""
-    whole = solved(increment, monitor)
-    if whole[1].stopped:
-        return [whole]
-    if not whole[1].converged:
-        return None
-    if not auto:
-        return [whole]
-    half = increment.to(0.5 * (increment.begun + increment.target))
-    first = solved(half, monitor)
-    if not first[1].converged:
-        return [first] if first[1].stopped else None
-    second = solved(half.then(increment.target, first[2]), monitor)
-    if not second[1].converged:
-        return [first, second] if second[1].stopped else None
-    return [first, second] if _agree(increment.problem.system, whole, first, second) else None
-
-
-def _agree(system: BodiesSystem, whole: Tried, first: Tried, halves: Tried) -> bool:
-    """Whether two halves end where the whole increment does, and dissipate as much."""
-    weight, (one, other) = system.weight, (whole[1].sigma, halves[1].sigma)
-    # where nothing slips w is round-off of what the tractions move
-    size = max(contact_norm(halves[2].slip, weight), LEAST_SLIP * contact_norm(system.operator.apply(other), weight))
-    apart = contact_norm(other - one, weight) > PATH_ERROR * contact_norm(other, weight)
-    if apart or contact_norm(halves[2].slip - whole[2].slip, weight) > PATH_ERROR * size:
-        return False
-    law = whole[0].problem.discrete.law
-    once, *twice = (float(weight @ dissipation(law, each.before.sigma, outcome.sigma, outcome.v[:, : system.dim - 1])[0])
-                    for each, outcome, _ in (whole, first, halves))  # fmt: skip
-    return abs(sum(twice) - once) <= ENERGY_ERROR * max(sum(twice), size * contact_norm(other, weight))

@@ -1,0 +1,42 @@
+"""Increments = "auto": a contact that grows from a point, where slip depends on the path."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from petcontact import Problem, solve
+from petcontact.model.base import parse
+from petcontact.pipeline.steps import halves
+
+
+def pressed(increments):
+    """A rigid cylinder on a block, µ = 0.3: p, q and the stick zone grow alike from the first contact on."""
+    free = [{"part": part, "condition": "traction", "value": [0.0, 0.0]} for part in ("left", "right")]
+    data = {
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "mesh": {"element_size": 0.6, "element_sizes": {"top": 0.03}},
+        "geometry": {"shape": "rectangle", "lower_left": [-3.0, -3.0], "upper_right": [3.0, 0.0]},
+        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0]}, *free],
+        "obstacle": [{"name": "cylinder", "displacement": [0.0, -0.06]}], "step": [{"increments": increments}],
+        "contact": [{"name": "pair", "secondary": "top", "primary": "cylinder", "gap": "x**2/8",
+                     "friction_coefficient": 0.3}],
+    }  # fmt: skip
+    return solve(parse(Problem, data, "pressed"))
+
+
+def test_a_contact_that_grows_from_a_point_takes_few_increments_none_solved_twice(monkeypatch):
+    """Its halves differ by the same share of the tractions at all loads: these are not what they are compared with."""
+    tried, solved = [], halves.solved
+
+    def counted(increment, monitor):
+        tried.append(increment)
+        return solved(increment, monitor)
+
+    monkeypatch.setattr(halves, "solved", counted)
+    found, exact = pressed("auto"), pressed(100)  # which does not halve
+    q, other = (solution.pairs["pair"].sigma_t[:, 0] for solution in (found, exact))
+    assert found.converged and 16 <= len(found.steps) <= 40
+    assert np.linalg.norm(q - other) == pytest.approx(0.0, abs=0.03 * np.linalg.norm(other))
+    known = {(each.target, id(each.before)) for each in tried}
+    assert len(known) == len(tried) < 2.5 * len(found.steps) + 1
