@@ -99,8 +99,11 @@ def _edges(solution, pair, state, step):
     states = np.where(inside, 1, 2) if state == "closed" else np.where(inside, 0, 1)
     p, q, bound, gap, moved = (values[order] for values in (
         found.pressure, found.sigma_t[:, 0], found.bound, found.gap, found.slip_increment[:, 0]))  # fmt: skip
-    places = sorted(edge.s for edge in edges(s, p, q, bound, gap, moved, states))
-    places = [s[0] if inside[0] else places[0], s[-1] if inside[-1] else places[-1]]
+    found_at = [edge.s for edge in edges(s, p, q, bound, gap, moved, states)]
+    (first, last), outside = np.flatnonzero(inside)[[0, -1]], [-np.inf, *s, np.inf]
+    places = [min([s[node], *found_at], key=lambda place, between=0.5 * (s[node] + beside): abs(place - between))
+              if np.isfinite(beside) else s[node]
+              for node, beside in ((first, outside[first]), (last, outside[last + 2]))]  # fmt: skip
     return np.array([[np.interp(place, s, found.x[order, k]) for k in range(2)] for place in places])
 
 
