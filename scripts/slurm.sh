@@ -54,6 +54,8 @@ command=sweep
 case ${1-} in
     sweep | solve) command=$1; shift ;;
 esac
+# what is asked to stop has the two minutes to save
+export OMPI_MCA_odls_base_sigkill_timeout=110 PRTE_MCA_odls_base_sigkill_timeout=110
 export OPENBLAS_NUM_THREADS=${SLURM_CPUS_PER_TASK:-1} OMP_NUM_THREADS=${SLURM_CPUS_PER_TASK:-1}
 cd "$SLURM_SUBMIT_DIR"
 part=()

@@ -29,11 +29,15 @@ def meshed(file: Path, build, name, size):
         parts.setdefault(name(low, high), []).append(tag)
     for part, tags in parts.items():
         gmsh.model.addPhysicalGroup(2, tags, name=part)
-    field = gmsh.model.mesh.field.add("MathEval")
-    gmsh.model.mesh.field.setString(field, "F", str(size))
-    gmsh.model.mesh.field.setAsBackgroundMesh(field)
-    for source in ("FromPoints", "ExtendFromBoundary", "FromCurvature"):
-        gmsh.option.setNumber(f"Mesh.MeshSize{source}", 0)
+    if isinstance(size, str):
+        field = gmsh.model.mesh.field.add("MathEval")
+        gmsh.model.mesh.field.setString(field, "F", size)
+        gmsh.model.mesh.field.setAsBackgroundMesh(field)
+        for source in ("FromPoints", "ExtendFromBoundary", "FromCurvature"):
+            gmsh.option.setNumber(f"Mesh.MeshSize{source}", 0)
+    else:
+        for bound in ("Min", "Max"):
+            gmsh.option.setNumber(f"Mesh.MeshSize{bound}", size)
     gmsh.option.setNumber("Mesh.Algorithm", 6)  # of the same points the same triangles, whatever the number of threads
     gmsh.model.mesh.generate(2)
     gmsh.model.mesh.setOrder(2)
