@@ -10,7 +10,8 @@ import tomllib
 import numpy as np
 import pytest
 
-from petcontact import Problem, solve
+from petcontact import Problem, adapt, solve
+from petcontact.contact import law_protocol
 from petcontact.model.base import parse
 from petcontact.model.case import parse_problem
 from petcontact.pipeline.adaptive.tails import TailErrors
@@ -197,3 +198,30 @@ def test_plane_strain_between_rollers_is_that_of_the_plane():
         assert pushed[[0, 2]] == pytest.approx(wanted, rel=0.01, abs=0.01 * np.abs(wanted).max())
         assert abs(pushed[1]) < 1e-10
         assert other.obstacles["parabola"].moment[1] / 0.5 == pytest.approx(-one.obstacles["parabola"].moment, abs=2e-3)
+
+
+@pytest.mark.slow
+def test_spence_by_increments_and_panels_of_its_own():
+    """CONTACT's spence35: a rigid sphere on a half space, ν = 0, µ = .2986; c/a = .4943, p_max = .02392.
+
+    The far faces have a point force's displacements: 6 mm off the middle in the place of 18 that costs .08 of c/a.
+    """
+    r, share = "sqrt(x**2 + y**2 + z**2)", 0.4705 / (2.0 * np.pi)
+    value = [f"{share}*{c}*(-z/({r})**3 - 1/(({r})*(({r}) - z)))" for c in "xy"] + [f"-{share}*(2/({r}) + z**2/({r})**3)"]
+    far = [
+        {"part": part, "condition": "displacement", "value": value} for part in ("left", "right", "front", "back", "bottom")
+    ]
+    data = {
+        "body": [{"name": "half", "material": {"young_modulus": 1.0, "poisson_ratio": 0.0}, "boundary": far,
+                  "geometry": {"shape": "box", "lower": [-18.0] * 3, "upper": [18.0, 18.0, 0.0]}}],
+        "obstacle": [{"name": "sphere", "displacement": [0.0, 0.0, "free"], "force": [0.0, 0.0, -0.4705]}],
+        "contact": [{"name": "top", "secondary": "half.top", "primary": "sphere", "gap": "(x**2 + y**2)/243",
+                     "friction_coefficient": 0.2986}],
+        "step": [{"increments": "auto"}],
+    }  # fmt: skip
+    solution = adapt(parse(Problem, data, "spence"), 0.1)
+    pair = solution.pairs["top"]
+    closed, stuck = (pair.weight[where].sum() for where in (pair.pressure > 0.0, pair.state == law_protocol.STICK))
+    assert solution.converged and 30 <= len(solution.steps) <= 60
+    assert np.sqrt(stuck / closed) == pytest.approx(0.4943, abs=0.02)
+    assert pair.pressure.max() == pytest.approx(0.02392, rel=0.025)
