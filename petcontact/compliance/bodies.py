@@ -8,6 +8,7 @@ directions, v_n less the initial gap. Of a rigid obstacle S = 0; its displacemen
 from __future__ import annotations
 
 import copy
+import functools
 import itertools
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -23,7 +24,7 @@ from ..mesh.curve_mesh import CurveMesh, as_curve
 from .body.base import ElasticBody
 from .composed import ComposedSystem, Joint
 from .contact_compliance import ContactCompliance, DenseCompliance, ProductCompliance
-from .half_space import HalfSpace
+from .half_space import LARGEST, HalfSpace, half_space
 from .hessenberg import shared_by
 from .interface import ContactMaps, contact_maps, directions_looked_for, places
 from .interface import Interface as Interface
@@ -186,17 +187,22 @@ class BodiesSystem:
         return result.reshape(sigma.shape)
 
     def surrogate(self) -> Surrogate | None:
-        """T in all directions, unscaled: of curves on each interface the layers of both bodies; on surfaces that of a half
-        space where normals are held."""
+        """T in all directions, unscaled: of curves on each interface the layers of both bodies; on surfaces half spaces,
+        where there are not too many nodes."""
         if not self._layer:
             if all(isinstance(body.mesh, CurveMesh) for body in self.bodies):
                 self._layer.append(LayerOperator(self._strips(), self.weight, self._x))
-            elif len(self.bodies) == 1 and all(face.held for face in self.interfaces):
-                nodes, frame = (np.concatenate([getattr(face, name) for face in self.interfaces])
-                                for name in ("nodes", "directions"))  # fmt: skip
-                found = HalfSpace.of(self.bodies[0].operators, nodes, frame)
-                self._layer += [] if found is None else [found]
+            elif max(self.size, *(len(body.contact) for body in self.bodies)) <= LARGEST:
+                alone = len(self.bodies) == 1 and all(face.held for face in self.interfaces)
+                self._layer.append(HalfSpace(functools.cache(self._half_spaces), self.weight, predicts=alone))
         return copy.copy(self._layer[0]) if self._layer else None
+
+    def _half_spaces(self) -> Array:
+        every, total = np.eye(self.k * self.size), np.zeros((self.k * self.size, self.k * self.size))
+        for body, maps in zip(self.bodies, self._maps, strict=True):
+            own = half_space(body.operators, body.contact, body.data.contact_frame)
+            total += maps.seen(own @ maps.carried(every))
+        return total
 
     def _strips(self) -> list[Strip]:
         found: list[Strip] = []

@@ -8,12 +8,15 @@ import numpy as np
 import pytest
 from prepared import Posed
 
+from petcontact import Problem, solve
 from petcontact.compliance.half_space import HalfSpace
 from petcontact.contact.criterion import Criterion
 from petcontact.contact.iteration import Iteration
 from petcontact.contact.methods.newton import SemismoothNewton
 from petcontact.contact.methods.operator_robin import OperatorRobin
+from petcontact.model.base import parse
 from petcontact.model.case import load
+from petcontact.pipeline.run import prepare
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 SMALL = {"mesh.element_size": 2.0}
@@ -84,3 +87,42 @@ def test_images_where_a_side_is_held(tmp_path) -> None:
     assert ratio.min() > 0.4 and ratio.max() < 3.0
     free_t.close()
     held_t.close()
+
+
+def stack() -> dict:
+    """Two blocks that only contact holds above a clamped face, pressed and then pushed, with Coulomb friction."""
+    lower, upper = (
+        {"name": name, "material": {"young_modulus": e, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.5, "order": 1},
+         "geometry": {"shape": "box", "lower": [*low, height], "upper": [*high, height + 1.0]}, "boundary": [condition]}
+        for name, e, low, high, height, condition in (
+            ("lower", 10.0, (-1.0, -1.0), (1.0, 1.0), 0.0,
+             {"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}),
+            ("upper", 3.0, (-0.5, -0.5), (0.5, 0.5), 1.0,
+             {"part": "top", "condition": "traction", "value": [0.0, 0.0, -0.1]}))
+    )  # fmt: skip
+    push = {"name": "push", "boundary": [{"body": "upper", "part": "top", "value": [0.02, 0.0, -0.1]}]}
+    contact = {"name": "joint", "secondary": "upper.bottom", "primary": "lower.top", "friction_coefficient": 0.4}
+    return {"body": [lower, upper], "contact": [contact], "step": [{"name": "press"}, push]}
+
+
+def test_operator_robin_where_surfaces_may_separate() -> None:
+    """What Newton's method finds: blocks that contact holds, and a sphere that is dragged along."""
+    sphere = load(CONFIGS / "space_sphere.toml", {"body.0.mesh": {"element_size": 1.0}})
+    for problem in (parse(Problem, stack(), "stack"), sphere):
+        ours, other = (solve(problem, method=method) for method in ("operator-robin", "semismooth-newton"))
+        assert ours.converged and max(len(step.history) for step in ours.steps) < 120
+        one, two = ({step.step: step for step in solution.steps}[len(problem.step)] for solution in (ours, other))
+        for pair, wanted in zip(one.pairs.values(), two.pairs.values(), strict=True):
+            assert np.abs(pair.pressure - wanted.pressure).max() < 1e-5 * wanted.pressure.max()
+            assert np.abs(pair.sigma_t - wanted.sigma_t).max() < 1e-5 * wanted.pressure.max()
+
+
+def test_half_spaces_of_a_pair_are_near_its_compliance() -> None:
+    """T is nearly symmetric in the weights, and T⁻¹S has positive eigenvalues of moderate size."""
+    system = prepare(parse(Problem, stack(), "stack")).system
+    layer, weight = system.surrogate(), np.repeat(system.weight, 3)
+    weighted = weight[:, None] * layer.matrix()
+    assert np.abs(weighted - weighted.T).max() < 0.05 * np.abs(weighted).max()
+    ratio = np.linalg.eigvals(np.linalg.solve(layer.matrix(), system.operator.matrix())).real
+    assert ratio.min() > 0.1 and ratio.max() < 4.0
+    system.close()

@@ -83,7 +83,7 @@ class SemismoothNewton:
             predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
         # a mixed system's step costs no more than T does to set up
         mixed = is_monolithic(system)
-        surrogate = system.surrogate() if not mixed and (system.matrix_free or (predict and not late)) else None
+        surrogate = _prediction(system) if not mixed and (system.matrix_free or (predict and not late)) else None
         if surrogate is not None:
             surrogate.rtol = LOOSE
         foretell = _Foresight(system, law, surrogate) if predict and (late or surrogate is not None) else None
@@ -116,6 +116,12 @@ def first_guess(system: ContactSystem, surrogate: Surrogate, solver: LinearSolve
     return sigma, v if modes is None else v + modes.motion @ constraint.motion(coordinates)
 
 
+def _prediction(system: ContactSystem) -> Surrogate | None:
+    """T, where there is one that costs less than the steps that it saves."""
+    surrogate = system.surrogate()
+    return surrogate if getattr(surrogate, "predicts", True) else None
+
+
 class _Foresight:
     """Sets by the contact problem of T through an iterate; where T is still to be made, once the steps so far have cost as
     much as that will."""
@@ -130,7 +136,7 @@ class _Foresight:
         if self._wait > 0 or step.wrong == 0:
             return step.tau, step.sigma
         if self.surrogate is None:
-            self.surrogate = self._system.surrogate()
+            self.surrogate = _prediction(self._system)
         if self.surrogate is None:
             return step.tau, step.sigma
         return self.through(self.surrogate, step.sigma, step.v, step.tau)

@@ -47,7 +47,8 @@ class OperatorRobin:
         """
         surrogate, modes = system.surrogate(), system.modes
         if surrogate is None:
-            raise InputError("method.name: operator-robin needs a surrogate for S, and there is none; use semismooth-newton")
+            raise InputError("method.name: operator-robin needs a surrogate for S, and there is none (in space up to 1000 "
+                             "nodes of a side have one); use semismooth-newton")  # fmt: skip
         criterion, base = iteration.criterion, system.u_0
         inner = SurrogateActiveSetSolver(surrogate)
         solver = active_set_solver(system, surrogate)
