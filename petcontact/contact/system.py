@@ -143,6 +143,8 @@ class Surrogate(Protocol):
         Whether products and solves cost next to nothing.
     coupled : bool
         Whether T is a dense matrix, solved with by its blocks, as components need that couple on disks.
+    predicts : bool, optional
+        Whether T costs less than the steps of Newton's method that its predictions save, as where it is not said.
     """
 
     rtol: float

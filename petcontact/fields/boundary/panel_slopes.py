@@ -22,7 +22,7 @@ INDEPENDENT = 1e-6
 """Ratio of singular values below which samples do not determine a fit."""
 AMPLIFIED = (3.0, 3.0, 6.0, 6.0, 20.0)
 """Largest error at a corner of a panel over that of the samples (Lebesgue constant), by degree: else a lower one is fitted.
-With 20 throughout, large panels at the border of a part told a third of a peak that was far away on small ones."""
+With 20 throughout, large panels at the border of a part reported a third of a peak that was far away on small ones."""
 
 
 class PanelSlopes:

@@ -109,8 +109,8 @@ class AdaptiveSolve:
         self.discrete: Discrete | None = None
         self.missed = self.left = 0.0
         self._tolerance = math.nan
-        self._tried: list[PreparedProblem] = []
-        self._unreported: list[PreparedProblem] = []
+        self._tried: PreparedProblem | None = None
+        self._unreported: PreparedProblem | None = None
 
     def climb(self, accuracy: float) -> str:
         """Level after level until the estimate is below the accuracy; what kept a level from being solved, or nothing."""
@@ -150,9 +150,9 @@ class AdaptiveSolve:
 
     def last(self) -> Solution:
         """The solution on the last mesh, with all that is reported of it."""
-        for problem in self._unreported:
-            self.solutions[-1] = replace(reported(problem, self.solutions[-1]), problem=self.problem)
-        self._unreported = []
+        if self._unreported is not None:
+            self.solutions[-1] = replace(reported(self._unreported, self.solutions[-1]), problem=self.problem)
+            self._unreported = None
         return self.solutions[-1]
 
     def _report(self, solution: Solution) -> None:
@@ -197,9 +197,9 @@ class AdaptiveSolve:
         try:
             problem = replace(problem, start=self.quantity.start(problem))
             solution = unreported(problem, self.monitor)
-            self._tried = [problem]
+            self._tried = problem
             if self.quantity.reads_errors or sum(mesh.n_nodes for mesh in self.discrete.meshes) > MANY_NODES:
-                solution, self._tried = reported(problem, solution), []
+                solution, self._tried = reported(problem, solution), None
         finally:
             problem.close()
         return replace(solution, problem=self.problem)

@@ -85,7 +85,16 @@ def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
     return points
 
 
-def data_from(
+def later_data(
+    problem: Problem, meshes: Sequence[BoundaryMesh], interfaces: Sequence[Interface], step: int,
+    old: Sequence[BoundaryData], ends: Sequence[tuple[Array, Array]],
+) -> list[BoundaryData] | None:  # fmt: skip
+    """The data of all bodies from a step on, see `_data_from`; None where it holds and frees no component."""
+    new = [_data_from(problem, b, meshes[b], interfaces, step, old[b], end) for b, end in enumerate(ends)]
+    return None if all(one is other for one, other in zip(new, old, strict=True)) else new
+
+
+def _data_from(
     problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int, old: BoundaryData,
     end: tuple[Array, Array],
 ) -> BoundaryData:  # fmt: skip

@@ -13,7 +13,7 @@ from ...contact.methods.registry import method_of
 from ...errors import SolverError
 from ..choice import has_compressed
 from ..discrete.discretise import Discrete
-from ..discrete.load_states import data_from
+from ..discrete.load_states import later_data
 from ..eliminate import operators_of
 from .diagnosis import unheld
 from .increment import PreparedProblem
@@ -32,11 +32,10 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
     """
     if not discrete.interfaces or not has_compressed(discrete.problem.bem, discrete.meshes):
         return
-    prepared = _rigid(discrete, comm)
+    prepared, posed = _rigid(discrete, comm), (discrete.problem, discrete.meshes, discrete.interfaces)
     for number, step in enumerate(prepared.steps, 1):
-        data = [data_from(discrete.problem, b, mesh, discrete.interfaces, number, old, (0.0 * mesh.x, 0.0 * mesh.x))
-                for b, (mesh, old) in enumerate(zip(discrete.meshes, prepared.discrete.data, strict=True))]  # fmt: skip
-        if any(new is not old for new, old in zip(data, prepared.discrete.data, strict=True)):
+        data = later_data(*posed, number, prepared.discrete.data, [(0.0 * mesh.x, 0.0 * mesh.x) for mesh in discrete.meshes])
+        if data is not None:
             prepared = _rigid(dataclasses.replace(discrete, data=data), comm)
         where = f" at the end of step {step.name or number!r}" if discrete.problem.step else ""
         if found := unheld(whole_step(prepared, number), where):

@@ -14,7 +14,7 @@ from ...model.cycle import cycle_steps
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
 from ...runtime.signals import answering
-from ..discrete.load_states import data_from
+from ..discrete.load_states import later_data
 from ..eliminate import eliminated
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced, second_solution, zero_energy_motions
@@ -179,9 +179,9 @@ def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) ->
     if not before:
         return problem
     ends = [before[-1].bodies[body.name] for body in discrete.problem.body]
-    data = [data_from(discrete.problem, b, discrete.meshes[b], discrete.interfaces, number, old, (end.u, end.traction))
-            for b, (old, end) in enumerate(zip(discrete.data, ends, strict=True))]  # fmt: skip
-    if all(new is old for new, old in zip(data, discrete.data, strict=True)):
+    posed = discrete.problem, discrete.meshes, discrete.interfaces
+    data = later_data(*posed, number, discrete.data, [(end.u, end.traction) for end in ends])
+    if data is None:
         return problem
     discrete = replace(discrete, data=data)
     with answering(problem.comm):
