@@ -81,30 +81,26 @@ def contact_norm(x: Array, weight: Array) -> float:
     return unit * math.sqrt(float(np.dot((weight[:, None] * x).ravel(), x.ravel())))
 
 
-def group_norms(x: Array, weight: Array, groups: Sequence[slice]) -> list[float]:
-    """`contact_norm` of some groups of components.
+def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[list[float]]:
+    """`contact_norm` of some groups of components of each of some arrays (m, k).
 
-    >>> group_norms(np.array([[3.0, 1.0], [4.0, 1.0]]), np.ones(2), (slice(0, 1), slice(0, 2)))
-    [5.0, 5.196152422706632]
+    >>> group_norms(np.ones(2), (slice(0, 1), slice(0, 2)), np.array([[3.0, 1.0], [4.0, 1.0]]))
+    [[5.0, 5.196152422706632]]
     """
-    squares = np.dot((weight[:, None] * x).T, x).diagonal().tolist()  # which does not warn
-    totals = [sum(squares[group]) for group in groups]
-    if all(SAFE[0] < total < SAFE[1] for total in totals):
-        return [math.sqrt(total) for total in totals]
-    return [contact_norm(x[:, group], weight) for group in groups]
+    every = np.concatenate(arrays, axis=1)
+    squares = np.einsum("m,mq,mq->q", weight, every, every).reshape(len(arrays), -1).tolist()  # which does not warn
+    found = list[list[float]]()
+    for x, own in zip(arrays, squares, strict=True):
+        totals = [sum(own[group]) for group in groups]
+        safe = all(SAFE[0] < total < SAFE[1] for total in totals)
+        found.append(list(map(math.sqrt, totals)) if safe else [contact_norm(x[:, group], weight) for group in groups])
+    return found
 
 
-def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, floor: float = 0.0) -> float:
-    """ρ = ‖σ_t‖/‖u_t‖, with which both terms of R_ρ weigh the same; `fallback` where one of them vanishes.
-
-    `floor` is the least ‖u_t‖ that counts as a displacement and not as round-off.
+def ratio(u: float, sigma: float, fallback: float) -> float:
+    """ρ = σ/u of two norms, with which both terms of R_ρ weigh the same; `fallback` where one of them vanishes.
 
     The residual with this ρ does not depend on the ρ that a method happens to use: at very small or large ρ the
     residual R_ρ of any iterate is small in one of its terms.
     """
-    return ratio(max(contact_norm(u_t, weight), floor), contact_norm(sigma_t, weight), fallback)
-
-
-def ratio(u: float, sigma: float, fallback: float) -> float:
-    """ρ = σ/u of two norms; `fallback` where one of them vanishes."""
     return sigma / u if u > 0.0 and sigma > 0.0 else fallback

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -10,7 +11,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SolverError
 from .criterion import Criterion, balanced, equilibrium_defect, moves, over_traction, without_motions
-from .friction_law import contact_norm, group_norms
+from .friction_law import group_norms
 from .law_protocol import WITHIN, ContactLaw, bound_excess, law_residual
 from .rho_rules import usable_balance
 from .state import ContactState, History, Monitor, Start
@@ -85,21 +86,24 @@ class Recorder:
         SolverError
             If the iterate is not finite.
         """
-        weight = self.system.weight
-        change = self.iteration.criterion.change(moves(self.law, self.system, v), sigma, dv, dsigma, weight)
+        law, system = self.law, self.system
         if rho is None:
             rho, residual = self.residual(*old)
-        if not np.isfinite(change):
+        assert residual is not None
+        # motions that cost no traction say nothing of S
+        parts = dv, dsigma, moves(law, system, v), sigma, residual, without_motions(system, dv)
+        (moved, *_), (pushed, *given), (size, *_), (traction, *_), (left, *_), (_, *strained) = group_norms(
+            system.weight, (slice(law.k), *law.groups), *parts
+        )
+        change = self.iteration.criterion.change(moved, size, pushed, traction)
+        if not math.isfinite(change):
             raise SolverError(
                 "iterate", f"iterate {len(self.history) + 1} is not finite (ρ = {rho})", "choose another rho or method"
             )
-        assert residual is not None
-        # motions that cost no traction say nothing of S
-        parts = (group_norms(x, weight, self.law.groups) for x in (dsigma, without_motions(self.system, dv)))
-        balances = [usable_balance(*each) for each in zip(*parts, strict=True)]
+        balances = [usable_balance(*each) for each in zip(given, strained, strict=True)]
         balance = balances[0] if len(balances) == 1 else np.array(balances)
-        self.history.add(rho, balance, change, contact_norm(residual, weight), ksp_iterations)
-        self.largest = max(self.largest, contact_norm(sigma, weight))
+        self.history.add(rho, balance, change, left, ksp_iterations)
+        self.largest = max(self.largest, traction)
         return change, balance
 
     def balanced(self, v: Array, sigma: Array) -> float | Array:
@@ -116,8 +120,8 @@ class Recorder:
     def relative(self, v: Array, sigma: Array) -> float:
         """Residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
         rho, residual = self.residual(v, sigma)
-        weight = self.system.weight
-        return over_traction(residual, rho * v, contact_norm(sigma, weight), weight)
+        ((left,), (traction,)) = group_norms(self.system.weight, (slice(self.law.k),), residual, sigma)
+        return over_traction(left, rho * v, traction, self.system.weight)
 
     def within_limits(self, v: Array, sigma: Array, rho: float | Array, tolerance: float) -> Start | None:
         """An iterate that is as good as solved with σ within what the law allows to WITHIN of the bound, and in equilibrium.
