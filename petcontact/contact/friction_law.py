@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from .. import native
 from ..arrays import Array
 
+_NORMS = native.function("petcontact_norms", "iiippp")
 SAFE = (1e-100, 1e100)
 """Sizes of vectors whose squares neither underflow nor overflow."""
 
@@ -87,14 +90,16 @@ def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[
     >>> group_norms(np.ones(2), (slice(0, 1), slice(0, 2)), np.array([[3.0, 1.0], [4.0, 1.0]]))
     [[5.0, 5.196152422706632]]
     """
-    every = np.concatenate(arrays, axis=1)
-    squares = np.einsum("m,mq,mq->q", weight, every, every).reshape(len(arrays), -1).tolist()  # which does not warn
-    found = list[list[float]]()
-    for x, own in zip(arrays, squares, strict=True):
-        totals = [sum(own[group]) for group in groups]
-        safe = all(SAFE[0] < total < SAFE[1] for total in totals)
-        found.append(list(map(math.sqrt, totals)) if safe else [contact_norm(x[:, group], weight) for group in groups])
-    return found
+    k = arrays[0].shape[1]
+    if _NORMS is None:
+        norms = [contact_norm(x[:, a : a + 1], weight) for x in arrays for a in range(k)]
+    else:
+        kept = [native.contiguous(x) for x in (weight, *arrays)]
+        place, *places = map(native.pointer, kept)
+        filled = (ctypes.c_double * (k * len(arrays)))()
+        _NORMS(len(weight), k, len(arrays), place, (ctypes.c_void_p * len(arrays))(*places), filled)
+        norms = list(filled)
+    return [[math.hypot(*norms[first : first + k][group]) for group in groups] for first in range(0, len(norms), k)]
 
 
 def ratio(u: float, sigma: float, fallback: float) -> float:

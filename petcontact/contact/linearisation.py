@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -41,7 +42,10 @@ class Linearisation:
 
     @classmethod
     def at(cls, law: ContactLaw, tau: Array) -> Linearisation:
-        """The linearisation of a law at τ⁰."""
+        """The linearisation of a law at τ⁰; a law may have its own `linearised`."""
+        own: Callable[[Array], Linearisation | None] | None = getattr(law, "linearised", None)
+        if own is not None and (found := own(tau)) is not None:
+            return found
         derivative, projection = law.linearise(tau), law.project(tau)
         if _LINEARISE is not None and derivative.shape == (*tau.shape, law.k):
             arrays = [np.ascontiguousarray(array, dtype=float) for array in (tau, projection, derivative)]

@@ -11,12 +11,14 @@ from typing import Any, Protocol
 import numpy as np
 import scipy
 
+from ... import native
 from ...arrays import Array, Index, Mask
 from ...errors import SolverError
 from ...linalg.bordered import BorderedKrylov, Elimination, Map
 from ..linearisation import Linearisation
 from ..system import ContactSystem, Modes, RigidModeConstraint, Surrogate
 
+_BLOCK = native.function("petcontact_active_block", "iippppipp")
 DIRECT_SIZE = 512
 """Contact unknowns up to which LU on a block beats Krylov iterations on it (with a fast T)."""
 STICK_RTOL = 1e-12
@@ -148,6 +150,12 @@ def _least(matrix: Array, rhs: Array) -> Array:
 
 def _block(dense: Array, linearised: Linearisation, rho: Array, active: Index) -> Array:
     """(I - Π')/ρ + SΠ' on the active components: from S on them only nodes whose Π' is not 0 or 1 change columns."""
+    if _BLOCK is not None and dense.flags.c_contiguous:
+        block = np.empty((len(active), len(active)))
+        arrays = dense, np.ascontiguousarray(linearised.derivative), np.ascontiguousarray(rho), active
+        first, mixed = map(native.pointer, arrays), np.empty_like(active)
+        _BLOCK(len(dense), rho.shape[1], *first, len(active), native.pointer(mixed), native.pointer(block))
+        return block
     # rows, then columns: three times as fast as both at once
     everywhere, k = len(active) == rho.size, rho.shape[1]
     rows = dense if everywhere else dense.take(active, axis=0)
