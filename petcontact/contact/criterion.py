@@ -52,25 +52,28 @@ class Criterion:
         return change <= self.tolerance and relative_residual <= SLACK * self.tolerance
 
 
-def balanced(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fallback: float = 1.0) -> float | Array:
-    """ρ = ‖σ‖/‖displacement‖, with which both terms of R_ρ weigh the same; (k,) where a law has more than one group.
+def balanced(
+    law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fallback: float = 1.0
+) -> tuple[float | Array, float, float]:
+    """ρ = ‖σ‖/‖displacement‖, with which both terms of R_ρ weigh the same, (k,) where a law has more than one group; and
+    ‖displacement‖ and ‖σ‖.
 
     The displacement is v itself where v = 0 is sticking; where v_n is a gap it is what contact adds, rigid motions apart.
     """
-    weight, every = system.weight, (slice(law.k), *law.groups)
+    weight, groups = system.weight, law.groups
     # bodies and obstacles that only contact holds may move as one where all of it sticks: then v - u_0 is no displacement
     # that contact adds, which is Sσ
     strained = 0.0 if system.modes is None else contact_norm(system.apply(sigma), weight)
-    if len(law.groups) == 1:
-        (moved,), (traction,), (free,) = group_norms(weight, law.groups, v, sigma, system.u_0)
-        return ratio(max(moved, FLOOR * max(free, strained)), traction, fallback)
-    (moved, *parts), (traction, *tractions) = group_norms(weight, every, moves(law, system, v), sigma)
+    if len(groups) == 1:
+        (moved, _), (traction, _), (free, _) = group_norms(weight, groups, v, sigma, system.u_0)
+        return ratio(max(moved, FLOOR * max(free, strained)), traction, fallback), moved, traction
+    (moved, *parts), (traction, *tractions) = group_norms(weight, groups, moves(law, system, v), sigma)
     floor = FLOOR * max(moved, strained)
     common = ratio(max(moved, floor), traction, fallback)
     rho = np.empty(law.k)
-    for group, part, own in zip(law.groups, parts, tractions, strict=True):
+    for group, part, own in zip(groups, parts, tractions, strict=True):
         rho[group] = ratio(max(part, floor), own, common)
-    return rho
+    return rho, moved, traction
 
 
 def without_motions(system: ContactSystem, moved: Array) -> Array:
@@ -86,9 +89,9 @@ def relative_residual(
 
     `scale` is the largest ‖σ‖ seen so far: where friction vanishes σ itself does, and cannot be its own measure.
     """
-    rho = balanced(law, system, v, sigma, fallback)
+    rho, _, traction = balanced(law, system, v, sigma, fallback)
     residual, weight = law_residual(law, v, sigma, rho), system.weight
-    ((left,), (traction,)) = group_norms(weight, (slice(law.k),), residual, sigma)
+    left = contact_norm(residual, weight)
     return over_traction(left, rho * _digits(system, v), max(traction, scale), weight)
 
 
@@ -114,21 +117,24 @@ def natural_residuals(
     without tractions has 0 or 1, see `over_traction`.
     """
     displaced, sizes, found = moves(law, system, v), list[float](), [[0.0] * len(law.groups)]
-    every = slice(law.k), *law.groups
     least = system.u_0 if len(law.groups) == 1 else displaced  # where all nodes stick v is round-off
-    rho = np.array(np.broadcast_to(balanced(law, system, v, sigma), sigma.shape))
+    rho, common = np.empty(sigma.shape), None
     # what a rigid obstacle that is bonded to a body does to it is a motion, and strains it all the same
     strained = displaced if system.modes is None else system.apply(sigma)
     for pair in pairs:
         both = (x[pair] for x in (sigma, displaced, strained, least))
-        (size, *tractions), (_, *moving), (_, *straining), (floor, *_) = group_norms(system.weight[pair], every, *both)
+        (size, *tractions), (_, *moving), (_, *straining), (floor, *_) = group_norms(system.weight[pair], law.groups, *both)
         for group, traction, moved, own in zip(law.groups, tractions, moving, straining, strict=True):
-            rho[pair, group] = ratio(max(moved, FLOOR * max(floor, own)), traction or size, 0.0) or rho[pair, group]
+            rho[pair, group] = balance = ratio(max(moved, FLOOR * max(floor, own)), traction or size, 0.0)
+            if balance == 0.0:
+                common = balanced(law, system, v, sigma)[0] if common is None else common
+                rho[pair, group] = np.broadcast_to(common, law.k)[group]
         sizes.append(size)
-    residual, digits = law_residual(law, v, sigma, rho), rho * _digits(system, v)
+    residual = law_residual(law, v, sigma, rho)
+    digits = rho * _digits(system, v) if min(sizes, default=0.0) == 0.0 else v
     for pair, size in zip(pairs, sizes, strict=True):
         weight = system.weight[pair]
-        (left,) = group_norms(weight, law.groups, residual[pair])
+        ((_, *left),) = group_norms(weight, law.groups, residual[pair])
         found.append([over_traction(a, digits[pair, g], size, weight) for a, g in zip(left, law.groups, strict=True)])
     return tuple(np.max(found, axis=0).tolist())
 

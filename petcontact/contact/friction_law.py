@@ -85,12 +85,12 @@ def contact_norm(x: Array, weight: Array) -> float:
 
 
 def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[list[float]]:
-    """`contact_norm` of some groups of components of each of some arrays (m, k).
+    """`contact_norm` of each of some arrays (m, k), and of some groups of its components.
 
-    >>> group_norms(np.ones(2), (slice(0, 1), slice(0, 2)), np.array([[3.0, 1.0], [4.0, 1.0]]))
-    [[5.0, 5.196152422706632]]
+    >>> group_norms(np.ones(2), (slice(0, 1), slice(1, 2)), np.array([[3.0, 1.0], [4.0, 1.0]]))
+    [[5.196152422706632, 5.0, 1.4142135623730951]]
     """
-    k = arrays[0].shape[1]
+    k, found = arrays[0].shape[1], list[list[float]]()
     if _NORMS is None:
         norms = [contact_norm(x[:, a : a + 1], weight) for x in arrays for a in range(k)]
     else:
@@ -99,7 +99,10 @@ def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[
         filled = (ctypes.c_double * (k * len(arrays)))()
         _NORMS(len(weight), k, len(arrays), place, (ctypes.c_void_p * len(arrays))(*places), filled)
         norms = list(filled)
-    return [[math.hypot(*norms[first : first + k][group]) for group in groups] for first in range(0, len(norms), k)]
+    for first in range(0, len(norms), k):
+        own = norms[first : first + k]
+        found.append([math.hypot(*own), *(own[g.start] if g.stop - g.start == 1 else math.hypot(*own[g]) for g in groups)])
+    return found
 
 
 def ratio(u: float, sigma: float, fallback: float) -> float:

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+import functools
 import math
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
 from ..arrays import Array
 from ..errors import SolverError
 from .criterion import Criterion, balanced, equilibrium_defect, moves, over_traction, without_motions
-from .friction_law import group_norms
+from .friction_law import contact_norm, group_norms
 from .law_protocol import WITHIN, ContactLaw, bound_excess, law_residual
 from .rho_rules import usable_balance
 from .state import ContactState, History, Monitor, Start
@@ -52,6 +53,18 @@ class ContactMethod(Protocol):
         ...
 
 
+class Judgement(NamedTuple):
+    """An iterate (m, k) with its balanced ρ, R_ρ, and the norms of displacement (`criterion.moves`), σ and R_ρ."""
+
+    v: Array
+    sigma: Array
+    rho: float | Array
+    residual: Array
+    size: float
+    traction: float
+    left: float
+
+
 @dataclass
 class Recorder:
     """The rows of history of one run, the monitor, and the judgement of each iterate.
@@ -71,7 +84,7 @@ class Recorder:
     iteration: Iteration
     history: History = field(default_factory=History)
     largest: float = 0.0
-    _judged: tuple[Array, Array, float | Array, Array] | None = None
+    _judged: Judgement | None = None
 
     def step(
         self, old: Start, v: Array, sigma: Array, dv: Array, dsigma: Array, *, ksp_iterations: int,
@@ -87,14 +100,15 @@ class Recorder:
             If the iterate is not finite.
         """
         law, system = self.law, self.system
-        if rho is None:
-            rho, residual = self.residual(*old)
-        assert residual is not None
+        norms = functools.partial(group_norms, system.weight, law.groups)
         # motions that cost no traction say nothing of S
-        parts = dv, dsigma, moves(law, system, v), sigma, residual, without_motions(system, dv)
-        (moved, *_), (pushed, *given), (size, *_), (traction, *_), (left, *_), (_, *strained) = group_norms(
-            system.weight, (slice(law.k), *law.groups), *parts
-        )
+        (moved, *_), (pushed, *given), (_, *strained) = norms(dv, dsigma, without_motions(system, dv))
+        if rho is None:
+            before, after = self.judged(*old), self.judged(v, sigma)
+            rho, left, size, traction = before.rho, before.left, after.size, after.traction
+        else:
+            assert residual is not None
+            (left, *_), (size, *_), (traction, *_) = norms(residual, moves(law, system, v), sigma)
         change = self.iteration.criterion.change(moved, size, pushed, traction)
         if not math.isfinite(change):
             raise SolverError(
@@ -108,20 +122,22 @@ class Recorder:
 
     def balanced(self, v: Array, sigma: Array) -> float | Array:
         """The balanced ρ of an iterate."""
-        return self.residual(v, sigma)[0]
+        return self.judged(v, sigma).rho
 
-    def residual(self, v: Array, sigma: Array) -> tuple[float | Array, Array]:
-        """The balanced ρ of an iterate, and its R_ρ; asked for again as the old one of the next step."""
-        if self._judged is None or self._judged[0] is not v or self._judged[1] is not sigma:
-            rho = balanced(self.law, self.system, v, sigma)
-            self._judged = v, sigma, rho, law_residual(self.law, v, sigma, rho)
-        return self._judged[2], self._judged[3]
+    def judged(self, v: Array, sigma: Array) -> Judgement:
+        """An iterate by its balanced ρ; asked for again as the old one of the next step."""
+        known = self._judged
+        if known is None or known.v is not v or known.sigma is not sigma:
+            rho, size, traction = balanced(self.law, self.system, v, sigma)
+            residual = law_residual(self.law, v, sigma, rho)
+            left = contact_norm(residual, self.system.weight)
+            known = self._judged = Judgement(v, sigma, rho, residual, size, traction, left)
+        return known
 
     def relative(self, v: Array, sigma: Array) -> float:
         """Residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
-        rho, residual = self.residual(v, sigma)
-        ((left,), (traction,)) = group_norms(self.system.weight, (slice(self.law.k),), residual, sigma)
-        return over_traction(left, rho * v, traction, self.system.weight)
+        known = self.judged(v, sigma)
+        return over_traction(known.left, known.rho * v, known.traction, self.system.weight)
 
     def within_limits(self, v: Array, sigma: Array, rho: float | Array, tolerance: float) -> Start | None:
         """An iterate that is as good as solved with σ within what the law allows to WITHIN of the bound, and in equilibrium.

@@ -11,6 +11,7 @@ from .. import native
 from ..arrays import Array, Mask, States
 from .law_protocol import ContactLaw
 
+_TRACTION = native.function("petcontact_first_traction", "iippppppppp")
 _LINEARISE = native.function("petcontact_linearise", "iipppppp")
 
 
@@ -72,6 +73,11 @@ class Linearisation:
 
     def traction(self, y: Array) -> Array:
         """Π' y, (m, k): what y on the active components adds to σ."""
+        if _TRACTION is not None:
+            kept, result = [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)], np.empty(y.shape)
+            derivative, active, given = map(native.pointer, kept)
+            _TRACTION(*y.shape, derivative, None, None, None, active, None, given, native.pointer(result), None)
+            return result
         return _times(self.derivative, np.where(self.active, y, 0.0))
 
 

@@ -75,6 +75,22 @@ void petcontact_coulomb(int64_t m, int64_t k, const double *tau, const double *c
         petcontact_linearise(m, k, from, onto, slopes, constant, active, stick);
 }
 
+/* sigma + projection of rho v - sigma (m, k) by the same law, rho (k,). */
+void petcontact_coulomb_residual(int64_t m, int64_t k, const double *v, const double *sigma, const double *rho,
+                                 const double *coefficient, const double *bound, const uint8_t *unilateral,
+                                 const uint8_t *absent, double *residual)
+{
+    for (int64_t i = 0; i < m; i++, v += k, sigma += k, residual += k) {
+        double tau[3];
+        for (int64_t a = 0; a < k; a++)
+            tau[a] = rho[a] * v[a] - sigma[a];
+        petcontact_coulomb(1, k, tau, coefficient + i, bound + i, unilateral + i, absent ? absent + i : NULL, residual, NULL,
+                           NULL, NULL, NULL, NULL);
+        for (int64_t a = 0; a < k; a++)
+            residual[a] += sigma[a];
+    }
+}
+
 static double largest_of(int64_t n, const double *x, const uint8_t *left_out)
 {
     double largest = 0.0;
@@ -111,30 +127,33 @@ void petcontact_next_tau(int64_t m, int64_t k, int64_t t, const double *sigma, c
         tau[j] += noise * (share * guess[j] - tau[j]);
 }
 
-/* Where the equations of a linearised law start (m, k): sigma = derivative y + constant with y that of sigma so far where
-   nodes stick and -tau elsewhere, and the slack (y - sigma)/rho. */
+/* sigma = derivative y + constant (m, k) of active y: `so_far` where nodes stick and -tau elsewhere, and the slack
+   (y - sigma)/rho. Without constant, slack and `stick` the product with `so_far`. */
 void petcontact_first_traction(int64_t m, int64_t k, const double *derivative, const double *constant, const double *tau,
                                const double *rho, const uint8_t *active, const uint8_t *stick, const double *so_far,
                                double *sigma, double *slack)
 {
     for (int64_t j = 0; j < m * k; j++) {
         int64_t first = j - j % k;
-        double total = constant[j];
+        double total = constant ? constant[j] : 0.0;
         for (int64_t b = 0; b < k; b++) {
             int64_t other = first + b;
             if (active[other])
-                total += derivative[k * j + b] * (stick[other] ? so_far[other] : -tau[other]);
+                total += derivative[k * j + b] * (!stick || stick[other] ? so_far[other] : -tau[other]);
         }
         sigma[j] = total;
-        slack[j] = stick[j] ? 0.0 : (-tau[j] - total) / rho[j];
+        if (slack)
+            slack[j] = stick[j] ? 0.0 : (-tau[j] - total) / rho[j];
     }
 }
 
-/* The block (q, q) of (I - derivative)/rho + S derivative on q components, S (n, n) by rows; `mixed` has room for q numbers. */
+/* The block (q, q) of (I - derivative)/rho + S derivative on q components, S (n, n) by rows; `mixed` has room for q + 1
+   numbers, the last of which says whether any of it depends on rho. */
 void petcontact_active_block(int64_t n, int64_t k, const double *s, const double *derivative, const double *rho,
                              const int64_t *active, int64_t q, int64_t *mixed, double *block)
 {
     int64_t count = 0;
+    mixed[q] = 0;
     for (int64_t c = 0; c < q; c++) {
         int64_t own = active[c] % k, first = active[c] - own, differs = 0;
         for (int64_t b = 0; b < k; b++)
@@ -154,6 +173,7 @@ void petcontact_active_block(int64_t n, int64_t k, const double *s, const double
             if (active[r] >= first && active[r] < first + k) {
                 double slope = (column == active[r]) - derivative[k * active[r] + column - first];
                 total += slope / rho[active[r]];
+                mixed[q] |= slope != 0.0;
             }
             block[mixed[i]] = total;
         }

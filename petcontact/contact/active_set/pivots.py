@@ -204,7 +204,15 @@ def linear_solve(
 def _first_traction(linearised: Linearisation, so_far: Array, rho: Array) -> tuple[Array, Array]:
     """σ of a linearised law with y = σ so far where nodes stick and y = -τ elsewhere, and the slack (y - σ)/ρ there."""
     if _FIRST_TRACTION is not None:
-        given = (linearised.derivative, linearised.constant, linearised.tau, rho, linearised.active, linearised.stick, so_far)
+        given = (
+            linearised.derivative,
+            linearised.constant,
+            linearised.tau,
+            rho,
+            linearised.active,
+            linearised.stick,
+            so_far,
+        )
         arrays = [np.ascontiguousarray(array) for array in given]
         sigma, slack = np.empty(so_far.shape), np.empty(so_far.shape)
         _FIRST_TRACTION(*so_far.shape, *map(native.pointer, (*arrays, sigma, slack)))
