@@ -167,7 +167,7 @@ def _check_components(key: str, value: Sized, d: int) -> None:
 
 def as_problem(body: Body, boundary: Boundary, sides: list[InterfaceSpec], number: int) -> Problem:
     """One body as a problem of its own, for what only needs to know which parts are held, loaded or in contact."""
-    contact = Contact.model_construct                        # of values that were checked
+    contact = Contact.model_construct  # of values that were checked
     touching: dict[str, Contact] = {}
     for side in sides:
         law = side.law
