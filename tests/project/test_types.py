@@ -90,8 +90,8 @@ def test_a_plane_solve_without_figures_imports_nothing_for_other_work(tmp_path):
                           env={**os.environ, "OPENBLAS_NUM_THREADS": "1"})  # fmt: skip
     loaded = set(done.stdout.splitlines()[-1].split())
     assert {"numpy", "petcontact.pipeline.solve", "petcontact.results.hdf5"} <= loaded, done.stdout + done.stderr
-    others = {"matplotlib", "meshio", "pandas", "polars", "rich", "xml", "html", "multiprocessing", "concurrent.futures", "gmsh",
-              "petsc4py", "mpi4py", "shapely", "scipy.spatial", "scipy.special",
+    others = {"matplotlib", "meshio", "pandas", "polars", "rich", "xml", "html", "multiprocessing", "concurrent.futures",
+              "gmsh", "petsc4py", "mpi4py", "shapely", "scipy.spatial", "scipy.special",
               "scipy.optimize", "scipy.stats", "scipy.fft", "scipy.interpolate", "scipy.integrate", "numpy.typing",
               "threadpoolctl", "petcontact.pipeline.adaptive.climb",
               "petcontact.sweep", "petcontact.fatigue", "petcontact.convert", "petcontact.compare", "petcontact.doctor",
