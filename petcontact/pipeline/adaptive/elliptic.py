@@ -12,9 +12,9 @@ from ...results.records import step_ends
 from ...results.solution import Solution
 from ..discrete.interfaces import interfaces_of
 
-RINGS = {1: 0.1, 2: 0.05, 3: 0.03}
+RINGS = {1: 0.09, 2: 0.04, 3: 0.02}
 """Rings of panels about the core of a contact, and the estimate with them, measured on Hertz' contact."""
-FALL = 0.2
+FALL = 0.15
 """Estimate that rings have to reach at most, over that before: an edge is known the better the smaller it is."""
 
 
