@@ -140,7 +140,7 @@ class PreparedProblem:
             found.append((mesh.x[nodes], mesh.weight[nodes], mesh.variables(nodes).get("s", np.zeros(len(nodes)))))
         return found
 
-    @property
+    @functools.cached_property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; one that reaches all values where there are none."""
         return self.discrete.problem.step or (Step.model_construct(name="load"),)
