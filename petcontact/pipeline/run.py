@@ -32,6 +32,7 @@ from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
 from .steps.outcome import with_errors
+from .steps.path import path_warnings
 from .steps.start import finished_before, first_iterate
 
 
@@ -140,7 +141,7 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
         "method": options_.resolved_name, "rule": options_.rule or "modified", **problem.named,
         "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.problem.petsc),
         "versions": versions(), "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm),
-        "warnings": warnings_of(problem, solution.steps),
+        "warnings": [*warnings_of(problem, solution.steps), *path_warnings(problem, solution)],
         "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)},
     }  # fmt: skip
