@@ -7,6 +7,7 @@ from degree to degree, and near kinks and roots of p, where they hardly do, abou
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -182,11 +183,9 @@ def _pieces(mesh: BoundaryMesh, part: int) -> Array:
         return np.empty((0, 2, mesh.dim))
     faces = mesh.faces(mesh.part_names[part])[1]
     number, start, end = faces.rims()
-    # in the plane sides are points
-    shares = np.linspace(0.0, 1.0, PIECES + 1) if np.any(start != end) else np.zeros(2)
-    places = np.concatenate([start + share * (end - start) for share in shares])
-    points = faces.at(np.tile(number, len(shares)), places)[0].reshape(len(shares), len(number), -1)
-    return np.stack([points[:-1], points[1:]], axis=2).reshape(-1, 2, mesh.dim)
+    pieces = PIECES if np.any(start != end) else 1  # in the plane sides are points
+    points = [faces.at(number, start + share * (end - start))[0] for share in np.linspace(0.0, 1.0, pieces + 1)]
+    return np.concatenate([np.stack(pair, axis=1) for pair in itertools.pairwise(points)])
 
 
 def _slopes(mesh: BoundaryMesh, nodes: Index, asked: Index) -> tuple[Index, Array]:
