@@ -12,7 +12,7 @@ import pytest
 from petcontact import Problem, read_result, solve
 from petcontact.commands.main import main
 from petcontact.model.base import parse
-from petcontact.pipeline.discrete import discretise as assemble
+from petcontact.pipeline.discrete import facing
 from petcontact.pipeline.discrete.discretise import discretise
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
@@ -181,13 +181,13 @@ def test_both_sides_are_in_the_result_and_the_file(tmp_path):
 
 def test_forces_that_do_not_balance_are_not_converged(tmp_path, monkeypatch):
     """What the primary feels is scaled in its map: 3 % less, and the verdict is another one."""
-    halved = assemble.face
+    halved = facing.face
 
     def face(*given):
         facing = halved(*given)
         return dataclasses.replace(facing, loads=0.97 * facing.loads)
 
-    monkeypatch.setattr(assemble, "face", face)
+    monkeypatch.setattr(facing, "face", face)
     bodies = blocks(tmp_path, held(0.0, 0.0, -0.05), held(0.0, 0.0, 0.0))
     solution = solve(posed(bodies, {"name": "pair", "secondary": "upper.bottom", "primary": "lower.top"}))
     assert solution.status == "not converged" and "differ by 3.0e-02 of all that acts there" in solution.reason
