@@ -120,26 +120,24 @@ def polar_rule(panels: CurvedPanels, number: int, x: Array, foot: Array, distanc
         xi, w = gauss(min(int(0.25 * wanted) + least - 2, MOST) - 1)
         rho, w = 0.5 * reach[:, None] * (1.0 + xi), 0.5 * reach[:, None] * w
         end = (share * (np.log(reach) - np.sum(w / rho, axis=1))) @ ray
-        along = [(rho, w)]
+        along_rays = [(rho, w)]
     else:
         b = ray @ (frame @ (y[0, 0] - x))
         c = np.sqrt(np.maximum(distance**2 - b * b, 0.01 * distance**2))
         v_1, v_2 = np.arcsinh(b / c), np.arcsinh((reach + b) / c)
-        along = []
+        along_rays = []
         for some in np.split(np.arange(len(s)), range(TOGETHER, len(s), TOGETHER)):
             xi, w = gauss(_count(wanted + 2.0, float((v_2 - v_1)[some].max()), least) - 1)
             middle, half = 0.5 * (v_1 + v_2)[some, None], 0.5 * (v_2 - v_1)[some, None]
             v = middle + half * xi
-            along.append((c[some, None] * np.sinh(v) - b[some, None], half * w * c[some, None] * np.cosh(v)))
-    # in the rays' order
-    parts, first = [], 0
-    for rho, w in along:
+            along_rays.append((c[some, None] * np.sinh(v) - b[some, None], half * w * c[some, None] * np.cosh(v)))
+    local, total, first = [], [], 0
+    for rho, w in along_rays:
         some = slice(first, first + len(rho))
-        local = foot + rho[..., None] * (ray[some] @ to_local.T)[:, None]
-        parts.append((local.reshape(-1, 2), (share[some, None] * w * rho).ravel() / (m_00 * m_11)))
+        local.append((foot + rho[..., None] * (ray[some] @ to_local.T)[:, None]).reshape(-1, 2))
+        total.append((share[some, None] * w * rho).ravel() / (m_00 * m_11))
         first += len(rho)
-    points, weights = (np.concatenate(part) for part in zip(*parts, strict=True))
-    return Rule(points, weights, foot if own else None, end @ frame)
+    return Rule(np.concatenate(local), np.concatenate(total), foot if own else None, end @ frame)
 
 
 def _count(wanted: float, span: float, least: int) -> int:

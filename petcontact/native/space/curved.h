@@ -86,7 +86,7 @@ INLINE void taylor_of(const double *c, double s, double t, double (*out)[3])
 
 /* Products at a vector's points, times weights; along rays r and the normal times area are polynomials. */
 INLINE void products_along(const double (*c)[3], Four xi, Four eta, const Four *rho, const Four *weight, int count,
-                           const int low, const int high, const int corners, Four (*out)[ALL])
+                           const int wants_g, const int wants_h, const int corners, Four (*out)[ALL])
 {
     const int slopes = corners == 3 ? 1 : 3, bends = corners == 3 ? 2 : 5; /* degrees of tangent vectors and of the normal */
     Four place[5][3], a[4][3], b[4][3], turn[6][3];
@@ -127,15 +127,15 @@ INLINE void products_along(const double (*c)[3], Four xi, Four eta, const Four *
             normal[k] *= weight[q];
         }
         const Four square = normal[0] * normal[0] + normal[1] * normal[1] + normal[2] * normal[2];
-        for (int l = 0; l < 4 && low < G; l++)
+        for (int l = 0; l < 4 && wants_g; l++)
             area[l] = sqrt(square[l]);
-        products_of_four(r, normal, area, 1, low < G, high > G, out[q]);
+        products_of_four(r, normal, area, 1, wants_g, wants_h, out[q]);
     }
 }
 
 /* Their sums times powers of ρ up to the highest. */
-INLINE void sums_along(Four (*products)[ALL], const Four *rho, int count, const int low, const int high,
-                       const int highest, Four (*out)[ALL])
+INLINE void sums_along(Four (*products)[ALL], const Four *rho, int count, int low, int high, const int highest,
+                       Four (*out)[ALL])
 {
     for (int c = low; c < high; c += 3) { /* three at once hide how long a sum takes */
         Four sum[7][3];
@@ -159,8 +159,8 @@ INLINE void sums_along(Four (*products)[ALL], const Four *rho, int count, const 
 }
 
 /* Integrals of the products times monomials about the foot, in lanes; those from `low` to before `high`. */
-INLINE void add_rays(const Panel *p, const Near *near, const Rays *rays, const double (*taylor)[3], const int low,
-                     const int high, Four (*lanes)[ALL])
+INLINE void add_rays(const Panel *p, const Near *near, const Rays *rays, const double (*taylor)[3], int low, int high,
+                     Four (*lanes)[ALL])
 {
     Four rho[MOST], weight[MOST], products[MOST][ALL], sums[7][ALL];
     for (int m = 0; m < p->nodes; m++)
@@ -171,10 +171,14 @@ INLINE void add_rays(const Panel *p, const Near *near, const Rays *rays, const d
         Four xi, eta, power = 1.0 - (Four){0.0};
         memcpy(&xi, rays->xi + first, sizeof xi);
         memcpy(&eta, rays->eta + first, sizeof eta);
-        if (p->corners == 3)
-            products_along(taylor, xi, eta, rho, weight, count, low, high, 3, products);
-        else
-            products_along(taylor, xi, eta, rho, weight, count, low, high, 4, products);
+        switch (8 * (p->corners == 4) + 4 * (low < G) + 2 * (high > G)) { /* a copy for each saves a third of the time */
+        case 4: products_along(taylor, xi, eta, rho, weight, count, 1, 0, 3, products); break;
+        case 2: products_along(taylor, xi, eta, rho, weight, count, 0, 1, 3, products); break;
+        case 6: products_along(taylor, xi, eta, rho, weight, count, 1, 1, 3, products); break;
+        case 12: products_along(taylor, xi, eta, rho, weight, count, 1, 0, 4, products); break;
+        case 10: products_along(taylor, xi, eta, rho, weight, count, 0, 1, 4, products); break;
+        default: products_along(taylor, xi, eta, rho, weight, count, 1, 1, 4, products);
+        }
         switch (p->degree) {
         case 0: sums_along(products, rho, count, low, high, 0, sums); break;
         case 1: sums_along(products, rho, count, low, high, 1, sums); break;
@@ -227,12 +231,7 @@ INLINE void near_curved(const Panel *p, const Family *family, const Targets *tar
     taylor_of(p->shape, rays.foot[0], rays.foot[1], taylor);
     for (int k = 0; k < 3; k++)
         taylor[0][k] = rays.own ? 0.0 : taylor[0][k] - x[k];
-    if (wanted.g && wanted.h)
-        add_rays(p, near, &rays, taylor, 0, ALL, lanes);
-    else if (wanted.g)
-        add_rays(p, near, &rays, taylor, 0, G, lanes);
-    else
-        add_rays(p, near, &rays, taylor, G, ALL, lanes);
+    add_rays(p, near, &rays, taylor, low, high, lanes);
     for (int m = 0; m < nodes; m++)
         for (int c = low; c < high; c++) {
             const Four v = lanes[m][c];
