@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import itertools
 import os
 import sys
 import time
@@ -126,6 +127,20 @@ def _local() -> Iterator[None]:
     finally:
         for name in ours:
             del os.environ[name]  # an mpiexec that we start shall not see them
+        if ours is _SINGLETON:
+            _unset_what_mpi_set()
+
+
+def _unset_what_mpi_set() -> None:
+    """Take back the variables that Open MPI sets behind Python's back: programs that we start would take them for a
+    launcher's, and start a daemon."""
+    import ctypes
+
+    with contextlib.suppress(ValueError):  # no table of that name in the C library
+        table = ctypes.POINTER(ctypes.c_char_p).in_dll(ctypes.CDLL(None), "environ")
+        names = {entry.partition(b"=")[0] for entry in itertools.takewhile(bool, map(table.__getitem__, itertools.count()))}
+        for name in names - os.environb.keys():
+            os.unsetenv(name)
 
 
 def _launched() -> bool:
