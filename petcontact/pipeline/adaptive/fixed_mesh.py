@@ -78,7 +78,7 @@ def _estimated(solution: Solution, found: dict[str, Any]) -> Solution:
     """The solution with an estimate, and a warning where it is large."""
     error = found["estimated_error"]
     text = f"the error is estimated to be {error:.0%}: smaller elements, or --adapt, make it less"
-    return _warned(replace(solution, info={**solution.info, **found}), [text] * (error > LARGE))
+    return _warned(replace(solution, info={**solution.info, **found}), [text] * bool(error > LARGE))
 
 
 def _warned(solution: Solution, texts: list[str]) -> Solution:
