@@ -4,6 +4,7 @@ resolve it."""
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -17,7 +18,7 @@ from ..mesh.basis import gauss, lagrange
 from ..model.expressions import Value, evaluate
 from ..model.loads import VolumeLoads
 from ..model.problem import Condition, Contact, Displacement, Problem, Traction
-from .expression_features import features, uniform
+from .expression_features import degree, features, uniform
 
 ORDER = 5
 """Largest order of an element."""
@@ -50,6 +51,8 @@ class Field:
         Integral of |values| over the boundary, of all data of this kind [unit of the data · length].
     length : float
         Of the side [length].
+    degree : float
+        Of the polynomial that the values are of the place, infinite where they are none.
     """
 
     kind: str
@@ -59,6 +62,7 @@ class Field:
     sampled: Array
     size: float
     length: float
+    degree: float = math.inf
 
     def defects(self, start: Array, end: Array, order: int) -> Array:
         """Integral over each element (k,) of |f - I_p f|, relative to `size`; I_p f passes through the Gauss points.
@@ -72,7 +76,7 @@ class Field:
         own = (np.arange(OWN_SAMPLES) + 0.5) / OWN_SAMPLES
         inside = self.values((start[:, None] + width[:, None] * own).ravel()).reshape(len(start), OWN_SAMPLES, -1)
         gap = inside - np.einsum("bq,ebc->eqc", lagrange(order, 2.0 * own - 1.0), nodal)
-        by_own = np.linalg.norm(gap, axis=2).mean(axis=1) * width
+        by_own = np.sqrt(np.einsum("eqc,eqc->eq", gap, gap)).mean(axis=1) * width
         # samples of the side see what is narrower than an element
         element = np.searchsorted(start, self.samples, side="right") - 1
         mine = (element >= 0) & (self.samples < end[np.maximum(element, 0)])
@@ -110,7 +114,8 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
     for k, side, at, kind, given, values, varies in every:
         size = float(np.linalg.norm(values(MIDDLE)))
         if varies:
-            field = Field(kind, values, *_shown(given, at, values), 1.0, side.length)
+            field = Field(kind, values, *_shown(given, at, values), 1.0, side.length,
+                          math.inf if side.curvature else max(map(degree, given)))  # fmt: skip
             found[k].append(field)
             size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
         sizes[kind] = sizes.get(kind, 0.0) + size * side.length
@@ -135,7 +140,9 @@ def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:
 
 
 def _normals(side: Side, at: Array) -> Array:
-    return on_arcs(side.start, side.end, side.half_angle, 2.0 * at - 1.0)[1]
+    straight = side.curvature == 0.0
+    normal = on_arcs(side.start, side.end, side.half_angle, np.zeros(1) if straight else 2.0 * at - 1.0)[1]
+    return np.broadcast_to(normal, (len(at), 2)) if straight else normal
 
 
 def _conditions(
@@ -187,7 +194,8 @@ def _values(
     """Values (n, c) of components at fractions (n,) of a side, times its normal if it is given; 0 where not finite."""
     names = at(fractions)
     columns = [evaluate(value, names, len(fractions), key, finite=False) for value in given]
-    values = np.nan_to_num(np.column_stack(columns or [np.zeros(len(fractions))]), posinf=0.0, neginf=0.0)
+    values = np.column_stack(columns or [np.zeros(len(fractions))])
+    values[~np.isfinite(values)] = 0.0
     return values if along_normal is False else np.asarray(values * _normals(along_normal, fractions))
 
 
@@ -247,6 +255,6 @@ def _order_enough(field: Field, start: Array, end: Array, order: Index, toleranc
         open_ = np.flatnonzero((result < 0) & (order <= p))
         if len(open_) == 0:
             continue
-        defect[open_] = field.defects(start[open_], end[open_], p)
+        defect[open_] = field.defects(start[open_], end[open_], p) if p < field.degree else 0.0
         result[open_[defect[open_] <= tolerance]] = p
     return result, defect
