@@ -106,7 +106,8 @@ def _lines(mesh: Any, file: str) -> dict[tuple[int, int], Line]:
                 raise InputError(f"{file}: a boundary line is in two physical groups, {result[edge][3]!r} and {part!r}")
             result[edge] = (nodes[0], nodes[1], nodes[2] if len(nodes) == 3 else None, part)
     if not result:
-        raise InputError(f"{file}: no line is in a physical group; physical line groups are the parts of the boundary")
+        raise InputError(f"{file}: no line is in a physical group; physical line groups are the parts of the boundary "
+                         "of a body whose nodes all lie in one plane z = const")  # fmt: skip
     return result
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import platform
 import sys
 import time
 from collections.abc import Mapping
@@ -32,6 +31,7 @@ from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
 from .steps.outcome import with_errors
+from .steps.path import path_warnings
 from .steps.start import finished_before, first_iterate
 
 
@@ -140,7 +140,7 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
         "method": options_.resolved_name, "rule": options_.rule or "modified", **problem.named,
         "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.problem.petsc),
         "versions": versions(), "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm),
-        "warnings": warnings_of(problem, solution.steps),
+        "warnings": [*warnings_of(problem, solution.steps), *path_warnings(problem, solution)],
         "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)},
     }  # fmt: skip
@@ -163,6 +163,6 @@ def versions() -> str:
 
     used = {
         "petcontact": __version__, "PETSc": petsc_version(), "numpy": np.__version__, "scipy": scipy.__version__,
-        "h5py": h5py.__version__, "Python": platform.python_version(),
+        "h5py": h5py.__version__, "Python": sys.version.split()[0],
     }  # fmt: skip
     return ", ".join(f"{name} {version}" for name, version in used.items() if version)

@@ -112,7 +112,7 @@ class Summary:
             *bad[:LISTED], *more,
             f"  computed {self.computed}, reused {self.reused}, failed {len(self.failed)}"
             f" ({converged} converged, {len(self.not_converged)} not converged)",
-            f"  {self.seconds:.3f} s on {ranks} rank{'s' * (ranks != 1)}; processor time a rank: mean "
+            f"  {self.seconds:.3f} s on {ranks} rank{'s' if ranks != 1 else ''}; processor time a rank: mean "
             f"{sum(self.cpu) / ranks:.3f} s, largest {max(self.cpu):.3f} s",
             f"  summed over the ranks [s]: {', '.join(f'{name} {seconds:.3f}' for name, seconds in self.timings.items())}",
             f"  result: {self.results}",

@@ -13,7 +13,7 @@ from petcontact.compliance.hierarchical.body import HierarchicalBody
 from petcontact.compliance.hierarchical.joint import JointBodies
 from petcontact.model.case import parse_problem
 from petcontact.pipeline import choice, run
-from petcontact.pipeline.discrete import discretise
+from petcontact.pipeline.discrete import facing
 from petcontact.pipeline.run import prepare
 
 TOLERANCE = 1e-5
@@ -156,7 +156,7 @@ def test_a_part_that_is_a_secondary_twice_is_refused():
 
 def test_bodies_that_do_not_fit_the_machine_together_are_refused_before_contact_is_looked_for(monkeypatch):
     monkeypatch.setattr(choice, "physical_memory", lambda: 1e6)
-    monkeypatch.setattr(discretise, "face", lambda *arguments, **keys: pytest.fail("contact is looked for"))
+    monkeypatch.setattr(facing, "face", lambda *arguments, **keys: pytest.fail("contact is looked for"))
     with pytest.raises(InputError, match=r"^mesh: the compressed operators of all bodies take about .* GB, this"):
         solved(blocks(), bem__mat_type="hmatrix")
 

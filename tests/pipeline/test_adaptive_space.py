@@ -14,10 +14,10 @@ from petcontact.mesh.pairs.box_faces import grid_lines
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.base import parse
 from petcontact.pipeline.adaptive import climb, panel_tails
-from petcontact.pipeline.adaptive.climb import adapts_itself
 from petcontact.pipeline.adaptive.panel_tails import Budget, PanelTails
 from petcontact.pipeline.discrete.discretise import discretise
 from petcontact.pipeline.run import prepare, run
+from petcontact.pipeline.solve import adapts_itself
 from petcontact.reference.half_space import elliptic_load
 from petcontact.reference.hertz import elliptic
 from petcontact.refinement.panels.marks import largest, too_large

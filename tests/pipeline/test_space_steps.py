@@ -251,6 +251,8 @@ def test_what_to_look_at_is_told():
     assert smooth.converged and "nothing holds 3 motions of body 'block'" in smooth.info["warnings"][0]
     apart = solved(STACK, contact__0__secondary="block.left", contact__0__primary="base.top")
     assert not apart.converged and "never touch" in apart.info["warnings"][0]
+    with pytest.raises(InputError, match=r"contact\[0\]: no node .* faces of a bilateral contact must meet"):
+        solved(STACK, contact__0__secondary="block.left", contact__0__primary="base.top", contact__0__normal="bilateral")
     inside = solved(STACK, body__1__geometry__lower=[0.0, 0.0, -0.5])
     assert "overlaps by 0.5, far for the theory of small displacements" in inside.reason
     few = solved(PUNCHED, obstacle__0__displacement=[0.0, 0.0, -0.012], step=[])

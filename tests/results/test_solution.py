@@ -120,3 +120,9 @@ def test_pictures_on_axes_of_ones_own(solution):
 def test_short_and_rich_display(solution):
     assert repr(solution) == "<Solution: converged after 33 iterations, 120 elements, 40 contact nodes>"
     assert solution._repr_html_().startswith("<pre>") and "&gt;" in solution._repr_html_()
+
+
+def test_an_error_that_no_two_meshes_tell_is_not_a_number(solution):
+    """An adaptive solve that fails on every mesh has no difference of two solutions."""
+    failed = replace(solution, info={**solution.info, "accuracy": 1e-3, "estimated_error": np.inf})
+    assert "error of u_t not known: too few meshes are solved; 1.0e-03 wanted" in failed.verdict()

@@ -8,7 +8,6 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-import scipy
 
 from ...arrays import Array
 from ...bem.boundary_data import BoundaryData
@@ -21,24 +20,17 @@ from ...errors import InputError
 from ...geometry.outline import Outline
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.pairs.contact_search import Facing, face
+from ...mesh.pairs.contact_search import Facing
 from ...mesh.pairs.matching import PairParts, matched
-from ...mesh.pairs.periodic import partner_nodes
-from ...mesh.pairs.ray_casting import along
-from ...model.expressions import evaluate
 from ...model.loads import loads_by_step
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
 from ..choice import needed_memory, resolved_bem
+from .facing import contact_interface, facing_of, periodic_interface
 from .interfaces import InterfaceSpec, as_problem, check_parts, interfaces_of
 from .laws import law_between, wear_between, with_law
 from .load_states import body_motions, boundary_data, check_held
 
-OUTWARD = 1e-9
-"""Cosine between a direction and some outward normal from which on it points outward."""
-
-FINER = 0.9
-"""Elements of the secondary smaller than this, over those of the primary, are finer ones."""
 POSED = ("body", "contact", "obstacle", "step")
 """Fields of a problem that its discrete one follows from; the others are those of the method."""
 MeshMaker = Callable[[int, Callable[[], Problem], Any], BoundaryMesh]
@@ -135,15 +127,15 @@ def discretise(
         _check_size(problem, sides, meshes)
     if not sides:
         return _without_contact(problem, boundaries, meshes, like)
-    facings = [_facing(side, meshes) for side in sides] if like is None else like.facings
+    facings = [facing_of(side, meshes) for side in sides] if like is None else like.facings
     notes: list[str] = []
     interfaces, distance = [], []
     for side, facing in zip(sides, facings, strict=True):
         if side.periodic:
-            interfaces.append(_periodic(problem, side, meshes[side.body]))
+            interfaces.append(periodic_interface(problem, side, meshes[side.body]))
             distance.append(0.0)
             continue
-        interface, smallest, mismatch = _interface(side, meshes, facing, all(side.holds_normal for side in sides))
+        interface, smallest, mismatch = contact_interface(side, meshes, facing, all(side.holds_normal for side in sides))
         interfaces.append(interface)
         distance.append(smallest)
         notes += mismatch
@@ -257,64 +249,3 @@ def _check_friction_holds(
         mine = [bound[places[face.name]] for face in interfaces if face.body == b]
         if free.shape[2]:
             check_held(known, mesh, np.concatenate([*mine, np.zeros(0)]))
-
-
-def _facing(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> Facing | None:
-    """What a side faces of another body; directions are looked at."""
-    if side.periodic:
-        return None
-    mesh, direction = meshes[side.body], side.direction
-    if direction is not None and not (mesh.normal[mesh.nodes_of(side.part)] @ direction).max() > OUTWARD:
-        raise InputError(f"{side.key}.direction: must point out of part {side.part!r}, from the secondary to the primary; "
-                         f"{direction.round(6).tolist()} does not")  # fmt: skip
-    if side.primary is None:
-        return None
-    b, part = side.primary
-    return face(mesh, side.part, meshes[b], part, direction)
-
-
-def _interface(
-    side: InterfaceSpec, meshes: list[BoundaryMesh], facing: Facing | None, held: bool
-) -> tuple[Interface, float, list[str]]:
-    mesh = meshes[side.body]
-    nodes = mesh.nodes_of(side.part)
-    notes: list[str] = []
-    if facing is not None:
-        normal, present = facing.normal, facing.met
-        if not present.any():
-            notes.append(f"pair {side.name!r}: no node of the secondary faces the primary along its normals: "
-                         "they never touch")  # fmt: skip
-        elif not facing.matched:
-            advice = "; the coarser side is the better secondary" if facing.sizes[0] < FINER * facing.sizes[1] else ""
-            if facing.ends_within:
-                advice = (
-                    ", and more at the rim of the secondary, which lies inside elements of the primary: let some end there"
-                )
-            notes.append(f"pair {side.name!r}: elements of the two sides do not match: forces pass exactly, the pressure is "
-                         f"about twice as far off as on elements that do{advice}")  # fmt: skip
-    else:
-        normal, present = along(side.direction, mesh.normal[nodes]).copy(), np.ones(len(nodes), dtype=bool)
-    if side.law.gap == "geometry":
-        gap = facing.distance if facing is not None and side.law.normal == "unilateral" else np.zeros(len(nodes))
-    else:
-        gap = evaluate(side.law.gap, mesh.variables(nodes), len(nodes), f"{side.key}.gap")
-    gap = np.where(present, gap, np.inf)
-    smallest = float(gap.min(initial=np.inf))
-    tangent = mesh.tangents_to(normal)
-    if facing is None:
-        return Interface(side.name, side.body, nodes, normal, tangent, gap, obstacle=side.obstacle,
-                         held=held), smallest, notes  # fmt: skip
-    assert side.primary is not None
-    sag = facing.sag if side.law.gap == "geometry" and side.law.normal == "unilateral" else None
-    return Interface(side.name, side.body, nodes, normal, tangent, gap, side.primary[0], facing.primary, facing.values,
-                     facing.loads, None, facing.distance, sag), smallest, notes  # fmt: skip
-
-
-def _periodic(problem: Problem, side: InterfaceSpec, mesh: BoundaryMesh) -> Interface:
-    """Its sides stay together but for the jump, and carry opposite tractions: node by node, whatever lies between."""
-    assert side.primary is not None
-    nodes, partner = mesh.nodes_of(side.part), partner_nodes(mesh, side.part, side.primary[1])
-    normal, gap, same = mesh.normal[nodes], np.zeros(len(nodes)), scipy.sparse.csr_array(scipy.sparse.identity(len(nodes)))
-    jump = np.array([(0.0, 0.0), *(getattr(state[side.part], "jump", ()) for state in problem.conditions(side.body))])
-    return Interface(side.name, side.body, nodes, normal, mesh.tangents_to(normal), gap, side.body, partner, same, same,
-                     jump=jump)  # fmt: skip

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from ...bem.boundary_data import BoundaryData
 from ...errors import PetcontactError
 from ...model.cycle import cycle_steps
 from ...model.load_steps import changed_obstacle
@@ -175,14 +176,20 @@ def state_after(problem: PreparedProblem, done: list[StepResult]) -> IncrementSt
 
 def _from_step(problem: PreparedProblem, number: int, done: list[StepResult]) -> PreparedProblem:
     """The problem from a step on: eliminated once more where that holds or frees other components than the step before."""
-    before, discrete = [result for result in done if result.step < number], problem.discrete
-    if not before:
-        return problem
-    ends = [before[-1].bodies[body.name] for body in discrete.problem.body]
-    posed = discrete.problem, discrete.meshes, discrete.interfaces
-    data = later_data(*posed, number, discrete.data, [(end.u, end.traction) for end in ends])
+    discrete = problem.discrete
+    data = data_from(problem, number, done)
     if data is None:
         return problem
     discrete = replace(discrete, data=data)
     with answering(problem.comm):
         return replace(problem, discrete=discrete, system=eliminated(discrete, problem.comm))
+
+
+def data_from(problem: PreparedProblem, number: int, done: Sequence[StepResult]) -> list[BoundaryData] | None:
+    """Boundary data of the bodies from a step on; None where it holds and frees nothing that the step before does not."""
+    before, discrete = [result for result in done if result.step < number], problem.discrete
+    if not before:
+        return None
+    ends = [before[-1].bodies[body.name] for body in discrete.problem.body]
+    posed = discrete.problem, discrete.meshes, discrete.interfaces
+    return later_data(*posed, number, discrete.data, [(end.u, end.traction) for end in ends])

@@ -69,7 +69,7 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[str]:
     index = np.concatenate([panels.index for panels in curved])[worst]
     centre = np.concatenate([panels.chord.centre for panels in curved])[worst]
     place = ", ".join(f"{c:.4g}" for c in centre)
-    return [f"mesh: the area factor of {over} curved element{'s' * (over > 1)} of body {name!r} varies by more than "
+    return [f"mesh: the area factor of {over} curved element{'s' if over > 1 else ''} of body {name!r} varies by more than "
             f"{DISTORTED:g} within the element, most by {ratio[worst]:.3g} in element {int(index)} at ({place}); "
             "its integrals keep fewer digits"]  # fmt: skip
 

@@ -59,7 +59,7 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
     small = "; displacements are taken to be small"
     uneven = max((float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0)
     return [
-        *[f"tractions are in equilibrium to {uneven:.1e} only; choose smaller elements"] * (uneven > UNEVEN),
+        *[f"tractions are in equilibrium to {uneven:.1e} only; choose smaller elements"] * bool(uneven > UNEVEN),
         *(f"{name} turns by {value:.2g} rad{small}" for name, value in turned.items() if value > TURN),
         *(f"{name} moves by {value:.2g} times its size{small}" for name, value in moved.items() if value > TRAVEL),
         *(f"{name} slips by {value:.2g} elements{small}" for name, value in slid.items() if value > 1.0),

@@ -142,4 +142,4 @@ def describe(sweep: Sweep, costs: Sequence[Cost], counts: tuple[int, int, int, i
 
 
 def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}{'s' * (number != 1)}"
+    return f"{number} {noun}{'s' if number != 1 else ''}"

@@ -1,0 +1,98 @@
+"""How much friction at the end of a step depends on its number of increments.
+
+An increment takes all tangential motion of a node for slip in contact, whenever in the increment the node touches.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...contact.friction_law import contact_norm
+from ...contact.law_protocol import OPEN
+from ...model.load_steps import changed_obstacle
+from ...results.records import StepResult
+from ...results.solution import Solution
+from .halves import SAME
+from .increment import Increment, ObstacleMotion, PreparedProblem
+from .load_steps import data_from, state_after
+from .wear import solved
+
+REPORTED = 0.03
+"""Difference of q, over p in L2, that is reported. One increment is off by .7 to 1.4 times as much as it differs from two
+(a sphere, rollers and discs, a rounded pin), more of them by half as much as they differ from half as many."""
+FEW = 4
+"""Increments of a step up to which it is looked at; round bodies had errors of .02 of p at most with 8."""
+MOST = 2000
+"""Contact nodes of bodies on H-matrices up to which it is looked at: there it costs as much as a step."""
+
+
+def path_warnings(problem: PreparedProblem, solution: Solution) -> list[str]:
+    """What is to be reported of steps of few increments in which a contact with friction grows.
+
+    One increment is compared with two, more with half as many, each started from its own solution.
+    """
+    sides, found = problem.discrete.sides, []
+    turning = any(side.direction is None and side.law.gap == "geometry" for side in sides)
+    along = "; round bodies need the direction of approach of their pair, too" if turning else ""
+    for ends, whole in _growing(problem, solution.steps if solution.converged else []):
+        count = 2 if len(ends) == 1 else len(ends) // 2
+        change, share = _differences(problem, ends, whole, count)
+        if share > REPORTED:
+            what = f"step {whole.name!r}" if problem.discrete.problem.step else "the load"
+            found.append(f"{what} depends on the path: q differs by {change:.0%} ({share:.0%} of p) between {len(ends)} and "
+                         f'{count} increments; take [[step]] increments = "auto", and steps of their own for what presses '
+                         f"and what pushes{along}")  # fmt: skip
+    return found
+
+
+def _growing(problem: PreparedProblem, results: Sequence[StepResult]) -> Iterator[tuple[list[StepResult], Increment]]:
+    """The results of steps of few increments in which nodes with a gap close that carry friction, and the step in one."""
+    system, obstacles = problem.system, list(problem.discrete.problem.obstacle)
+    costly = system.size > MOST and any(body.is_solved_jointly for body in system.bodies)
+    for number, step in enumerate(() if costly or system.k < system.dim else problem.steps, 1):
+        obstacles = [changed_obstacle(o, step) for o in obstacles]
+        once = [result for result in results if result.cycle <= 1]
+        before, own = [r for r in once if r.step < number], [r for r in once if r.step == number]
+        if step.increments == "auto" or not 0 < len(own) <= FEW or not _grows(problem, [*before[-1:], own[-1]]):
+            continue
+        if any(data_from(problem, earlier, before) is not None for earlier in range(2, number + 1)):
+            return  # bodies are held in another way than those of the first step
+        begun = state_after(problem, before)
+        motions = [ObstacleMotion.of(o, begun, k, system.dim) for k, o in enumerate(obstacles)]
+        yield own, Increment(problem, step, number, motions, begun, 1.0)
+
+
+def _grows(problem: PreparedProblem, ends: Sequence[StepResult]) -> bool:
+    """Whether nodes with a gap that are open at the first of some ends are not at the last, in a pair with friction."""
+    friction = pressure = 0.0
+    for face in problem.system.interfaces:
+        first, pair = ends[0].pairs[face.name], ends[-1].pairs[face.name]
+        opened = (first.state == OPEN) | (first is pair)
+        closes = np.isfinite(face.gap) & (face.gap != 0.0) & opened & (pair.state != OPEN)
+        friction += float(closes.any() * (pair.weight @ np.sum(pair.sigma_t**2, axis=1)))
+        pressure += float(pair.weight @ pair.pressure**2)
+    return friction > REPORTED**2 * pressure
+
+
+def _differences(problem: PreparedProblem, ends: list[StepResult], whole: Increment, count: int) -> tuple[float, float]:
+    """How much q at the end of a step differs from that after another number of increments, over q and over p, in L2; 0
+    where one of them fails."""
+    weight, tangential, state, reached = problem.system.weight, problem.system.dim - 1, whole.before, 0.0
+    last = state_after(problem, ends)
+    for target in np.arange(1, count + 1) / count:
+        near = [r for r in ends if abs(r.load_factor - target) < SAME]
+        near_to, share = (state_after(problem, near), 1.0) if near else (last, target)
+        assert near_to.start is not None
+        v, sigma = near_to.start
+        start = share * v, share * sigma + (1.0 - share) * whole.before.sigma
+        state = replace(state, start=start, trend=None)
+        _, outcome, state = solved(replace(whole, target=target, begun=reached, before=state), None)
+        if not outcome.converged:
+            return 0.0, 0.0
+        reached = target
+    change, q, p = (contact_norm(part, weight) for part in (
+        (outcome.sigma - last.sigma)[:, :tangential], last.sigma[:, :tangential], last.sigma[:, tangential:]))  # fmt: skip
+    return (change / q, change / p) if q * p > 0.0 else (0.0, 0.0)

@@ -1,0 +1,62 @@
+"""Whether the number of increments matters, by what another number gives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from petcontact import Problem, solve
+from petcontact.model.base import parse
+
+SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
+
+
+def pressed(space, gap, increments, friction=0.3):
+    """A rigid roller, ball or plate on a block, in one step with the pair of the contact at its end."""
+    low, high = ([-2.0] * 2 + [-1.5], [2.0, 2.0, 0.0]) if space else ([-3.0, -3.0], [3.0, 0.0])
+    shape, sides = ("box", ("left", "right", "front", "back")) if space else ("rectangle", ("left", "right"))
+    names = ("lower", "upper") if space else ("lower_left", "upper_right")
+    still = [0.0] * len(low)
+    data = {
+        "material": SOFT, "geometry": {"shape": shape, **dict(zip(names, (low, high), strict=True))},
+        "mesh": {"element_size": 1.0, "element_sizes": {"top": 0.5 if space else 0.06}, "order": 1},
+        "boundary": [{"part": "bottom", "condition": "displacement", "value": still},
+                     *({"part": part, "condition": "traction", "value": still} for part in sides)],
+        "obstacle": [{"name": "tool", "displacement": [*still[1:], -0.2 if space else -0.06]}],
+        "contact": [{"name": "pair", "secondary": "top", "primary": "tool", "gap": gap, "friction_coefficient": friction}],
+    }  # fmt: skip
+    if increments:
+        data["step"] = [{"name": "press", "increments": increments}]
+    return solve(parse(Problem, data, "pressed"))
+
+
+def warned(solution):
+    """Shares of q that are reported."""
+    assert solution.converged
+    texts = [text for text in solution.info["warnings"] if "depends on the path" in text]
+    return [float(text.split("differs by ")[1].split("%")[0]) / 100.0 for text in texts]
+
+
+@pytest.mark.parametrize("space", [False, True], ids=["plane", "space"])
+def test_one_increment_in_which_a_contact_grows_is_reported_with_about_its_error(space):
+    gap = "(x**2 + y**2)/4" if space else "x**2/8"
+    one, exact = (pressed(space, gap, increments) for increments in (None, 16))
+    pair, other = one.pairs["pair"], exact.pairs["pair"]
+    off = np.linalg.norm(pair.weight[:, None] ** 0.5 * (pair.sigma_t - other.sigma_t))
+    size = np.linalg.norm(pair.weight[:, None] ** 0.5 * other.sigma_t)
+    (found,) = warned(one)
+    assert warned(exact) == [] and 0.5 * off < found * size < 1.5 * off
+    assert "the load depends" in one.verdict().replace("\n  ", " ")
+
+
+@pytest.mark.parametrize("increments", [1, 2, 4])
+def test_few_increments_are_compared_with_others(increments):
+    assert warned(pressed(False, "x**2/8", increments))
+    assert warned(pressed(False, "x**2/8", 12)) == []
+
+
+@pytest.mark.parametrize(("space", "gap", "friction"), [
+    (False, 0.0, 0.3), (True, 0.0, 0.3), (False, "x**2/8", None), (False, "x**2/8", 1e-3),
+])  # fmt: skip
+def test_flat_faces_and_those_without_friction_need_one(space, gap, friction):
+    assert warned(pressed(space, gap, None, friction)) == []
