@@ -163,7 +163,9 @@ def become(words, folder, environment, streams) -> None:
         for name, number, mode in (("stdin", 0, "r"), ("stdout", 1, "w"), ("stderr", 2, "w")):
             old = getattr(sys, name)
             buffering = 1 if number == 2 or os.isatty(number) else -1
-            setattr(sys, name, open(number, mode, buffering, old.encoding, old.errors, closefd=False))  # noqa: SIM115
+            stream = open(number, mode, buffering, old.encoding, old.errors, closefd=False)  # noqa: SIM115
+            setattr(sys, name, stream)
+            setattr(sys, f"__{name}__", stream)  # petsc4py writes in C where the two are one
         sys.argv = ["petcontact", *words]
         sys.path[0:1] = filter(None, environment.get("PYTHONPATH", "").split(os.pathsep))
         from petcontact.commands.main import entry

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import atexit
 import difflib
 import gc
 import importlib
@@ -139,5 +140,9 @@ def entry() -> NoReturn:
     gc.set_threshold(200_000, 20, 20)
     os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would read the metadata of every installed package
     status = main()
+    if not status and sys.modules.keys().isdisjoint(("petsc4py.PETSc", "mpi4py.MPI")):
+        # all is written: to take the objects of all modules apart takes longer than to give their memory back
+        atexit._run_exitfuncs()
+        os._exit(0)
     gc.freeze()
     sys.exit(status)

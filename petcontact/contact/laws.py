@@ -11,8 +11,10 @@ from .. import native
 from ..arrays import Array, Mask, States
 from .friction_law import ball_derivative, lengths, project_ball
 from .law_protocol import OPEN, SLIP, STICK, Admissible, ContactLaw, friction_bound
+from .linearisation import Linearisation
 
-_COULOMB = native.function("petcontact_coulomb", "iipppppppp")
+_RESIDUAL = native.function("petcontact_coulomb_residual", "iipppppppp")
+_COULOMB = native.function("petcontact_coulomb", "ii" + 11 * "p")
 
 
 @dataclass(frozen=True)
@@ -50,6 +52,22 @@ class Tresca:
     def linearise(self, tau: Array) -> Array:
         """Derivative of [τ]_g."""
         return ball_derivative(tau, self.bound)[0]
+
+    def linearised(self, tau: Array) -> Linearisation | None:
+        """All of a linearisation at once in the plane, where a node sticks or has the bound for its σ; None elsewhere."""
+        if type(self) is not Tresca or self.k > 1:
+            return None
+        slips = _slips(tau, self.bound)
+        constant, stick = np.where(slips, -np.copysign(self.bound, tau[:, 0]), 0.0)[:, None], ~slips[:, None]
+        return Linearisation(tau, constant, stick[:, :, None].astype(float), stick, stick, slips.astype(np.int8))
+
+    def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
+        """σ + Π(ρv - σ), (m, k) [stress]."""
+        tau = rho * v - sigma
+        if type(self) is not Tresca or self.k > 1:
+            return np.asarray(sigma + self.project(tau))
+        limit = self.bound[:, None]
+        return np.asarray(sigma + np.minimum(np.maximum(tau, -limit), limit))
 
     def states(self, tau: Array) -> States:
         """0 stick, 1 slip; slip where g = 0."""
@@ -104,7 +122,7 @@ class SignoriniCoulomb:
     k: int
     absent: Mask | None = None
 
-    @property
+    @cached_property
     def groups(self) -> tuple[slice, ...]:
         """Components that share a ρ: the tangential ones, and the normal one."""
         return slice(0, self.k - 1), slice(self.k - 1, self.k)
@@ -121,7 +139,7 @@ class SignoriniCoulomb:
     def radius(self, pressure: Array) -> Array:
         """Bound r(p) of the shear at a pressure, (m,) [stress]."""
         limit = np.abs(pressure)
-        if self._coulomb.all():
+        if self._all_coulomb:
             limit *= self.coefficient
         else:
             limit = np.multiply(self.coefficient, limit, out=np.full(len(pressure), np.inf), where=self._coulomb)
@@ -183,18 +201,44 @@ class SignoriniCoulomb:
         return self.radius(-sigma[:, -1])
 
     @cached_property
+    def _all_coulomb(self) -> bool:
+        return bool(self._coulomb.all())
+
+    @cached_property
     def _coulomb(self) -> Mask:
         return np.isfinite(self.coefficient)
 
+    def linearised(self, tau: Array) -> Linearisation | None:
+        """All of a linearisation at once, in C; None where it is made of `linearise`, `project` and `states`, as where a
+        subclass has its own."""
+        if type(self) is not SignoriniCoulomb:
+            return None
+        projection, constant, derivative = np.empty(tau.shape), np.empty(tau.shape), np.empty((*tau.shape, self.k))
+        active, stick, states = np.empty(tau.shape, dtype=bool), np.empty(tau.shape, dtype=bool), np.empty(len(tau), np.int8)
+        done = self._in_c(tau, projection, derivative, states, constant, active, stick)
+        return Linearisation(tau, constant, derivative, active, stick, states) if done else None
+
+    def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
+        """σ + Π(ρv - σ), (m, k) [stress]."""
+        rho = np.asarray(rho, dtype=float)
+        usual = type(self) is SignoriniCoulomb and v.shape == (len(self.bound), self.k) and rho.ndim < 2
+        if _RESIDUAL is None or self.k not in (2, 3) or not usual:
+            return np.asarray(sigma + self.project(rho * v - sigma))
+        kept = [native.contiguous(x) for x in (v, sigma, rho if rho.ndim else np.full(self.k, rho))]
+        result = np.empty(v.shape)
+        _RESIDUAL(*v.shape, *map(native.pointer, kept), *self._given[1], native.pointer(result))
+        return result
+
     def _in_c(
-        self, tau: Array, projection: Array | None = None, derivative: Array | None = None, states: States | None = None
-    ) -> bool:
+        self, tau: Array, projection: Array | None = None, derivative: Array | None = None, states: States | None = None,
+        *linearised: Array | Mask,
+    ) -> bool:  # fmt: skip
         """Whether C has computed what is asked for."""
         if _COULOMB is None or self.k not in (2, 3) or tau.shape != (len(self.bound), self.k):
             return False
-        tau = np.ascontiguousarray(tau, dtype=float)
-        filled = (native.pointer(array) for array in (projection, derivative, states))
-        _COULOMB(len(tau), self.k, native.pointer(tau), *self._given[1], *filled)
+        tau = native.contiguous(tau)
+        filled = map(native.pointer, (tau, projection, derivative, states, *(linearised or (None, None, None))))
+        _COULOMB(len(tau), self.k, next(filled), *self._given[1], *filled)
         return True
 
     @cached_property
@@ -205,7 +249,9 @@ class SignoriniCoulomb:
         return arrays, [native.pointer(array) for array in arrays]
 
 
-def dissipation(law: ContactLaw, before: Array, after: Array, slid: Array) -> tuple[Array, Array]:
+def dissipation(
+    law: ContactLaw, before: Array, after: Array, slid: Array, bound: Array | None = None
+) -> tuple[Array, Array]:
     """Energy that friction takes at each node while it slips, and a bound of its error, (m,) each [stress · length].
 
     The trapezoidal rule: |σ_t| on slip is the law's bound, which goes from that of the tractions before to that of the ones
@@ -219,6 +265,8 @@ def dissipation(law: ContactLaw, before: Array, after: Array, slid: Array) -> tu
         σ at the start and at the end of an increment [stress].
     slid : (m, d-1) array
         Slip in between [length].
+    bound : (m,) array, optional
+        That of the tractions after, where it is known [stress].
 
     Examples
     --------
@@ -231,8 +279,8 @@ def dissipation(law: ContactLaw, before: Array, after: Array, slid: Array) -> tu
     """
     way = lengths(slid)
     work = -np.sum(after[:, : slid.shape[1]] * slid, axis=1)
-    old, new = (np.where(np.isfinite(bound) & (way > 0.0), bound, 0.0)
-                for bound in (friction_bound(law, before), friction_bound(law, after)))  # fmt: skip
+    bounds = friction_bound(law, before), friction_bound(law, after) if bound is None else bound
+    old, new = (np.where(np.isfinite(each) & (way > 0.0), each, 0.0) for each in bounds)
     # what sticks has slipped by round-off, and is not on the bound
     change = np.where(work >= 0.5 * new * way, 0.5 * (old - new) * way, 0.0)
     return work + change, np.abs(change)

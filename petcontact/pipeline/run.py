@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import platform
 import sys
 import time
 from collections.abc import Mapping
@@ -164,6 +163,6 @@ def versions() -> str:
 
     used = {
         "petcontact": __version__, "PETSc": petsc_version(), "numpy": np.__version__, "scipy": scipy.__version__,
-        "h5py": h5py.__version__, "Python": platform.python_version(),
+        "h5py": h5py.__version__, "Python": sys.version.split()[0],
     }  # fmt: skip
     return ", ".join(f"{name} {version}" for name, version in used.items() if version)

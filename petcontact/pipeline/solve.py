@@ -9,15 +9,17 @@ from typing import Any
 
 from ..contact.rho_rules import Rule
 from ..errors import InputError
+from ..geometry.outline import Outline
+from ..geometry.surface import Boundary, SolidSurface
 from ..model.case import load
 from ..model.problem import Problem
 from ..model.solver_options import Method
 from ..results.solution import Solution
 from ..runtime.petsc import unused_options
 from ..runtime.petsc_options import refused_in_config
-from .adaptive.climb import adapt, adapts_itself
 from .adaptive.fixed_mesh import with_estimate
 from .adaptive.quantity import Reached
+from .discrete.interfaces import interfaces_of
 from .eliminate import Announce
 from .run import prepare, run
 from .steps.increment import Monitor
@@ -89,6 +91,8 @@ def solve(
     """
     problem, method = posed(problem, method, petsc_options)
     if adapts_itself(problem):
+        from .adaptive.climb import adapt
+
         solution = adapt(problem, None, method=method, rule=rule, law=law, comm=comm, monitor=monitor, announce=announce,
                          reached=reached)  # fmt: skip
     else:
@@ -102,6 +106,19 @@ def solve(
     if left:
         warnings.warn(f"petsc_options that nothing used: {', '.join(left)}", stacklevel=2)
     return solution
+
+
+def adapts_itself(problem: Problem) -> bool:
+    """Whether a problem with contact that names no mesh is solved on adaptive ones; of surfaces from files where it has an
+    accuracy."""
+    if not interfaces_of(problem):
+        return False
+    asked = any(body.mesh.accuracy is not None for body in problem.body)
+    return all(body.mesh.automatic and (asked or _is_known(body.geometry.outline())) for body in problem.body)
+
+
+def _is_known(boundary: Boundary) -> bool:
+    return isinstance(boundary, Outline) or (isinstance(boundary, SolidSurface) and boundary.known)
 
 
 def posed(problem: Problem | str | Path, method: Any, petsc_options: Mapping[str, Any] | None) -> tuple[Problem, Any]:

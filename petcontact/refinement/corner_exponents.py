@@ -78,13 +78,16 @@ def _conditions(power: Complex, theta: float, kappa: float, kind: SideKind) -> C
     """The two rows (n, 2, 4) of a side for exponents (n,)."""
     cosine, sine = np.cos((power - 1.0) * theta), np.sin((power - 1.0) * theta)
     cosine_b, sine_b = np.cos((power + 1.0) * theta), np.sin((power + 1.0) * theta)
-    u_r = np.stack([(kappa - power) * cosine, -(kappa - power) * sine, -cosine_b, sine_b], axis=-1)
-    u_theta = np.stack([(kappa + power) * sine, (kappa + power) * cosine, sine_b, cosine_b], axis=-1)
-    t_theta = np.stack([(power + 1.0) * cosine, -(power + 1.0) * sine, cosine_b, -sine_b], axis=-1)
-    t_r = np.stack([(power - 1.0) * sine, (power - 1.0) * cosine, sine_b, cosine_b], axis=-1)
+    u_r = [(kappa - power) * cosine, -(kappa - power) * sine, -cosine_b, sine_b]
+    u_theta = [(kappa + power) * sine, (kappa + power) * cosine, sine_b, cosine_b]
+    t_theta = [(power + 1.0) * cosine, -(power + 1.0) * sine, cosine_b, -sine_b]
+    t_r = [(power - 1.0) * sine, (power - 1.0) * cosine, sine_b, cosine_b]
     if kind == CLAMPED:
-        return np.stack([u_r, u_theta], axis=1)
-    if kind == FREE:
-        return np.stack([t_r, t_theta], axis=1)
-    along, across = math.cos(float(kind)), math.sin(float(kind))
-    return np.stack([along * u_r + across * u_theta, along * t_theta - across * t_r], axis=1)
+        rows = [u_r, u_theta]
+    elif kind == FREE:
+        rows = [t_r, t_theta]
+    else:
+        along, across = math.cos(float(kind)), math.sin(float(kind))
+        rows = [[along * a + across * b for a, b in zip(u_r, u_theta, strict=True)],
+                [along * b - across * a for a, b in zip(t_r, t_theta, strict=True)]]  # fmt: skip
+    return np.array(rows).transpose(2, 0, 1)

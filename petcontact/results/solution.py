@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import html
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +43,8 @@ class Solution(SolutionData):
 
     def _repr_html_(self) -> str:
         """The verdict, for notebooks."""
+        import html
+
         return f"<pre>{html.escape(self.verdict())}</pre>"
 
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import functools
+import itertools
 import os
 import sys
 import time
@@ -126,6 +127,20 @@ def _local() -> Iterator[None]:
     finally:
         for name in ours:
             del os.environ[name]  # an mpiexec that we start shall not see them
+        if ours is _SINGLETON:
+            _unset_what_mpi_set()
+
+
+def _unset_what_mpi_set() -> None:
+    """Take back the variables that Open MPI sets behind Python's back: programs that we start would take them for a
+    launcher's, and start a daemon."""
+    import ctypes
+
+    with contextlib.suppress(ValueError):  # no table of that name in the C library
+        table = ctypes.POINTER(ctypes.c_char_p).in_dll(ctypes.CDLL(None), "environ")
+        names = {entry.partition(b"=")[0] for entry in itertools.takewhile(bool, map(table.__getitem__, itertools.count()))}
+        for name in names - os.environb.keys():
+            os.unsetenv(name)
 
 
 def _launched() -> bool:
@@ -137,13 +152,13 @@ def is_asked_for() -> bool:
     """Whether PETSc runs, or has to: ranks were launched, or there are options that it reads when it starts."""
     if "petsc4py.PETSc" in sys.modules or "mpi4py.MPI" in sys.modules or _launched():
         return True
-    return any(map(os.environ.get, ("PETSC_OPTIONS", "PETSC_OPTIONS_YAML"))) or _has_file_of_options(os.getcwd())
+    return any(map(os.environ.get, ("PETSC_OPTIONS", "PETSC_OPTIONS_YAML"))) or _has_file_of_options()
 
 
 @functools.cache
-def _has_file_of_options(folder: str) -> bool:
-    """Whether PETSc would read one when it starts in a folder; asked for often, looked for once."""
-    places = (os.path.join(folder, ".petscrc"), os.path.join(folder, "petscrc"), os.path.expanduser("~/.petscrc"))
+def _has_file_of_options() -> bool:
+    """Whether PETSc would read one when it starts; asked for often, looked for once."""
+    places = (".petscrc", "petscrc", os.path.expanduser("~/.petscrc"))
     return any(map(os.path.exists, places))
 
 

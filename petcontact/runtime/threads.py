@@ -59,7 +59,10 @@ def suited_to(size: int) -> Iterator[None]:
 @contextlib.contextmanager
 def one_blas_thread() -> Iterator[None]:
     """One BLAS thread inside the block."""
-    if all(library.num_threads == 1 for library in _controller().lib_controllers if library.user_api == "blas"):
+    # to look at all loaded libraries takes 8 ms
+    if os.environ.get(VARIABLES[0]) == "1" or all(
+        library.num_threads == 1 for library in _controller().lib_controllers if library.user_api == "blas"
+    ):
         yield
         return
     with _controller().limit(limits=1, user_api="blas"):

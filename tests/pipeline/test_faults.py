@@ -9,6 +9,7 @@ import resource
 import select
 import signal
 import subprocess
+import sys
 import time
 from pathlib import Path
 
@@ -35,9 +36,9 @@ ENDLESS = ["--set", "mesh.element_size=0.5", "--set", "method.rule=fixed", "--se
            "method.max_iterations=1000000000", "--set", "method.tolerance=1e-15", "--no-figures"]  # fmt: skip
 
 
-def start(folder, *words, **keywords):
+def start(folder, *words, program=(), **keywords):
     (folder / "case.toml").write_text((ROOT / "configs" / "example1.toml").read_text())
-    return subprocess.Popen([forked.program(), "solve", "case.toml", *words], cwd=folder, text=True,
+    return subprocess.Popen([*(program or [forked.program()]), "solve", "case.toml", *words], cwd=folder, text=True,
                             stdout=subprocess.PIPE, stderr=subprocess.PIPE, **keywords)  # fmt: skip
 
 
@@ -293,7 +294,8 @@ def test_too_little_memory_is_one_line(tmp_path):
     def limit():
         resource.setrlimit(resource.RLIMIT_AS, (2_000_000_000, 2_000_000_000))
 
-    job = start(tmp_path, "--set", "mesh.element_size=0.002", "--set", "bem.mat_type=dense", preexec_fn=limit)
+    job = start(tmp_path, "--set", "mesh.element_size=0.002", "--set", "bem.mat_type=dense", preexec_fn=limit,
+                program=[sys.executable, "-m", "petcontact"])  # fmt: skip
     _, err = job.communicate(timeout=300)
     assert job.returncode == 1 and "out of memory" in err and "-bem_mat_type hodlr" in err
     # the size is announced first
@@ -308,7 +310,7 @@ def spoilt(monkeypatch, spoil):
 
     def assemble(self, *words):
         original(self, *words)
-        spoil(self.transposed[0])
+        spoil(self.system.T)
 
     monkeypatch.setattr(DenseRows, "__init__", assemble)
 

@@ -11,7 +11,7 @@ import pytest
 from petcontact.runtime.petsc import _local
 
 PROGRAM = """
-import os
+import os, subprocess
 from pathlib import Path
 import petcontact
 petcontact.initialise()
@@ -21,6 +21,8 @@ assert len(children) == {children}, children
 assert {children} or not list(Path(os.environ["TMPDIR"]).iterdir())
 assert {{key: value for key, value in os.environ.items() if key.startswith("OMPI_MCA_ess")}} == {given}
 assert not {{"OMPI_MCA_pml", "OMPI_MCA_orte_create_session_dirs"}} & set(os.environ)
+seen = subprocess.run(["env", "-0"], capture_output=True, text=True).stdout.split("\\0")
+assert {children} or not {{line.partition("=")[0] for line in seen if line}} - set(os.environ), seen
 from petsc4py import PETSc
 assert PETSc.COMM_WORLD.tompi4py().allreduce(2) == 2
 """

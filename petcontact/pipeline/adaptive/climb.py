@@ -17,7 +17,7 @@ from typing import Any
 
 from ...errors import InaccurateOperator, InputError, SolverError
 from ...geometry.outline import Outline
-from ...geometry.surface import Boundary, SolidSurface
+from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...refinement.levels import check_accuracy, growing
@@ -64,19 +64,6 @@ def quantity_for(problem: Problem) -> Quantity:
 def in_plane(problem: Problem) -> bool:
     """Whether all bodies are plane ones."""
     return all(isinstance(body.geometry.outline(), Outline) for body in problem.body)
-
-
-def adapts_itself(problem: Problem) -> bool:
-    """Whether a problem with contact that names no mesh is solved on adaptive ones; of surfaces from files where it has an
-    accuracy."""
-    if not interfaces_of(problem):
-        return False
-    asked = any(body.mesh.accuracy is not None for body in problem.body)
-    return all(body.mesh.automatic and (asked or _is_known(body.geometry.outline())) for body in problem.body)
-
-
-def _is_known(boundary: Boundary) -> bool:
-    return isinstance(boundary, Outline) or (isinstance(boundary, SolidSurface) and boundary.known)
 
 
 class AdaptiveSolve:

@@ -167,15 +167,16 @@ def _check_components(key: str, value: Sized, d: int) -> None:
 
 def as_problem(body: Body, boundary: Boundary, sides: list[InterfaceSpec], number: int) -> Problem:
     """One body as a problem of its own, for what only needs to know which parts are held, loaded or in contact."""
+    contact = Contact.model_construct  # of values that were checked
     touching: dict[str, Contact] = {}
     for side in sides:
         law = side.law
         given = {key: getattr(law, key) for key in ("normal", "friction_coefficient", "friction_bound")}
         if side.primary and side.primary[0] == number:
-            touching[side.primary[1]] = Contact(part=side.primary[1], **given)
+            touching[side.primary[1]] = contact(part=side.primary[1], **given)
         if side.body == number:
             gap = 0.0 if law.gap == "geometry" else law.gap
-            touching[side.part] = Contact(part=side.part, **given, gap=gap)
+            touching[side.part] = contact(part=side.part, **given, gap=gap)
     # messages count the conditions as the body's own
     conditions: list[Any] = [touching.pop(c.part) if isinstance(c, Contact | Periodic) else c for c in body.boundary]
     conditions += [touching[part] for part in boundary.parts if part in touching]

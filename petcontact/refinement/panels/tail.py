@@ -183,7 +183,8 @@ def _pieces(mesh: BoundaryMesh, part: int) -> Array:
         return np.empty((0, 2, mesh.dim))
     faces = mesh.faces(mesh.part_names[part])[1]
     number, start, end = faces.rims()
-    points = [faces.at(number, start + share * (end - start))[0] for share in np.linspace(0.0, 1.0, PIECES + 1)]
+    pieces = PIECES if np.any(start != end) else 1  # in the plane sides are points
+    points = [faces.at(number, start + share * (end - start))[0] for share in np.linspace(0.0, 1.0, pieces + 1)]
     return np.concatenate([np.stack(pair, axis=1) for pair in itertools.pairwise(points)])
 
 
