@@ -81,7 +81,7 @@ class TailErrors:
         uneven = max((float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps), default=0.0)
         if not solution.bilateral:
             return min(worst, 1.0), worst**2 + uneven
-        if all(_sticks(pair) for pair in solution.last.pairs.values()):
+        if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
             return 0.0, worst**2 + uneven
         squares, (mesh,) = self.slip_squares(solution.last), self._meshes
         contact = np.isin(np.arange(mesh.n_elements), mesh.element[solution.contact.nodes])
