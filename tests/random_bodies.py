@@ -180,7 +180,7 @@ def random_contact(seed, number):
     data = {"body": bodies, "contact": [contact], "step": [{}, {"boundary": [{"body": "upper", "part": "top", "value": [
         -0.5 * top["value"][0], top["value"][1]]}]}][: int(random.choice([1, 2]))]}  # fmt: skip
     if random.random() < 0.5:
-        bend, place = random.choice([0.0, random.uniform(0.0, 0.2)]), random.uniform(-0.3, 0.3)
+        bend, place = float(random.choice([0.0, random.uniform(0.0, 0.2)])), random.uniform(-0.3, 0.3)
         data |= {"body": bodies[:1], "obstacle": [{"name": "floor"}], "contact": [
             {**contact, "primary": "floor", "gap": f"y + {0.5 * bend!r}*(x - {place!r})**2"}]}  # fmt: skip
     return parse(Problem, data, f"contact {number}")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -105,7 +106,12 @@ class BoundaryData:
 
     def vectors(self, components: Array) -> Array:
         """Vectors (..., n, d) from components along the frames (..., n, d)."""
-        return np.asarray(np.einsum("...ic,icj->...ij", components, self.frame))
+        return np.asarray(np.einsum("...ic,icj->...ij", components, self.frame)) if self._turned else components
+
+    @cached_property
+    def _turned(self) -> bool:
+        """Whether a frame is not that of the axes."""
+        return bool((self.frame != np.eye(self.frame.shape[1])).any())
 
     def components(self, vectors: Array) -> Array:
         """Components along the frames of vectors (n, d, r) that vary by their last axis, (n, d, r)."""

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from ..arrays import Array
-from .friction_law import balanced_rho, contact_norm, group_norms, ratio
+from .friction_law import contact_norm, group_norms, ratio
 from .law_protocol import ContactLaw, law_residual
 from .system import ContactSystem
 
@@ -38,11 +38,11 @@ class Criterion:
     tolerance: float
     stop: Stop = "both"
 
-    def change(self, v: Array, sigma: Array, dv: Array, dsigma: Array, weight: Array) -> float:
-        """The relative change of a step that led to (v, σ); v without gaps, beside which all changes are small."""
-        moved, size = contact_norm(dv, weight), contact_norm(v, weight)
+    def change(self, moved: float, size: float, pushed: float, traction: float) -> float:
+        """The relative change of a step that led to (v, σ), from ‖δv‖, ‖v‖, ‖δσ‖ and ‖σ‖; v without gaps, beside which all
+        changes are small."""
         if self.stop != "displacement":
-            moved, size = moved + contact_norm(dsigma, weight), size + contact_norm(sigma, weight)
+            moved, size = moved + pushed, size + traction
         return moved / size if size > 0.0 else (0.0 if moved == 0.0 else 1.0)
 
     def met(self, change: float, relative_residual: float) -> bool:
@@ -52,25 +52,28 @@ class Criterion:
         return change <= self.tolerance and relative_residual <= SLACK * self.tolerance
 
 
-def balanced(law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fallback: float = 1.0) -> float | Array:
-    """ρ = ‖σ‖/‖displacement‖, with which both terms of R_ρ weigh the same; (k,) where a law has more than one group.
+def balanced(
+    law: ContactLaw, system: ContactSystem, v: Array, sigma: Array, fallback: float = 1.0
+) -> tuple[float | Array, float, float]:
+    """ρ = ‖σ‖/‖displacement‖, with which both terms of R_ρ weigh the same, (k,) where a law has more than one group; and
+    ‖displacement‖ and ‖σ‖.
 
     The displacement is v itself where v = 0 is sticking; where v_n is a gap it is what contact adds, rigid motions apart.
     """
-    base, weight = system.u_0, system.weight
+    weight, groups = system.weight, law.groups
     # bodies and obstacles that only contact holds may move as one where all of it sticks: then v - u_0 is no displacement
     # that contact adds, which is Sσ
     strained = 0.0 if system.modes is None else contact_norm(system.apply(sigma), weight)
-    if len(law.groups) == 1:
-        return balanced_rho(v, sigma, weight, fallback, FLOOR * max(contact_norm(base, weight), strained))
-    every = (slice(law.k), *law.groups)
-    (moved, *parts), (traction, *tractions) = (group_norms(x, weight, every) for x in (moves(law, system, v), sigma))
+    if len(groups) == 1:
+        (moved, _), (traction, _), (free, _) = group_norms(weight, groups, v, sigma, system.u_0)
+        return ratio(max(moved, FLOOR * max(free, strained)), traction, fallback), moved, traction
+    (moved, *parts), (traction, *tractions) = group_norms(weight, groups, moves(law, system, v), sigma)
     floor = FLOOR * max(moved, strained)
     common = ratio(max(moved, floor), traction, fallback)
     rho = np.empty(law.k)
-    for group, part, own in zip(law.groups, parts, tractions, strict=True):
+    for group, part, own in zip(groups, parts, tractions, strict=True):
         rho[group] = ratio(max(part, floor), own, common)
-    return rho
+    return rho, moved, traction
 
 
 def without_motions(system: ContactSystem, moved: Array) -> Array:
@@ -86,17 +89,17 @@ def relative_residual(
 
     `scale` is the largest ‖σ‖ seen so far: where friction vanishes σ itself does, and cannot be its own measure.
     """
-    rho = balanced(law, system, v, sigma, fallback)
+    rho, _, traction = balanced(law, system, v, sigma, fallback)
     residual, weight = law_residual(law, v, sigma, rho), system.weight
-    return over_traction(residual, rho * _digits(system, v), contact_norm(sigma, weight), weight, scale)
+    left = contact_norm(residual, weight)
+    return over_traction(left, rho * _digits(system, v), max(traction, scale), weight)
 
 
-def over_traction(residual: Array, scaled_v: Array, traction: float, weight: Array, scale: float = 0.0) -> float:
-    """‖R_ρ‖/‖σ‖; where σ = 0 the law holds, 0, or not, 1, but for round-off of ρ times
+def over_traction(left: float, scaled_v: Array, traction: float, weight: Array) -> float:
+    """‖R_ρ‖/‖σ‖ of both norms; where σ = 0 the law holds, 0, or not, 1, but for round-off of ρ times
     what v is the sum of: a gap is no measure of a light touch."""
-    left, size = contact_norm(residual, weight), max(traction, scale)
-    if size > 0.0:
-        return left / size
+    if traction > 0.0:
+        return left / traction
     return float(left > ROUND_OFF * contact_norm(scaled_v, weight))
 
 
@@ -113,25 +116,27 @@ def natural_residuals(
     A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the tractions of another; a pair
     without tractions has 0 or 1, see `over_traction`.
     """
-    displaced, worst, sizes = moves(law, system, v), np.zeros(len(law.groups)), list[float]()
+    displaced, sizes, found = moves(law, system, v), list[float](), [[0.0] * len(law.groups)]
     least = system.u_0 if len(law.groups) == 1 else displaced  # where all nodes stick v is round-off
-    rho = np.array(np.broadcast_to(balanced(law, system, v, sigma), sigma.shape))
+    rho, common = np.empty(sigma.shape), None
     # what a rigid obstacle that is bonded to a body does to it is a motion, and strains it all the same
     strained = displaced if system.modes is None else system.apply(sigma)
     for pair in pairs:
-        weight, whole = system.weight[pair], slice(law.k)
-        size, *tractions = group_norms(sigma[pair], weight, (whole, *law.groups))
-        parts = [group_norms(x[pair], weight, law.groups) for x in (displaced, strained)]
-        floor = contact_norm(least[pair], weight)
-        for group, traction, moved, own in zip(law.groups, tractions, *parts, strict=True):
-            rho[pair, group] = ratio(max(moved, FLOOR * max(floor, own)), traction or size, 0.0) or rho[pair, group]
+        both = (x[pair] for x in (sigma, displaced, strained, least))
+        (size, *tractions), (_, *moving), (_, *straining), (floor, *_) = group_norms(system.weight[pair], law.groups, *both)
+        for group, traction, moved, own in zip(law.groups, tractions, moving, straining, strict=True):
+            rho[pair, group] = balance = ratio(max(moved, FLOOR * max(floor, own)), traction or size, 0.0)
+            if balance == 0.0:
+                common = balanced(law, system, v, sigma)[0] if common is None else common
+                rho[pair, group] = np.broadcast_to(common, law.k)[group]
         sizes.append(size)
-    residual, digits = law_residual(law, v, sigma, rho), rho * _digits(system, v)
+    residual = law_residual(law, v, sigma, rho)
+    digits = rho * _digits(system, v) if min(sizes, default=0.0) == 0.0 else v
     for pair, size in zip(pairs, sizes, strict=True):
         weight = system.weight[pair]
-        found = [over_traction(residual[pair, g], digits[pair, g], size, weight) for g in law.groups]
-        worst = np.maximum(worst, found)
-    return tuple(float(value) for value in worst)
+        ((_, *left),) = group_norms(weight, law.groups, residual[pair])
+        found.append([over_traction(a, digits[pair, g], size, weight) for a, g in zip(left, law.groups, strict=True)])
+    return tuple(np.max(found, axis=0).tolist())
 
 
 def equilibrium_defect(system: ContactSystem, sigma: Array) -> float:

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import ctypes
 import math
 from collections.abc import Sequence
 
 import numpy as np
 
+from .. import native
 from ..arrays import Array
 
+_NORMS = native.function("petcontact_norms", "iiippp")
 SAFE = (1e-100, 1e100)
 """Sizes of vectors whose squares neither underflow nor overflow."""
 
@@ -72,7 +75,8 @@ def ball_derivative(x: Array, radius: Array) -> tuple[Array, Array]:
 
 def contact_norm(x: Array, weight: Array) -> float:
     """L2(Γ_C) norm of nodal vectors (m, k) with the nodes' quadrature weights (m,)."""
-    total = float(np.dot((weight[:, None] * x).ravel(), x.ravel()))  # which does not warn
+    with np.errstate(over="ignore"):
+        total = float(np.dot((weight[:, None] * x).ravel(), x.ravel()))
     if SAFE[0] < total < SAFE[1]:
         return math.sqrt(total)
     size = float(np.abs(x).max(initial=0.0))
@@ -81,30 +85,31 @@ def contact_norm(x: Array, weight: Array) -> float:
     return unit * math.sqrt(float(np.dot((weight[:, None] * x).ravel(), x.ravel())))
 
 
-def group_norms(x: Array, weight: Array, groups: Sequence[slice]) -> list[float]:
-    """`contact_norm` of some groups of components.
+def group_norms(weight: Array, groups: Sequence[slice], *arrays: Array) -> list[list[float]]:
+    """`contact_norm` of each of some arrays (m, k), and of some groups of its components.
 
-    >>> group_norms(np.array([[3.0, 1.0], [4.0, 1.0]]), np.ones(2), (slice(0, 1), slice(0, 2)))
-    [5.0, 5.196152422706632]
+    >>> group_norms(np.ones(2), (slice(0, 1), slice(1, 2)), np.array([[3.0, 1.0], [4.0, 1.0]]))
+    [[5.196152422706632, 5.0, 1.4142135623730951]]
     """
-    squares = np.dot((weight[:, None] * x).T, x).diagonal().tolist()  # which does not warn
-    totals = [sum(squares[group]) for group in groups]
-    if all(SAFE[0] < total < SAFE[1] for total in totals):
-        return [math.sqrt(total) for total in totals]
-    return [contact_norm(x[:, group], weight) for group in groups]
+    k, found = arrays[0].shape[1], list[list[float]]()
+    if _NORMS is None:
+        norms = [contact_norm(x[:, a : a + 1], weight) for x in arrays for a in range(k)]
+    else:
+        kept = [native.contiguous(x) for x in (weight, *arrays)]
+        place, *places = map(native.pointer, kept)
+        filled = (ctypes.c_double * (k * len(arrays)))()
+        _NORMS(len(weight), k, len(arrays), place, (ctypes.c_void_p * len(arrays))(*places), filled)
+        norms = list(filled)
+    for first in range(0, len(norms), k):
+        own = norms[first : first + k]
+        found.append([math.hypot(*own), *(own[g.start] if g.stop - g.start == 1 else math.hypot(*own[g]) for g in groups)])
+    return found
 
 
-def balanced_rho(u_t: Array, sigma_t: Array, weight: Array, fallback: float, floor: float = 0.0) -> float:
-    """ρ = ‖σ_t‖/‖u_t‖, with which both terms of R_ρ weigh the same; `fallback` where one of them vanishes.
-
-    `floor` is the least ‖u_t‖ that counts as a displacement and not as round-off.
+def ratio(u: float, sigma: float, fallback: float) -> float:
+    """ρ = σ/u of two norms, with which both terms of R_ρ weigh the same; `fallback` where one of them vanishes.
 
     The residual with this ρ does not depend on the ρ that a method happens to use: at very small or large ρ the
     residual R_ρ of any iterate is small in one of its terms.
     """
-    return ratio(max(contact_norm(u_t, weight), floor), contact_norm(sigma_t, weight), fallback)
-
-
-def ratio(u: float, sigma: float, fallback: float) -> float:
-    """ρ = σ/u of two norms; `fallback` where one of them vanishes."""
     return sigma / u if u > 0.0 and sigma > 0.0 else fallback

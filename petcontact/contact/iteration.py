@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import functools
+import math
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 
@@ -51,6 +53,18 @@ class ContactMethod(Protocol):
         ...
 
 
+class Judgement(NamedTuple):
+    """An iterate (m, k) with its balanced ρ, R_ρ, and the norms of displacement (`criterion.moves`), σ and R_ρ."""
+
+    v: Array
+    sigma: Array
+    rho: float | Array
+    residual: Array
+    size: float
+    traction: float
+    left: float
+
+
 @dataclass
 class Recorder:
     """The rows of history of one run, the monitor, and the judgement of each iterate.
@@ -70,7 +84,7 @@ class Recorder:
     iteration: Iteration
     history: History = field(default_factory=History)
     largest: float = 0.0
-    _judged: tuple[Array, Array, float | Array, Array] | None = None
+    _judged: Judgement | None = None
 
     def step(
         self, old: Start, v: Array, sigma: Array, dv: Array, dsigma: Array, *, ksp_iterations: int,
@@ -85,39 +99,45 @@ class Recorder:
         SolverError
             If the iterate is not finite.
         """
-        weight = self.system.weight
-        change = self.iteration.criterion.change(moves(self.law, self.system, v), sigma, dv, dsigma, weight)
+        law, system = self.law, self.system
+        norms = functools.partial(group_norms, system.weight, law.groups)
+        # motions that cost no traction say nothing of S
+        (moved, *_), (pushed, *given), (_, *strained) = norms(dv, dsigma, without_motions(system, dv))
         if rho is None:
-            rho, residual = self.residual(*old)
-        if not np.isfinite(change):
+            before, after = self.judged(*old), self.judged(v, sigma)
+            rho, left, size, traction = before.rho, before.left, after.size, after.traction
+        else:
+            assert residual is not None
+            (left, *_), (size, *_), (traction, *_) = norms(residual, moves(law, system, v), sigma)
+        change = self.iteration.criterion.change(moved, size, pushed, traction)
+        if not math.isfinite(change):
             raise SolverError(
                 "iterate", f"iterate {len(self.history) + 1} is not finite (ρ = {rho})", "choose another rho or method"
             )
-        assert residual is not None
-        # motions that cost no traction say nothing of S
-        parts = (group_norms(x, weight, self.law.groups) for x in (dsigma, without_motions(self.system, dv)))
-        balances = [usable_balance(*each) for each in zip(*parts, strict=True)]
+        balances = [usable_balance(*each) for each in zip(given, strained, strict=True)]
         balance = balances[0] if len(balances) == 1 else np.array(balances)
-        self.history.add(rho, balance, change, contact_norm(residual, weight), ksp_iterations)
-        self.largest = max(self.largest, contact_norm(sigma, weight))
+        self.history.add(rho, balance, change, left, ksp_iterations)
+        self.largest = max(self.largest, traction)
         return change, balance
 
     def balanced(self, v: Array, sigma: Array) -> float | Array:
         """The balanced ρ of an iterate."""
-        return self.residual(v, sigma)[0]
+        return self.judged(v, sigma).rho
 
-    def residual(self, v: Array, sigma: Array) -> tuple[float | Array, Array]:
-        """The balanced ρ of an iterate, and its R_ρ; asked for again as the old one of the next step."""
-        if self._judged is None or self._judged[0] is not v or self._judged[1] is not sigma:
-            rho = balanced(self.law, self.system, v, sigma)
-            self._judged = v, sigma, rho, law_residual(self.law, v, sigma, rho)
-        return self._judged[2], self._judged[3]
+    def judged(self, v: Array, sigma: Array) -> Judgement:
+        """An iterate by its balanced ρ; asked for again as the old one of the next step."""
+        known = self._judged
+        if known is None or known.v is not v or known.sigma is not sigma:
+            rho, size, traction = balanced(self.law, self.system, v, sigma)
+            residual = law_residual(self.law, v, sigma, rho)
+            left = contact_norm(residual, self.system.weight)
+            known = self._judged = Judgement(v, sigma, rho, residual, size, traction, left)
+        return known
 
     def relative(self, v: Array, sigma: Array) -> float:
         """Residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
-        rho, residual = self.residual(v, sigma)
-        weight = self.system.weight
-        return over_traction(residual, rho * v, contact_norm(sigma, weight), weight)
+        known = self.judged(v, sigma)
+        return over_traction(known.left, known.rho * v, known.traction, self.system.weight)
 
     def within_limits(self, v: Array, sigma: Array, rho: float | Array, tolerance: float) -> Start | None:
         """An iterate that is as good as solved with σ within what the law allows to WITHIN of the bound, and in equilibrium.

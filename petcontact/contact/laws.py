@@ -11,8 +11,10 @@ from .. import native
 from ..arrays import Array, Mask, States
 from .friction_law import ball_derivative, lengths, project_ball
 from .law_protocol import OPEN, SLIP, STICK, Admissible, ContactLaw, friction_bound
+from .linearisation import Linearisation
 
-_COULOMB = native.function("petcontact_coulomb", "iipppppppp")
+_RESIDUAL = native.function("petcontact_coulomb_residual", "iipppppppp")
+_COULOMB = native.function("petcontact_coulomb", "ii" + 11 * "p")
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,7 @@ class SignoriniCoulomb:
     k: int
     absent: Mask | None = None
 
-    @property
+    @cached_property
     def groups(self) -> tuple[slice, ...]:
         """Components that share a ρ: the tangential ones, and the normal one."""
         return slice(0, self.k - 1), slice(self.k - 1, self.k)
@@ -186,15 +188,37 @@ class SignoriniCoulomb:
     def _coulomb(self) -> Mask:
         return np.isfinite(self.coefficient)
 
+    def linearised(self, tau: Array) -> Linearisation | None:
+        """All of a linearisation at once, in C; None where it is made of `linearise`, `project` and `states`, as where a
+        subclass has its own."""
+        if type(self) is not SignoriniCoulomb:
+            return None
+        projection, constant, derivative = np.empty(tau.shape), np.empty(tau.shape), np.empty((*tau.shape, self.k))
+        active, stick, states = np.empty(tau.shape, dtype=bool), np.empty(tau.shape, dtype=bool), np.empty(len(tau), np.int8)
+        done = self._in_c(tau, projection, derivative, states, constant, active, stick)
+        return Linearisation(tau, constant, derivative, active, stick, states) if done else None
+
+    def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
+        """σ + Π(ρv - σ), (m, k) [stress]."""
+        rho = np.asarray(rho, dtype=float)
+        usual = type(self) is SignoriniCoulomb and v.shape == (len(self.bound), self.k) and rho.ndim < 2
+        if _RESIDUAL is None or self.k not in (2, 3) or not usual:
+            return np.asarray(sigma + self.project(rho * v - sigma))
+        kept = [native.contiguous(x) for x in (v, sigma, rho if rho.ndim else np.full(self.k, rho))]
+        result = np.empty(v.shape)
+        _RESIDUAL(*v.shape, *map(native.pointer, kept), *self._given[1], native.pointer(result))
+        return result
+
     def _in_c(
-        self, tau: Array, projection: Array | None = None, derivative: Array | None = None, states: States | None = None
-    ) -> bool:
+        self, tau: Array, projection: Array | None = None, derivative: Array | None = None, states: States | None = None,
+        *linearised: Array | Mask,
+    ) -> bool:  # fmt: skip
         """Whether C has computed what is asked for."""
         if _COULOMB is None or self.k not in (2, 3) or tau.shape != (len(self.bound), self.k):
             return False
-        tau = np.ascontiguousarray(tau, dtype=float)
-        filled = (native.pointer(array) for array in (projection, derivative, states))
-        _COULOMB(len(tau), self.k, native.pointer(tau), *self._given[1], *filled)
+        tau = native.contiguous(tau)
+        filled = map(native.pointer, (tau, projection, derivative, states, *(linearised or (None, None, None))))
+        _COULOMB(len(tau), self.k, next(filled), *self._given[1], *filled)
         return True
 
     @cached_property

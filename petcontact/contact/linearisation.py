@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,6 +11,7 @@ from .. import native
 from ..arrays import Array, Mask, States
 from .law_protocol import ContactLaw
 
+_TRACTION = native.function("petcontact_first_traction", "iippppppppp")
 _LINEARISE = native.function("petcontact_linearise", "iipppppp")
 
 
@@ -41,7 +43,10 @@ class Linearisation:
 
     @classmethod
     def at(cls, law: ContactLaw, tau: Array) -> Linearisation:
-        """The linearisation of a law at τ⁰."""
+        """The linearisation of a law at τ⁰; a law may have its own `linearised`."""
+        own: Callable[[Array], Linearisation | None] | None = getattr(law, "linearised", None)
+        if own is not None and (found := own(tau)) is not None:
+            return found
         derivative, projection = law.linearise(tau), law.project(tau)
         if _LINEARISE is not None and derivative.shape == (*tau.shape, law.k):
             arrays = [np.ascontiguousarray(array, dtype=float) for array in (tau, projection, derivative)]
@@ -68,6 +73,11 @@ class Linearisation:
 
     def traction(self, y: Array) -> Array:
         """Π' y, (m, k): what y on the active components adds to σ."""
+        if _TRACTION is not None:
+            kept, result = [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)], np.empty(y.shape)
+            derivative, active, given = map(native.pointer, kept)
+            _TRACTION(*y.shape, derivative, None, None, None, active, None, given, native.pointer(result), None)
+            return result
         return _times(self.derivative, np.where(self.active, y, 0.0))
 
 

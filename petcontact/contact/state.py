@@ -39,7 +39,7 @@ class History:
 
     def add(self, rho: float | Array, w: float | Array, change: float, residual: float, ksp_iterations: int) -> None:
         """Append a row, that of one iteration."""
-        self.rho.append(rho if isinstance(rho, float) else float(np.max(rho)))
+        self.rho.append(rho if isinstance(rho, float) else max(rho.tolist()))
         self.w.append(w if isinstance(w, float) else float(np.max(w)))
         self.change.append(change)
         self.residual.append(residual)

@@ -18,12 +18,14 @@ LARGEST_TURN = 0.5 * math.pi
 
 def half_angles(chord: Array, curvature: Array | float) -> Array:
     """α, half the angle through which arcs turn, from the lengths of their chords; at most half a circle, signed [rad]."""
+    if not np.any(curvature):
+        return np.zeros(np.shape(chord))
     return np.asarray(np.arcsin(np.clip(0.5 * curvature * chord, -1.0, 1.0)))
 
 
 def arc_lengths(chord: Array, alpha: Array | float) -> Array:
     """Lengths of arcs from those of their chords [length]."""
-    return np.asarray(chord / np.sinc(alpha / np.pi))
+    return np.asarray(chord / np.sinc(alpha / np.pi)) if np.any(alpha) else np.asarray(chord)
 
 
 def on_arcs(start: Array, end: Array, alpha: Array | float, xi: Array, tangent: Array | None = None) -> tuple[Array, Array]:

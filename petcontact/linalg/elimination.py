@@ -88,5 +88,8 @@ class Elimination:
         """x (n, ...) for loads weighted by `shares` (K, ...) and y (m, ...), one or several columns."""
         rhs = self._load @ shares + self._forward @ y
         result = np.empty_like(rhs)
-        result[self._order] = scipy.linalg.blas.dtrsm(1.0, self._lu, rhs.reshape(len(rhs), -1)).reshape(rhs.shape)
+        if rhs.ndim == 1:
+            result[self._order] = scipy.linalg.blas.dtrsv(self._lu, rhs)
+        else:
+            result[self._order] = scipy.linalg.blas.dtrsm(1.0, self._lu, rhs)
         return result

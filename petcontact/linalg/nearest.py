@@ -64,4 +64,9 @@ def within(points: Array, places: Array, reach: Array) -> tuple[Index, Index]:
 
 def squares(points: Array, places: Array) -> Array:
     """Squares of all distances, (m, n), without the cancellation of |x|² - 2xy + |y|²."""
-    return np.asarray(sum((places[:, None, i] - points[None, :, i]) ** 2 for i in range(points.shape[1])))
+    result = np.zeros((len(places), len(points)))
+    for along, place in zip(points.T, places.T, strict=True):
+        away = np.subtract.outer(place, along)
+        away *= away
+        result += away
+    return result

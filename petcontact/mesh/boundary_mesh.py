@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Protocol
@@ -149,7 +150,7 @@ class Collocated:
         """Nodes of elements at corners whose unknowns are powers of the distance, not polynomials."""
         return np.empty(0, dtype=np.int64)
 
-    @property
+    @functools.cached_property
     def node_part(self) -> Index:
         """Number of the part of each node, (n,)."""
         return self.part[self.element]

@@ -84,11 +84,9 @@ class CurveMesh(Collocated):
         element = np.repeat(np.arange(len(counts)), counts)
         first = np.concatenate([[0], np.cumsum(counts)])
         xi, reference_weight = np.empty(len(element)), np.empty(len(element))
-        for order in np.unique(self.order):
-            chosen = self.order[element] == order
-            points, weights = gauss(int(order))
-            repeat = np.count_nonzero(chosen) // len(points)
-            xi[chosen], reference_weight[chosen] = np.tile(points, repeat), np.tile(weights, repeat)
+        for order in np.unique(self.order).tolist():
+            nodes = first[:-1][self.order == order, None] + np.arange(order + 1)
+            xi[nodes], reference_weight[nodes] = gauss(order)
         power = np.where(self.order == 0, self.power, 0.0) if len(self.power) else np.zeros(len(counts))
         corner = np.flatnonzero(power)
         xi[first[corner]] = np.sign(power[corner]) * (2.0 * corner_node(np.abs(power[corner])) - 1.0)

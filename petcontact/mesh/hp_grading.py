@@ -153,7 +153,9 @@ def balanced(marks: Marks, grading: Grading, share: float = 1.0) -> Marks:
 def _steps(half: float, smallest: float, ratio: float) -> Array:
     """Distances from a mark to the ends of the elements on the half next to it."""
     levels = max(0, math.ceil(math.log(smallest / half) / math.log(ratio) - 1e-9))
-    return np.concatenate([[0.0], half * ratio ** np.arange(levels, -1.0, -1.0)])
+    result = np.zeros(levels + 2)
+    result[1:] = half * ratio ** np.arange(levels, -1.0, -1.0)
+    return result
 
 
 @functools.lru_cache(maxsize=256)

@@ -169,11 +169,13 @@ def is_compressed(bem: Bem, mesh: BoundaryMesh) -> bool:
         raise InputError('bem.mat_type: "hmatrix" compresses surfaces in space; choose "auto", "hodlr" or "dense"')
     if bem.mat_type != "auto":
         return bem.mat_type != "dense"
+    if mesh.n_nodes <= (SMALLEST if curve else SMALLEST_SURFACE):
+        return False
     dense, compressed = dense_seconds(mesh.n_nodes, mesh.dim), compressed_seconds(mesh)
-    if not curve:
-        whole, parts = (seconds * (1.0 + more) for seconds, more in zip((dense, compressed), INCREMENT, strict=True))
-        return mesh.n_nodes > SMALLEST_SURFACE and WORTH * parts < whole
-    return mesh.n_nodes > SMALLEST and compressed < dense
+    if curve:
+        return compressed < dense
+    whole, parts = (seconds * (1.0 + more) for seconds, more in zip((dense, compressed), INCREMENT, strict=True))
+    return WORTH * parts < whole
 
 
 def has_compressed(bem: Bem, meshes: Iterable[BoundaryMesh]) -> bool:

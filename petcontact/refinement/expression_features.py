@@ -7,13 +7,14 @@ is small or singular somewhere has a sub-expression that vanishes there, as x - 
 from __future__ import annotations
 
 import ast
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Mask
-from ..model.expressions import parse_expression, plain_value
+from ..model.expressions import Value, parse_expression, plain_value
 
 _SMOOTH_AT_ZERO = frozenset({"sin", "cos", "tan", "atan", "sinh", "cosh", "tanh", "exp"})
 """Functions of one value that are smooth where it vanishes (tan and those that are not elsewhere: at their poles only)."""
@@ -25,6 +26,8 @@ HALVINGS = 79
 MOST_CENTRES = 64
 """Places at which one sub-expression vanishes or turns that get samples of their own."""
 BISECTIONS = 60
+CONSTANT = frozenset({"pi", "e", "nx", "ny"})
+"""Names that stand for one number on a straight line."""
 
 Variables = Callable[[Array], dict[str, Array]]
 
@@ -76,6 +79,38 @@ def features(text: str, variables: Variables) -> Features:
             samples = _around(centres[:: max(1, len(centres) // MOST_CENTRES)], samples)
     found = np.unique(np.concatenate(switches)) if switches else np.empty(0)
     return Features(_distinct(found[(found > 0.0) & (found < 1.0)]), samples)
+
+
+def degree(value: Value) -> float:
+    """Degree of a number or an expression as a polynomial of the place on a straight line; infinite where it is none.
+
+    Examples
+    --------
+    >>> degree("1e-3*(x**2 + y*s)/4 - nx"), degree("sin(x)"), degree(2.0)
+    (2.0, inf, 0.0)
+    """
+    if isinstance(value, str):
+        return _degree(parse_expression(value))
+    return 0.0 if isinstance(value, float | int) else math.inf
+
+
+def _degree(node: ast.expr) -> float:
+    if isinstance(node, ast.Constant):
+        return 0.0
+    if isinstance(node, ast.Name):
+        return 0.0 if node.id in CONSTANT else 1.0
+    if isinstance(node, ast.UnaryOp):
+        return _degree(node.operand) if isinstance(node.op, ast.USub) else math.inf
+    if isinstance(node, ast.BinOp):
+        left, right = _degree(node.left), _degree(node.right)
+        if isinstance(node.op, ast.Add | ast.Sub):
+            return max(left, right)
+        if isinstance(node.op, ast.Mult):
+            return left + right
+        if isinstance(node.op, ast.Pow) and isinstance(node.right, ast.Constant) and _is_whole(node.right):
+            return left * float(node.right.value)  # type: ignore[arg-type]
+        return left if isinstance(node.op, ast.Div) and right == 0.0 else math.inf
+    return math.inf
 
 
 def _parts(tree: ast.expr) -> Iterator[tuple[ast.expr, bool]]:

@@ -4,6 +4,7 @@ resolve it."""
 from __future__ import annotations
 
 import functools
+import math
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from typing import Literal
@@ -17,17 +18,19 @@ from ..mesh.basis import gauss, lagrange
 from ..model.expressions import Value, evaluate
 from ..model.loads import VolumeLoads
 from ..model.problem import Condition, Contact, Displacement, Problem, Traction
-from .expression_features import features, uniform
+from .expression_features import degree, features, uniform
 
 ORDER = 5
 """Largest order of an element."""
 OWN_SAMPLES = 16
 """Samples of an element besides those of its side that lie in it."""
 ARC_SAMPLES = 64
-"""Samples of a constant pressure on an arc, whose direction varies."""
+"""Samples of a side, more only where an expression may be narrow."""
 MOST_ELEMENTS = 600
 """Elements of one side beyond which data are given up as unresolved."""
 MIDDLE = np.array([0.5])
+PARABOLA = 2.0
+"""Degree of polynomials that have one minimum and no narrow places."""
 SMALLEST = 1e-13
 """Smallest element as a fraction of its side."""
 
@@ -50,6 +53,8 @@ class Field:
         Integral of |values| over the boundary, of all data of this kind [unit of the data · length].
     length : float
         Of the side [length].
+    degree : float
+        Of the polynomial that the values are of the place, infinite where they are none.
     """
 
     kind: str
@@ -59,6 +64,7 @@ class Field:
     sampled: Array
     size: float
     length: float
+    degree: float = math.inf
 
     def defects(self, start: Array, end: Array, order: int) -> Array:
         """Integral over each element (k,) of |f - I_p f|, relative to `size`; I_p f passes through the Gauss points.
@@ -72,7 +78,7 @@ class Field:
         own = (np.arange(OWN_SAMPLES) + 0.5) / OWN_SAMPLES
         inside = self.values((start[:, None] + width[:, None] * own).ravel()).reshape(len(start), OWN_SAMPLES, -1)
         gap = inside - np.einsum("bq,ebc->eqc", lagrange(order, 2.0 * own - 1.0), nodal)
-        by_own = np.linalg.norm(gap, axis=2).mean(axis=1) * width
+        by_own = np.sqrt(np.einsum("eqc,eqc->eq", gap, gap)).mean(axis=1) * width
         # samples of the side see what is narrower than an element
         element = np.searchsorted(start, self.samples, side="right") - 1
         mine = (element >= 0) & (self.samples < end[np.maximum(element, 0)])
@@ -110,7 +116,8 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
     for k, side, at, kind, given, values, varies in every:
         size = float(np.linalg.norm(values(MIDDLE)))
         if varies:
-            field = Field(kind, values, *_shown(given, at, values), 1.0, side.length)
+            power = math.inf if side.curvature else max(map(degree, given))
+            field = Field(kind, values, *_shown(given, at, values, power), 1.0, side.length, power)
             found[k].append(field)
             size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
         sizes[kind] = sizes.get(kind, 0.0) + size * side.length
@@ -118,10 +125,11 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
 
 
 def _shown(
-    given: list[Value], at: Callable[[Array], dict[str, Array]], values: Callable[[Array], Array]
+    given: list[Value], at: Callable[[Array], dict[str, Array]], values: Callable[[Array], Array], power: float
 ) -> tuple[Array, Array, Array]:
-    """Switches, samples, and values there, of expressions and functions together; a function shows no syntax tree."""
-    parts = [features(value, at) for value in given if isinstance(value, str)]
+    """Switches, samples, and values there, of expressions and functions together; a function shows no syntax tree, and a
+    parabola shows all of it on few samples."""
+    parts = [features(value, at) for value in given if isinstance(value, str) and power > PARABOLA]
     samples = [part.samples for part in parts] or [uniform() if any(map(callable, given)) else np.empty(0)]
     every = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
     switches = np.unique(np.concatenate([np.empty(0), *(part.switches for part in parts)]))
@@ -135,7 +143,9 @@ def variables(side: Side, offset: float, at: Array) -> dict[str, Array]:
 
 
 def _normals(side: Side, at: Array) -> Array:
-    return on_arcs(side.start, side.end, side.half_angle, 2.0 * at - 1.0)[1]
+    straight = side.curvature == 0.0
+    normal = on_arcs(side.start, side.end, side.half_angle, np.zeros(1) if straight else 2.0 * at - 1.0)[1]
+    return np.broadcast_to(normal, (len(at), 2)) if straight else normal
 
 
 def _conditions(
@@ -187,7 +197,8 @@ def _values(
     """Values (n, c) of components at fractions (n,) of a side, times its normal if it is given; 0 where not finite."""
     names = at(fractions)
     columns = [evaluate(value, names, len(fractions), key, finite=False) for value in given]
-    values = np.nan_to_num(np.column_stack(columns or [np.zeros(len(fractions))]), posinf=0.0, neginf=0.0)
+    values = np.column_stack(columns or [np.zeros(len(fractions))])
+    values[~np.isfinite(values)] = 0.0
     return values if along_normal is False else np.asarray(values * _normals(along_normal, fractions))
 
 
@@ -247,6 +258,6 @@ def _order_enough(field: Field, start: Array, end: Array, order: Index, toleranc
         open_ = np.flatnonzero((result < 0) & (order <= p))
         if len(open_) == 0:
             continue
-        defect[open_] = field.defects(start[open_], end[open_], p)
+        defect[open_] = field.defects(start[open_], end[open_], p) if p < field.degree else 0.0
         result[open_[defect[open_] <= tolerance]] = p
     return result, defect

@@ -60,9 +60,47 @@ CONTACT_REFINEMENT_LEVELS = (
 or better, and those of the next one are ten times smaller."""
 
 
-def suited(levels: tuple[Level, ...], accuracy: float, rough: float) -> tuple[Level, ...]:
-    """The levels to climb to an accuracy: from a rough one on without the second, whose order is near that of the first."""
-    return levels if accuracy < rough else (levels[0], *levels[2:])
+@dataclass(frozen=True)
+class Ladder:
+    """Levels to climb, and what takes the place of the second where a rough accuracy is wanted.
+
+    There one difference is believed, that of the first two meshes: it is the error of the first. The second level does not
+    do for that, whose orders and smallest elements are near those of the first: both may miss the same.
+
+    Attributes
+    ----------
+    levels : tuple of Level
+    rough : float
+        Accuracy from which on the second level is left out [-].
+    rougher : float
+        Accuracy from which on `milder` stands before the third [-].
+    milder : Level
+    """
+
+    levels: tuple[Level, ...]
+    rough: float
+    rougher: float
+    milder: Level
+
+    def to(self, accuracy: float) -> tuple[Level, ...]:
+        """The levels to climb to an accuracy."""
+        if accuracy < self.rough:
+            return self.levels
+        return (self.levels[0], *([self.milder] if accuracy >= self.rougher else []), *self.levels[2:])
+
+    def believes(self, differences: list[float], accuracy: float) -> bool:
+        """Whether one difference is the estimate."""
+        return accuracy >= self.rough and len(differences) == 1
+
+
+SLIP_LADDER = Ladder(REFINEMENT_LEVELS, 2e-3, 1e-2, Level(Grading(3, 0.25, 0.9), 1e-4, 1e-4))
+"""Of 183 random bodies the error on the third level was at most .99 times the one difference, of 9 in 10 less than a fifth.
+On the milder one it was at most 2.8e-3 on all 168 of 214 whose difference was below 1e-2, and .14, .57, 1.06 times the
+estimate on 50, 90, 99 % of them. With corners twice as coarse two of 62 were above 1e-2, where the difference was a tenth of
+the error."""
+CONTACT_LADDER = Ladder(CONTACT_REFINEMENT_LEVELS, 5e-2, 5e-2, Level(Grading(3, 0.25), 2e-4, 2e-3, 5e-3))
+"""On the milder level errors of 108 random problems were at most .032 where 5e-2 was wanted, and .40, .90, 1.44 times the
+estimate in 50, 90, 99 % of them."""
 
 
 def first_level(accuracy: float) -> int:

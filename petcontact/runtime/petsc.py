@@ -152,13 +152,13 @@ def is_asked_for() -> bool:
     """Whether PETSc runs, or has to: ranks were launched, or there are options that it reads when it starts."""
     if "petsc4py.PETSc" in sys.modules or "mpi4py.MPI" in sys.modules or _launched():
         return True
-    return any(map(os.environ.get, ("PETSC_OPTIONS", "PETSC_OPTIONS_YAML"))) or _has_file_of_options(os.getcwd())
+    return any(map(os.environ.get, ("PETSC_OPTIONS", "PETSC_OPTIONS_YAML"))) or _has_file_of_options()
 
 
 @functools.cache
-def _has_file_of_options(folder: str) -> bool:
-    """Whether PETSc would read one when it starts in a folder; asked for often, looked for once."""
-    places = (os.path.join(folder, ".petscrc"), os.path.join(folder, "petscrc"), os.path.expanduser("~/.petscrc"))
+def _has_file_of_options() -> bool:
+    """Whether PETSc would read one when it starts; asked for often, looked for once."""
+    places = (".petscrc", "petscrc", os.path.expanduser("~/.petscrc"))
     return any(map(os.path.exists, places))
 
 

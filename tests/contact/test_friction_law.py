@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from petcontact.contact.friction_law import balanced_rho, contact_norm, project_ball
+from petcontact.contact.friction_law import contact_norm, group_norms, project_ball, ratio
 from petcontact.contact.law_protocol import law_residual
 from petcontact.contact.laws import Tresca
 
@@ -93,6 +93,8 @@ def test_norm_and_balance():
     weight = np.array([0.5, 1.5])
     u, sigma = np.array([[2.0], [0.0]]), np.array([[-6.0], [1.0]])
     assert contact_norm(u, weight) == pytest.approx(np.sqrt(2.0))
-    assert balanced_rho(u, sigma, weight, 7.0) == pytest.approx(np.sqrt((18.0 + 1.5) / 2.0))
-    assert balanced_rho(0 * u, sigma, weight, 7.0) == 7.0
+    (moved, _), (traction, _), (none, _) = group_norms(weight, (slice(0, 1),), u, sigma, 0 * u)
+    assert moved == pytest.approx(np.sqrt(2.0)) and none == 0.0
+    assert ratio(moved, traction, 7.0) == pytest.approx(np.sqrt((18.0 + 1.5) / 2.0))
+    assert ratio(none, traction, 7.0) == 7.0
     assert Tresca(np.array([6.0, 6.0])).states(3.0 * u - sigma).tolist() == [1, 0]

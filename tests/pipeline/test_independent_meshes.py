@@ -55,7 +55,8 @@ def balances(solution, contact):
     size = np.abs(mine).sum()
     assert np.abs(mine.sum(axis=0) + theirs.sum(axis=0)).max() < 1e-12 * size
     if "friction_coefficient" not in contact:
-        assert np.abs(np.cross(x, mine).sum(axis=0) + np.cross(y, theirs).sum(axis=0)).max() < 1e-11 * size
+        places, forces = (np.pad(np.concatenate(part), ((0, 0), (0, 3 - x.shape[1]))) for part in ((x, y), (mine, theirs)))
+        assert np.abs(np.cross(places, forces).sum(axis=0)).max() < 1e-11 * size
     return mine.sum(axis=0)
 
 

@@ -108,3 +108,17 @@ def test_mistakes_of_expressions_keep_their_words():
     problem = block("60 + z")
     with pytest.raises(InputError, match="unknown name 'z'"):
         fields(problem, problem.geometry.outline())
+
+
+@pytest.mark.parametrize(("text", "degree"), [
+    ("60 + 2*x", 1), ("60 - x*s/4", 2), ("60 + (x - 1)**3/(2 + pi)", 3), ("60 + x**2*(1 + nx) - -y*x", 2),
+    ("60 + sin(x)", math.inf), ("60 + 1/(x + 1)", math.inf), ("60 + x**0.5", math.inf), ("60 + abs(x)", math.inf),
+])  # fmt: skip
+def test_polynomials_need_the_order_of_their_degree_and_no_more(text, degree):
+    problem = block(text)
+    field = fields(problem, problem.geometry.outline())[0][0]
+    assert field.degree == degree
+    ends = np.linspace(0.0, 1.0, 5)
+    if math.isfinite(degree):
+        assert field.defects(ends[:-1], ends[1:], degree).max() < 1e-15
+        assert field.defects(ends[:-1], ends[1:], degree - 1).max() > 1e-5

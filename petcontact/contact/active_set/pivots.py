@@ -19,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ... import native
 from ...arrays import Array
 from ..friction_law import lengths
 from ..law_protocol import ContactLaw
@@ -27,6 +28,8 @@ from ..system import EQUILIBRIUM, Modes
 from .monolithic import MonolithicSolver
 from .solvers import ActiveSetSolver
 
+_NEXT_TAU = native.function("petcontact_next_tau", "iiippppdddpp")
+_FIRST_TRACTION = native.function("petcontact_first_traction", "iippppppppp")
 LinearSolver = ActiveSetSolver | MonolithicSolver
 """Who solves the equations of a linearised law."""
 Predictor = Callable[["Pivot"], tuple[Array, Array]]
@@ -88,10 +91,17 @@ def next_tau(
 
     Where v is round-off it has no sign: sticking components have v = 0, the others keep, up to noise, the piece they are on.
     """
+    tangential = law.groups[0]
+    if _NEXT_TAU is not None and tangential.start == 0 and tangential.stop <= 2:
+        given, tau, rho = [sigma, v, linearised.stick, linearised.tau], np.empty(sigma.shape), np.empty(sigma.shape)
+        arrays = [np.ascontiguousarray(array) for array in given]
+        pointers = map(native.pointer, (*arrays, tau, rho))
+        first = itertools.islice(pointers, 4)
+        _NEXT_TAU(*sigma.shape, tangential.stop, *first, noise, least, PULL, *pointers)
+        return tau, rho
     v = np.where(linearised.stick, 0.0, v)
     ratio = (max(float(np.abs(sigma).max(initial=0.0)), least) or 1.0) / (float(np.abs(v).max(initial=0.0)) or 1.0)
     rho = np.full(sigma.shape, ratio)
-    tangential = law.groups[0]
     size, moved = lengths(sigma[:, tangential]), lengths(v[:, tangential])
     # what closes slips at once if it slid further than its overlap lets friction hold it: one ρ for both components
     limit = np.divide(PULL * size, moved, out=np.full(len(size), ratio), where=(moved > 0.0) & (size > 0.0))
@@ -177,12 +187,10 @@ def linear_solve(
     if isinstance(solver, MonolithicSolver):
         sigma, v, alpha, free = solver.linear_solve(linearised, rho, sigma, alpha)
         return sigma, v, alpha, _push(modes, sigma, free)
-    y = np.where(linearised.stick, sigma, -linearised.tau)
-    sigma = linearised.traction(y) + linearised.constant
+    sigma, slack = _first_traction(linearised, sigma, rho)
     v = base + solver.apply(sigma)
     if modes is not None:
         v = v + modes.motion @ alpha
-    slack = np.where(linearised.stick, 0.0, (y - sigma) / rho)
     free = np.zeros((len(alpha), 0))
     if linearised.active.any() or modes is not None:
         dy, dalpha, free = solver.solve(linearised, rho, -(slack + v), modes, sigma)
@@ -191,6 +199,27 @@ def linear_solve(
         if modes is not None:
             v = v + modes.motion @ dalpha
     return sigma, v, alpha, _push(modes, sigma, free)
+
+
+def _first_traction(linearised: Linearisation, so_far: Array, rho: Array) -> tuple[Array, Array]:
+    """σ of a linearised law with y = σ so far where nodes stick and y = -τ elsewhere, and the slack (y - σ)/ρ there."""
+    if _FIRST_TRACTION is not None:
+        given = (
+            linearised.derivative,
+            linearised.constant,
+            linearised.tau,
+            rho,
+            linearised.active,
+            linearised.stick,
+            so_far,
+        )
+        arrays = [np.ascontiguousarray(array) for array in given]
+        sigma, slack = np.empty(so_far.shape), np.empty(so_far.shape)
+        _FIRST_TRACTION(*so_far.shape, *map(native.pointer, (*arrays, sigma, slack)))
+        return sigma, slack
+    y = np.where(linearised.stick, so_far, -linearised.tau)
+    sigma = linearised.traction(y) + linearised.constant
+    return sigma, np.where(linearised.stick, 0.0, (y - sigma) / rho)
 
 
 def _push(modes: Modes | None, sigma: Array, free: Array) -> Array:

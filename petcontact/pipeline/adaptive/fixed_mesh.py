@@ -16,10 +16,11 @@ from ...model.shapes.files import Superelement
 from ...refinement.contact_line import difference as line_difference
 from ...refinement.marks import WEAK, Body
 from ...results.solution import Solution
-from ..discrete.discretise import discretise
+from ..discrete.discretise import MeshMaker, discretise
 from ..run import prepare, run
 from ..trust.known_data import missed_data
 from .difference import difference, displacement_difference
+from .order_below import beside_error
 from .slip import contact_lines, displacement_scale
 from .tails import TailErrors
 
@@ -58,7 +59,8 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if not solution.nodes and not curves:
         reason = "compare with a finer mesh"
     if not reason and not curves:
-        error, of_resultants = TailErrors(solution).error()
+        beside = beside_error(solution, lambda make: _again(solution, make, comm, law)) if solution.bilateral else math.nan
+        error, of_resultants = TailErrors(solution).error(beside)
         return _estimated(solution, {"estimated_error": error, "resultant_error": of_resultants})
     reason = reason or _costly(solution, comm)
     if not reason:
@@ -119,13 +121,18 @@ def _body(solution: Solution) -> Body:
 
 def _coarser(solution: Solution, comm: Any, law: Any) -> Solution:
     """The solution on meshes of half as many elements."""
-    problem, meshes = solution.problem, [as_curve(mesh) for mesh in solution.meshes.values()]
+    meshes = [as_curve(mesh) for mesh in solution.meshes.values()]
+    return _again(solution, lambda number, one, boundary: joined(meshes[number], boundary), comm, law)
+
+
+def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution:
+    """The solution of the same problem on other meshes."""
+    problem = solution.problem
     method = problem.method.model_copy(update={
         "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed"
     })  # fmt: skip
     problem = problem.model_copy(update={"method": method})
-    discrete = discretise(problem, lambda number, one, boundary: joined(meshes[number], boundary), law)
-    prepared = prepare(problem, comm, discrete)
+    prepared = prepare(problem, comm, discretise(problem, make, law))
     try:
         return run(prepared, checked=False)
     finally:

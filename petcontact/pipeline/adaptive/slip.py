@@ -18,7 +18,7 @@ from ...geometry.surface import Boundary
 from ...mesh.curve_mesh import as_curve
 from ...model.problem import Problem
 from ...refinement.contact_line import ContactLine, difference, farthest_apart, largest, without_specks
-from ...refinement.levels import REFINEMENT_LEVELS, Level, believed, suited
+from ...refinement.levels import SLIP_LADDER, Level, believed
 from ...refinement.marks import Body, LevelMesh
 from ...refinement.zones import Zone
 from ...results.solution import Solution
@@ -27,9 +27,6 @@ from ..trust.increments import is_unresolved
 
 GAIN = 25.0
 """Ratio of the errors of two neighbouring levels of `REFINEMENT_LEVELS` beyond which it is chance: that of the first two."""
-ROUGH = 2e-3
-"""Accuracy from which on the second level is left out, and one difference is believed: the first and the third have no order
-in common. Of 183 random bodies the error of the third was at most .99 times that, of 9 in 10 less than a fifth."""
 LEAST_SLIP = 1e-3
 """‖u_t‖, relative to the displacement of the whole body, below which errors are relative to that."""
 NEGLIGIBLE = 1e-5
@@ -69,8 +66,8 @@ class Slip:
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """Those of `REFINEMENT_LEVELS` that the wanted accuracy needs."""
-        return suited(REFINEMENT_LEVELS, self.wanted, ROUGH)
+        """Those of `SLIP_LADDER` that the wanted accuracy needs."""
+        return SLIP_LADDER.to(self.wanted)
 
     def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level) -> LevelMesh:
         """Graded to the transition points that the last solution shows.
@@ -132,7 +129,7 @@ class Slip:
     def estimate(self) -> float:
         """Of the error of the last mesh."""
         assert self._body is not None
-        if self.wanted >= ROUGH and len(self.differences) == 1:
+        if SLIP_LADDER.believes(self.differences, self.wanted):
             return max(self.differences[0], self._levels[1].error)
         return estimated_error(self.differences, [self._body.truncation(level.resolved) for level in self._levels])
 

@@ -17,7 +17,7 @@ from ...model.loads import NO_LOADS, loads_by_step
 from ...model.problem import Problem
 from ...refinement.contact_edges import SPECK, Edge, edges, merged, zone_at
 from ...refinement.known_data import Field, fields
-from ...refinement.levels import CONTACT_REFINEMENT_LEVELS, Level, believed, suited
+from ...refinement.levels import CONTACT_LADDER, Level, believed
 from ...refinement.marks import UNSEEN, Body, LevelMesh
 from ...results.records import PairResult, step_ends
 from ...results.solution import Solution
@@ -31,9 +31,6 @@ from .slip import DENSE_NODES
 
 FEW = 8
 """Closed nodes of a contact below which its edges are looked for once more on the same level."""
-ROUGH = 5e-2
-"""Accuracy from which on the second level is left out, and one difference is believed: the first and the third have no order
-in common. Of 40 random problems the error of the third was at most 1.2 times that, mostly a tenth of it."""
 PUNCH = 0.5
 """Exponent of displacements where a corner presses on a side: of a rigid, frictionless one on a half-plane."""
 APART = 3.0
@@ -65,7 +62,7 @@ class Tractions:
         self.differences: list[float] = []
         self.wanted, self.asked = self.accuracy, True
         self._problem, self._bodies = problem, dict[int, Body]()
-        self._last, self._apart = list[Solution](), Difference()
+        self._last, self._level, self._apart = list[Solution](), self.levels[0], Difference()
         self._edges: dict[str, list[Edge]] = {}
         self._names = {(side.body, side.part): side.name for side in interfaces_of(problem)}
         outlines = [as_outline(body.geometry.outline(), "--adapt").joined for body in problem.body]
@@ -74,8 +71,8 @@ class Tractions:
 
     @property
     def levels(self) -> tuple[Level, ...]:
-        """Those of `CONTACT_REFINEMENT_LEVELS` that the wanted accuracy needs."""
-        return suited(CONTACT_REFINEMENT_LEVELS, self.wanted, ROUGH)
+        """Those of `CONTACT_LADDER` that the wanted accuracy needs."""
+        return CONTACT_LADDER.to(self.wanted)
 
     def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: Level) -> LevelMesh:
         """Graded to corners, to points that the user gave, and to the edges on secondary parts."""
@@ -107,7 +104,7 @@ class Tractions:
         if self._last and not self.is_vague():
             self._apart = difference(self._last[-1], solution, self._places)
             self.differences.append(self._apart.inside)
-        self._last = [solution]
+        self._last, self._level = [solution], level
         finest = {name: FINEST * self._bodies[body].scale for (body, _), name in self._names.items()}
         self._edges = found_edges(solution, level.edge, finest)
 
@@ -126,8 +123,8 @@ class Tractions:
     @property
     def estimate(self) -> float:
         """Of the error of the last mesh: the last difference, which is the error of the mesh before."""
-        rough = self.wanted >= ROUGH and len(self.differences) == 1
-        return self.differences[0] if rough else believed(self.differences)
+        alone = CONTACT_LADDER.believes(self.differences, self.wanted)
+        return max(self.differences[0], self._level.error) if alone else believed(self.differences)
 
     def info(self) -> dict[str, Any]:
         """Arc lengths of the edges of contact and stick, by pair, and what the ends of parts add to the error."""

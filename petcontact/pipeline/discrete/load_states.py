@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, Mask
 from ...bem.boundary_data import BoundaryData, contact_frames, free_motions, motion_name, without_rigid_motion
 from ...compliance.bodies import Interface
 from ...compliance.body.superelement import free_modes
@@ -38,18 +38,8 @@ def boundary_data(
         If data are not finite, or have another number of components than the body has dimensions.
     """
     body, (n, d), conditions = problem.body[number], mesh.x.shape, problem.conditions(number)
-    frame, known = np.broadcast_to(np.eye(d), (n, d, d)).copy(), np.ones((n, d), dtype=bool)
+    frame, known, contact, places = _components(problem, number, mesh, interfaces, step)
     value = np.zeros((len(conditions) + 1, n, d))
-    for part, condition in conditions[step - 1].items():
-        if isinstance(condition, Displacement):
-            check_components(condition.value, mesh, f"body {body.name!r}: {part}")
-            known[mesh.nodes_of(part)] = [component == "free" for component in condition.value]
-        elif isinstance(condition, Symmetry):
-            nodes = mesh.nodes_of(part)
-            if np.ptp(mesh.normal[nodes], axis=0).max() > FLAT:
-                raise InputError(f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a plane face")
-            frame[nodes], places = contact_frames(mesh, nodes)
-            known[nodes, places[:, -1]] = False
     points = _inside(np.array([f.at for f in body.point_force]).reshape(-1, d), body, mesh)
     forces = [np.zeros_like(points), *(np.array([f.force for f in state]).reshape(points.shape)
                                        for state in forces_by_step(problem, number))]  # fmt: skip
@@ -60,18 +50,37 @@ def boundary_data(
             if part not in cache or cache[part][0] is not condition:
                 cache[part] = (condition, _given(condition, mesh, nodes, f"body {body.name!r}: {part}"))
             value[s, nodes] = cache[part][1]
-    contact = contact_nodes(interfaces, number)
-    k = directions_looked_for(d, interfaces)
-    directions = np.broadcast_to(np.arange(k), (len(contact), k))
-    if len(contact) and k < d:
-        frame[contact], places = contact_frames(mesh, contact)
-        directions, normal = places[:, :-1], places[:, -1]
-        known[contact, normal] = False
-        for face in interfaces:
-            if face.body == number:
-                value[:, face.nodes, normal[np.searchsorted(contact, face.nodes)]] = face.gap
+    directions = places[:, : directions_looked_for(d, interfaces)]
+    for face in interfaces if directions.shape[1] < d else ():
+        if face.body == number:
+            value[:, face.nodes, places[np.searchsorted(contact, face.nodes), -1]] = face.gap
     data = BoundaryData(frame, known, value, contact, directions, points, np.array(forces))
     return without_rigid_motion(data, mesh)
+
+
+def _components(
+    problem: Problem, number: int, mesh: BoundaryMesh, interfaces: Sequence[Interface], step: int
+) -> tuple[Array, Mask, Index, Index]:
+    """Frames (n, d, d) of a body in a step, components (n, d) along them whose traction is known, contact nodes (m,), and
+    which directions of their frames (m, d) contact takes, the normal last where it is held."""
+    body, (n, d) = problem.body[number], mesh.x.shape
+    frame, known = np.broadcast_to(np.eye(d), (n, d, d)).copy(), np.ones((n, d), dtype=bool)
+    for part, condition in problem.conditions(number)[step - 1].items():
+        if isinstance(condition, Displacement):
+            check_components(condition.value, mesh, f"body {body.name!r}: {part}")
+            known[mesh.nodes_of(part)] = [component == "free" for component in condition.value]
+        elif isinstance(condition, Symmetry):
+            nodes = mesh.nodes_of(part)
+            if np.ptp(mesh.normal[nodes], axis=0).max() > FLAT:
+                raise InputError(f"body {body.name!r}: {part}.condition: symmetry needs a straight side or a plane face")
+            frame[nodes], places = contact_frames(mesh, nodes)
+            known[nodes, places[:, -1]] = False
+    contact = contact_nodes(interfaces, number)
+    places = np.broadcast_to(np.arange(d), (len(contact), d))
+    if len(contact) and directions_looked_for(d, interfaces) < d:
+        frame[contact], places = contact_frames(mesh, contact)
+        known[contact, places[:, -1]] = False
+    return frame, known, contact, places
 
 
 def _inside(points: Array, body: Body, mesh: BoundaryMesh) -> Array:
@@ -103,9 +112,9 @@ def _data_from(
     What is known instead of another thing starts where that ended: a component that was free from its displacement, one
     that was held from its traction.
     """
-    new = boundary_data(problem, number, mesh, interfaces, step)
-    if np.array_equal(new.traction_known, old.traction_known):
+    if np.array_equal(_components(problem, number, mesh, interfaces, step)[1], old.traction_known):
         return old
+    new = boundary_data(problem, number, mesh, interfaces, step)
     u, traction = (np.einsum("icj,ij->ic", new.frame, field) for field in end)
     start = np.where(new.traction_known, traction, u)
     start[new.contact_nodes[:, None], new.contact_directions] = 0.0

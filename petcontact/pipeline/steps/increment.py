@@ -143,7 +143,7 @@ class PreparedProblem:
     @property
     def steps(self) -> tuple[Step, ...]:
         """The steps of the config; one that reaches all values where there are none."""
-        return self.discrete.problem.step or (Step.model_construct(name="load"),)
+        return self.discrete.problem.step or _whole_load()
 
     def begun(self) -> IncrementState:
         """The state before the first increment: unloaded."""
@@ -156,6 +156,11 @@ class PreparedProblem:
     def close(self) -> None:
         """Free every PETSc object."""
         self.system.close()
+
+
+@functools.cache
+def _whole_load() -> tuple[Step, ...]:
+    return (Step.model_construct(name="load"),)
 
 
 @dataclass

@@ -10,7 +10,6 @@ import numpy as np
 from ...arrays import Array
 from ...compliance.bodies import Interface
 from ...compliance.body.base import NEGLIGIBLE
-from ...compliance.interface import slices
 from ...contact.criterion import equilibrium_defect, natural_residuals
 from ...contact.friction_law import contact_norm
 from ...contact.law_protocol import OPEN, WITHIN, bound_excess, friction_bound, law_residual
@@ -73,8 +72,7 @@ def _step_result(
             elastic = max(elastic, body.residual(shares, u, traction, sigma, alpha))
             if discrete.boundaries[b].closed:
                 unbalanced = max(unbalanced, imbalance(body, shares, u, traction, sigma, alpha))
-    parts = list(slices(system.interfaces).values())
-    tangential, *normal = natural_residuals(discrete.law, increment.system, outcome.v, outcome.sigma, parts)
+    tangential, *normal = natural_residuals(discrete.law, increment.system, outcome.v, outcome.sigma, system.slices)
     residuals = {"normal": max(normal, default=0.0), "tangential": tangential,
                  "balance": equilibrium_defect(increment.system, outcome.sigma),
                  "elastic": elastic if checked else np.nan, "equilibrium": unbalanced if checked else np.nan,

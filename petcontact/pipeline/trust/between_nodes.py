@@ -48,8 +48,8 @@ class Places:
     faces: Faces
     gap_at: GapAt
 
-    def overlap(self, v_n: Array, gap: Array, states: States, within: float) -> tuple[float, Array]:
-        """The largest overlap in elements whose nodes are all open, at least 0 [length], and where it is, (d,).
+    def overlap(self, v_n: Array, gap: Array, states: States, within: float) -> tuple[float, tuple[Index, Array] | None]:
+        """The largest overlap in elements whose nodes are all open, at least 0 [length], and where it is, see `point`.
 
         It is looked for on a grid of each element, and around the deepest point of the grid where the values beside it leave
         room for a larger overlap between points: what two smooth faces have between them varies at most as much there.
@@ -69,18 +69,19 @@ class Places:
         share, values, distance, beside = self._grid
         touched = np.zeros(self.mesh.n_elements, dtype=bool)
         touched[self.mesh.element[self.nodes[(states != OPEN) | ~faced]]] = True
-        over, asked = (values @ closer - distance).reshape(share.shape[:2]), np.arange(len(self.faces))
-        over[touched[self.element]] = -np.inf
+        asked, place = np.flatnonzero(~touched[self.element]), None
+        if not len(asked):
+            return 0.0, place
+        over, share = (values @ closer - distance).reshape(share.shape[:2])[asked], share[asked]
         around, reach = 2.0 * _grid(CLOSER, share.shape[2]) - 1.0, 1.0 / (self.faces.SAMPLES - 1)
-        worst, place = 0.0, np.full(self.mesh.dim, np.nan)
+        worst = 0.0
         for _ in range(ROUNDS):
             best, deepest = np.argmax(over, axis=1), over.max(axis=1)
             least = np.where(np.isfinite(over) & beside[best], over, np.inf).min(axis=1)
             at = share[np.arange(len(asked)), best]
             if deepest.max(initial=0.0) > worst:
                 k = int(np.argmax(deepest))
-                worst, where = float(deepest[k]), self.faces.spread(asked[k : k + 1], at[k : k + 1])
-                place = self.faces.at(asked[k : k + 1], where)[0][0]
+                worst, place = float(deepest[k]), (asked[k : k + 1], at[k : k + 1])
             room = 2.0 * deepest > worst + within + least
             if not room.any():
                 break
@@ -89,6 +90,10 @@ class Places:
             over, reach = (values @ closer - distance).reshape(len(asked), -1), 0.5 * reach
             beside = np.ones((len(around), len(around)), dtype=bool)
         return worst, place
+
+    def point(self, number: Index, share: Array) -> Array:
+        """Where a share (1, d-1) of a face is, (d,) [length]."""
+        return np.asarray(self.faces.at(number, self.faces.spread(number, share))[0][0])
 
     @functools.cached_property
     def _grid(self) -> tuple[Array, scipy.sparse.csr_array, Array, Mask]:

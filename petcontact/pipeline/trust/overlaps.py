@@ -9,6 +9,7 @@ from ...contact.law_protocol import ContactLaw, law_residual
 from ...contact.state import ContactState
 from ...contact.system import ContactSystem
 from .between_nodes import Places
+from .increments import BETWEEN
 
 ROUND_OFF = 1e-11
 """Of displacements that add up to a gap."""
@@ -28,12 +29,13 @@ def overlaps(
     at_nodes, between : float
         In [0, 1].
     where : str
-        The latter in words.
+        The latter in words, where it is more than is accepted.
     """
     if bodies.k < bodies.dim:
         return 0.0, 0.0, ""
-    moved = system.apply(outcome.sigma)
-    rigid = outcome.v - system.u_0 - moved
+    both = outcome.v - system.u_0
+    moved = both if system.modes is None else system.apply(outcome.sigma)
+    rigid = both - moved
     noise = ROUND_OFF * (np.abs(system.u_0) + np.abs(rigid) + np.abs(moved).max(initial=0.0))[:, -1]
     # R_ρ/ρ is what the law forbids of v, but for σ/ρ, which is to be less than round-off
     least = noise.min(initial=np.inf)
@@ -48,11 +50,13 @@ def overlaps(
         at_nodes = max(at_nodes, _share(depth, scale))
         if between is None:
             continue
-        depth, x = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale)
+        depth, found = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale)
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
-        if share > worst:
+        if share > max(worst, BETWEEN) and found is not None:
+            x = between.point(*found)
             place = ", ".join(f"{coordinate:.6g}" for coordinate in x)
-            worst, text = share, f"pair {face.name!r} by {depth:.3g} at ({place})"
+            text = f"pair {face.name!r} by {depth:.3g} at ({place})"
+        worst = max(worst, share)
     return at_nodes, worst, text
 
 

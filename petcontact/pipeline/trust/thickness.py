@@ -26,7 +26,7 @@ def slenderness(mesh: BoundaryMesh) -> Array:
     area = np.bincount(mesh.element, mesh.weight, minlength=count)
     size = area ** (1.0 / (d - 1))
     centre, normal = (
-        np.column_stack([np.bincount(mesh.element, mesh.weight * column, minlength=count) / area for column in values.T])
+        np.add.reduceat(mesh.weight[:, None] * values, mesh.first_node[:-1]) / area[:, None]
         for values in (mesh.x, mesh.normal)
     )
     element, node = within(mesh.x, centre, np.hypot(BESIDE, DEEPEST) * size)

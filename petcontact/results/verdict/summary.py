@@ -142,7 +142,7 @@ def _accuracy(solution: SolutionData) -> list[str]:
     if "estimated_error" not in info:
         return [f"  error of {what} not known: nothing is in contact"] * ("accuracy" in info)
     if not np.isfinite(info["estimated_error"]):
-        return [f"  error of {what} not known: it follows from two meshes that are solved"]
+        return [f"  error of {what} not known: too few meshes are solved; {info['accuracy']:.1e} wanted"]
     error = f"  error of {what}: {info['estimated_error']:.1e} estimated"
     if "resultant_error" in info:
         error += f" in L2, of resultants {info['resultant_error']:.1e}"

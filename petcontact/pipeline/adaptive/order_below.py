@@ -1,0 +1,76 @@
+"""The error of u_t that comes from the faces beside the contact: the same contact beside panels of the order below."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Mask
+from ...errors import PetcontactError
+from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...model.shapes.files import Superelement
+from ...results.solution import Solution
+from ..discrete.discretise import MeshMaker
+from .slip import displacement_scale
+
+MOST = 5000
+"""Nodes up to which another solve, at less than half the price, is nothing to wait for."""
+SHARES = (0.85, 1.05)
+"""Error of u_t over what the last order of the panels beside gains, for order 2 and 3, measured by scripts/verify_space. An
+error that falls as (p + 1)^-4λ, where tractions are infinite as r^(λ-1), makes them .6 and 1.0 for λ = 0.6. Of linear
+panels constant ones say nothing."""
+
+
+def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
+    """Error of u_t of one body in bilateral contact that is due to its other faces, over ‖u_t‖.
+
+    It sees what tails do not: a body that is too stiff as a whole, since its held face or its bending is resolved poorly.
+
+    Parameters
+    ----------
+    solution : Solution
+    solved_on : callable
+        The solution of the same problem on other meshes.
+
+    Returns
+    -------
+    float
+        nan where it is not known: beside panels of order 0 and 1, and on more than `MOST` nodes.
+    """
+    mesh, nodes = as_surface(solution.mesh), solution.contact.nodes
+    contact = np.zeros(mesh.n_elements, dtype=bool)
+    contact[mesh.element[nodes]] = True
+    order = mesh.order[~contact]
+    from_file = isinstance(solution.problem.body[0].geometry, Superelement)
+    if from_file or mesh.n_nodes > MOST or len(order) == 0 or order.min() < 2:
+        return math.nan
+    below = order_below(mesh, ~contact)
+    try:
+        other = solved_on(lambda number, one, boundary: below)
+    except PetcontactError:  # data given for the nodes of one mesh
+        return math.nan
+    if not other.converged:
+        return math.nan
+    apart = solution.contact.weight @ np.sum((other.contact.u_t - solution.contact.u_t) ** 2, axis=1)
+    return SHARES[order.max() - 2] * math.sqrt(apart) / displacement_scale(solution)
+
+
+def order_below(mesh: SurfaceMesh, marked: Mask) -> SurfaceMesh:
+    """The mesh with marked panels of the order below, and curved sides as far again from the arcs through their points.
+
+    A parabola of chord h and sagitta s = hθ/4 lies hθ³/120 inside of an arc of the angle 2θ, on average; one whose sagitta
+    is less by 0.8 s (s/h)² lies that much further inside.
+    """
+    start, end = mesh.corners, np.roll(mesh.corners, -1, axis=1)
+    triangle = np.isnan(start[:, 3, 0])
+    end[triangle, 2] = start[triangle, 0]
+    if not len(mesh.middles):
+        return replace(mesh, order=mesh.order - marked)
+    sagitta = mesh.middles[:, :4] - 0.5 * (start + end)
+    share = np.sum(sagitta**2, axis=2) / np.sum((end - start) ** 2, axis=2)
+    less = 0.8 * share[:, :, None] * sagitta
+    less = np.concatenate([less, 0.5 * less.sum(axis=1, keepdims=True)], axis=1)
+    return replace(mesh, order=mesh.order - marked, middles=mesh.middles - less)

@@ -1,0 +1,75 @@
+"""The error of u_t that comes from the faces beside the contact."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from petcontact import Problem, solve
+from petcontact.geometry.round_surfaces import CylinderSurface
+from petcontact.mesh.panelling import round_mesh
+from petcontact.model.base import parse
+from petcontact.pipeline.adaptive.order_below import beside_error, order_below
+from petcontact.pipeline.adaptive.slip import displacement_scale
+
+
+def block(order, size, bound=0.02, beside=2.0):
+    """A block on its bottom face, held at its top, pushed and twisted at one side; panels beside the contact are larger."""
+    sides = [{"part": part, "condition": "traction", "value": [0.04, 0.03, 0.0] if part == "left" else [0.0] * 3}
+             for part in ("left", "right", "front", "back")]  # fmt: skip
+    return parse(Problem, {
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+        "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0, 1.0, 1.6]},
+        "mesh": {"order": order, "element_size": beside * size, "element_sizes": {"bottom": size}},
+        "boundary": [{"part": "bottom", "condition": "contact", "friction_bound": bound},
+                     {"part": "top", "condition": "displacement", "value": [0.0] * 3}, *sides],
+    }, "a block")  # fmt: skip
+
+
+def apart(solution, fine):
+    """‖u_t - u_t'‖ of two solutions over ‖u_t'‖, at the nodes of the second one."""
+    mesh, (numbers, faces) = solution.mesh, solution.mesh.faces("bottom")
+    up = np.tile([0.0, 0.0, 1.0], (len(fine.contact.x), 1))
+    hits = faces.cast(fine.contact.x - 0.1 * up, up)
+    u = mesh.basis_at(numbers[hits.face], hits.place) @ solution.u - fine.u[fine.contact.nodes]
+    return math.sqrt(fine.contact.weight @ np.sum(u[:, :2] ** 2, axis=1)) / displacement_scale(fine)
+
+
+def test_the_error_of_coarse_sides_is_bounded():
+    """Of orders 2 and 3, against finer panels."""
+    fine = solve(block(2, 1.0 / 3.0, beside=1.0))
+    for order in (2, 3):
+        solution = solve(block(order, 0.5))
+        assert 1.0 < solution.info["estimated_error"] / apart(solution, fine) < 4.0
+
+
+def test_linear_panels_and_meshes_that_cannot_be_solved_on_have_none():
+    def refused(make):
+        raise AssertionError("nothing is to be solved")
+
+    assert math.isnan(beside_error(solve(block(1, 0.5)), refused))
+
+
+def test_where_nothing_slips_nor_nearly_does_the_error_is_zero():
+    sticks, slips = (solve(block(2, 0.5, bound)) for bound in (10.0, 0.02))
+    assert np.abs(sticks.contact.u_t).max() < 1e-12 and sticks.info["estimated_error"] == 0.0 < slips.info["estimated_error"]
+
+
+@pytest.mark.parametrize("size", [1.0, 0.4])
+def test_curved_sides_lie_twice_as_far_off_an_arc(size):
+    """Of a cylinder of radius 1, by the mean distance from its axis; orders change where they are marked only."""
+    mesh = round_mesh(CylinderSurface(np.zeros(3), np.array([0.0, 0.0, 2.0]), 1.0), size, 3)
+    marked = mesh.part == mesh.part_names.index("side")
+    below = order_below(mesh, marked)
+    assert np.array_equal(below.order, mesh.order - marked)
+    off = [np.average(1.0 - np.hypot(*each.x[nodes, :2].T), weights=each.weight[nodes])
+           for each in (mesh, below) for nodes in (each.nodes_of("side"),)]  # fmt: skip
+    assert 0.0 < off[0] < 1e-3 and off[1] == pytest.approx(2.0 * off[0], rel=0.15)
+
+
+def test_flat_panels_stay():
+    mesh = solve(block(2, 0.5)).mesh
+    below = order_below(mesh, mesh.part == 0)
+    assert np.array_equal(below.corners, mesh.corners) and np.all(np.isnan(below.middles))
