@@ -5,7 +5,7 @@
 /* A digest of all structs and functions of these files: tests/native/test_interface.py says what it is to be. */
 int64_t petcontact_interface(void)
 {
-    return 0xe5e913db;
+    return 0x8f14e64c;
 }
 
 void petcontact_level(char *name)

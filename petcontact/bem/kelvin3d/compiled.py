@@ -68,9 +68,9 @@ def _curved_weights(order: int, corners: int, tolerance: float) -> Array:
         if (points := COUNTS[i] * COUNTS[j]) <= ROOM:
             local, weight = reference_rule(corners, (COUNTS[i], COUNTS[j]))
             table[i, j, :points, : panels.n_nodes] = panels.basis(local[None])[0] * weight[:, None]
-    coefficients = np.zeros((HIGHEST_ORDER + 1) ** 4)
-    coefficients[: panels.n_nodes**2] = panels.coefficients.ravel()
-    return np.concatenate([table.ravel(), coefficients, [digits(tolerance)], *(part.ravel() for part in tables())])
+    coefficients = np.zeros(((HIGHEST_ORDER + 1) ** 2,) * 2)
+    coefficients[: panels.n_nodes, : panels.n_nodes] = panels.coefficients.T
+    return np.concatenate([table.ravel(), coefficients.ravel(), [digits(tolerance)], *(part.ravel() for part in tables())])
 
 
 def _records(panels: AnyPanels, tolerance: float) -> Array:

@@ -28,6 +28,8 @@ STRETCH, GENTLE = 2.7, 0.1
 """Rate of `warp`, and the bend up to which nothing more is needed."""
 ON_PANEL = 1e-10
 """Distance over the panel's size below which a point lies on it."""
+TOGETHER = 4
+"""Rays that take the same number of points: a vector of the compiled code."""
 FLATTEST = 1e-10
 """Height of a side over the panel's size below which the foot is on the side."""
 
@@ -98,33 +100,44 @@ def polar_rule(panels: CurvedPanels, number: int, x: Array, foot: Array, distanc
     own = distance <= ON_PANEL * size
     # what the basis and the area factor ask for along a ray
     least = 4 + (order if panels.n_corners == 4 else order // 2)
-    away, points, weights, end = frame @ (y[0, 0] - x), [], [], np.zeros(2)
+    height, sides, starts, weights = [], [], [], []
     for start, stop in zip(corners, np.roll(corners, -1, axis=0), strict=True):
         side = (stop - start) / np.linalg.norm(stop - start)
-        outward = np.array([side[1], -side[0]])
-        h = float(outward @ start)
+        h = float(side[1] * start[0] - side[0] * start[1])
         if h < FLATTEST * size:
             continue
         s_1, s_2 = np.arcsinh(side @ start / h), np.arcsinh(side @ stop / h)
         xi, w = gauss(_count(wanted, s_2 - s_1, least) - 1)
-        s, w = 0.5 * (s_1 + s_2) + 0.5 * (s_2 - s_1) * xi, 0.5 * (s_2 - s_1) * w
-        ray = (outward + np.sinh(s)[:, None] * side) / np.cosh(s)[:, None]
-        length, around = h * np.cosh(s), w / np.cosh(s)
-        for direction, reach, share in zip(ray, length, around, strict=True):
-            if own:
-                xi, w = gauss(min(int(0.25 * wanted) + least - 2, MOST) - 1)
-                rho, w = 0.5 * reach * (1.0 + xi), 0.5 * reach * w
-                end += share * (math.log(reach) - float(np.sum(w / rho))) * direction
-            else:
-                b = float(away @ direction)
-                c = math.sqrt(max(distance**2 - b * b, 0.01 * distance**2))
-                v_1, v_2 = math.asinh(b / c), math.asinh((reach + b) / c)
-                xi, w = gauss(_count(wanted + 2.0, v_2 - v_1, least) - 1)
-                v = 0.5 * (v_1 + v_2) + 0.5 * (v_2 - v_1) * xi
-                rho, w = c * np.sinh(v) - b, 0.5 * (v_2 - v_1) * w * c * np.cosh(v)
-            points.append(foot + (rho[:, None] * direction) @ to_local.T)
-            weights.append(share * w * rho / (m_00 * m_11))
-    return Rule(np.concatenate(points), np.concatenate(weights), foot if own else None, end @ frame)
+        starts.append(0.5 * (s_1 + s_2) + 0.5 * (s_2 - s_1) * xi)
+        weights.append(0.5 * (s_2 - s_1) * w)
+        height.append(np.full(len(xi), h))
+        sides.append(np.tile(side, (len(xi), 1)))
+    s, weight, h, side = (np.concatenate(part) for part in (starts, weights, height, sides))
+    cosh = np.cosh(s)
+    ray = (np.stack([side[:, 1], -side[:, 0]], axis=1) + np.sinh(s)[:, None] * side) / cosh[:, None]
+    reach, share, end = h * cosh, weight / cosh, np.zeros(2)
+    if own:
+        xi, w = gauss(min(int(0.25 * wanted) + least - 2, MOST) - 1)
+        rho, w = 0.5 * reach[:, None] * (1.0 + xi), 0.5 * reach[:, None] * w
+        end = (share * (np.log(reach) - np.sum(w / rho, axis=1))) @ ray
+        along_rays = [(rho, w)]
+    else:
+        b = ray @ (frame @ (y[0, 0] - x))
+        c = np.sqrt(np.maximum(distance**2 - b * b, 0.01 * distance**2))
+        v_1, v_2 = np.arcsinh(b / c), np.arcsinh((reach + b) / c)
+        along_rays = []
+        for some in np.split(np.arange(len(s)), range(TOGETHER, len(s), TOGETHER)):
+            xi, w = gauss(_count(wanted + 2.0, float((v_2 - v_1)[some].max()), least) - 1)
+            middle, half = 0.5 * (v_1 + v_2)[some, None], 0.5 * (v_2 - v_1)[some, None]
+            v = middle + half * xi
+            along_rays.append((c[some, None] * np.sinh(v) - b[some, None], half * w * c[some, None] * np.cosh(v)))
+    local, total, first = [], [], 0
+    for rho, w in along_rays:
+        some = slice(first, first + len(rho))
+        local.append((foot + rho[..., None] * (ray[some] @ to_local.T)[:, None]).reshape(-1, 2))
+        total.append((share[some, None] * w * rho).ravel() / (m_00 * m_11))
+        first += len(rho)
+    return Rule(np.concatenate(local), np.concatenate(total), foot if own else None, end @ frame)
 
 
 def _count(wanted: float, span: float, least: int) -> int:

@@ -95,24 +95,32 @@ INLINE void near_field(const Panel *p, const Family *family, const Targets *targ
 {
     const double x[3] = {targets->x[0][t], targets->x[1][t], targets->x[2][t]};
     const Near *near = near_of(family);
-    Cloud cloud;
-    polar(p, near, x, &cloud);
-    for (int first = 0; first < cloud.count; first += POINTS) {
-        const int some = cloud.count - first < POINTS ? cloud.count - first : POINTS;
-        for (int q = 0; q < some; q++) {
-            double power[NODES];
-            monomials(p, cloud.xi[first + q], cloud.eta[first + q], power);
-            for (int n = 0; n < p->nodes; n++) {
-                room[q][n] = 0.0;
-                for (int m = 0; m < p->nodes; m++)
-                    room[q][n] += cloud.weight[first + q] * near->coefficients[n * p->nodes + m] * power[m];
+    Rays rays;
+    Four rho[MOST], weight[MOST];
+    double xi[POINTS], eta[POINTS];
+    rays_about(p, near, x, &rays);
+    for (int first = 0; first < rays.count; first += 4) {
+        const int count = points_along(&rays, near, first, rho, weight);
+        for (int k = 0, q = 0; k < count; k++) {
+            for (int l = 0; l < 4; l++, q++) {
+                double power[NODES];
+                xi[q] = rays.foot[0] + rho[k][l] * rays.xi[first + l];
+                eta[q] = rays.foot[1] + rho[k][l] * rays.eta[first + l];
+                monomials(p, xi[q], eta[q], power);
+                for (int n = 0; n < p->nodes; n++) {
+                    room[q][n] = 0.0;
+                    for (int m = 0; m < p->nodes; m++)
+                        room[q][n] += weight[k][l] * near->coefficients[m][n] * power[m];
+                }
             }
+            if (q < POINTS && k < count - 1)
+                continue;
+            points_of(p, xi, eta, q, rule);
+            rule->weight = (const double(*)[NODES])room;
+            rule->nodal = q = 0;
+            sources_of(p, rule, data, sources);
+            far_field(rule, sources, family->nu, (Group){1, &t, targets}, field);
         }
-        points_of(p, cloud.xi + first, cloud.eta + first, some, rule);
-        rule->weight = (const double(*)[NODES])room;
-        rule->nodal = 0;
-        sources_of(p, rule, data, sources);
-        far_field(rule, sources, family->nu, (Group){1, &t, targets}, field);
     }
 }
 

@@ -21,6 +21,7 @@ enum {
 };
 
 typedef double Vector __attribute__((vector_size(8 * LANES)));
+typedef double Four __attribute__((vector_size(8 * 4)));
 
 typedef struct {                          /* as numpy fills it: bem.kelvin3d.compiled.rules */
     double most[HIGHEST + 1];             /* points of far panels by order */

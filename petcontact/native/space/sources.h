@@ -6,38 +6,42 @@
 #include "panel.h"
 
 /* r r/r³ (6), and w r r/r⁵ (6), r/r³ (3) at vectors r; on curved panels, whose normals come times the area, the first six
-   times that, and instead of the last three r n - n r, over r³, at 01, 02 and 12. */
-INLINE void products_of(const Vector *r, const Vector *normal, Vector area, int curved, int wants_g, int wants_h,
-                        Vector *out)
-{
-    const Vector x = r[0], y = r[1], z = r[2], square = x * x + y * y + z * z;
-    Vector over = {0.0};
-    for (int l = 0; l < LANES; l++)
-        over[l] = sqrt(square[l]);
-    over = 1.0 / over;
-    Vector cube = over * over * over, xx = x * x, yy = y * y, zz = z * z, xy = x * y, xz = x * z, yz = y * z;
-    if (wants_g) {
-        const Vector factor = curved ? area * cube : cube;
-        out[0] = xx * factor;
-        out[1] = xy * factor;
-        out[2] = xz * factor;
-        out[3] = yy * factor;
-        out[4] = yz * factor;
-        out[5] = zz * factor;
+   times that, and instead of the last three r n - n r, over r³, at 01, 02 and 12. For vectors of two lengths: eight targets
+   at once, and four rays (eight do not fit into the registers of AVX2). */
+#define DEFINE_PRODUCTS(NAME, TYPE) \
+    INLINE void NAME(const TYPE *r, const TYPE *normal, TYPE area, int curved, int wants_g, int wants_h, TYPE *out) \
+    { \
+        const TYPE x = r[0], y = r[1], z = r[2], square = x * x + y * y + z * z; \
+        TYPE over = {0.0}; \
+        for (int l = 0; l < (int)(sizeof(TYPE) / sizeof(double)); l++) \
+            over[l] = sqrt(square[l]); \
+        over = 1.0 / over; \
+        TYPE cube = over * over * over, xx = x * x, yy = y * y, zz = z * z, xy = x * y, xz = x * z, yz = y * z; \
+        if (wants_g) { \
+            const TYPE factor = curved ? area * cube : cube; \
+            out[0] = xx * factor; \
+            out[1] = xy * factor; \
+            out[2] = xz * factor; \
+            out[3] = yy * factor; \
+            out[4] = yz * factor; \
+            out[5] = zz * factor; \
+        } \
+        if (wants_h) { \
+            TYPE fifth = (x * normal[0] + y * normal[1] + z * normal[2]) * (cube * over * over); \
+            out[6] = xx * fifth; \
+            out[7] = xy * fifth; \
+            out[8] = xz * fifth; \
+            out[9] = yy * fifth; \
+            out[10] = yz * fifth; \
+            out[11] = zz * fifth; \
+            out[12] = (curved ? x * normal[1] - y * normal[0] : x) * cube; \
+            out[13] = (curved ? x * normal[2] - z * normal[0] : y) * cube; \
+            out[14] = (curved ? y * normal[2] - z * normal[1] : z) * cube; \
+        } \
     }
-    if (wants_h) {
-        Vector fifth = (x * normal[0] + y * normal[1] + z * normal[2]) * (cube * over * over);
-        out[6] = xx * fifth;
-        out[7] = xy * fifth;
-        out[8] = xz * fifth;
-        out[9] = yy * fifth;
-        out[10] = yz * fifth;
-        out[11] = zz * fifth;
-        out[12] = (curved ? x * normal[1] - y * normal[0] : x) * cube;
-        out[13] = (curved ? x * normal[2] - z * normal[0] : y) * cube;
-        out[14] = (curved ? y * normal[2] - z * normal[1] : z) * cube;
-    }
-}
+
+DEFINE_PRODUCTS(products_of, Vector)
+DEFINE_PRODUCTS(products_of_four, Four)
 
 /* Integrals of the products against basis functions to 2µU (6, upper triangle) and T (9), in their place. */
 INLINE void kernels_of(Vector *sums, const double *normal, double nu, double factor, int curved, int wants_g, int wants_h)
