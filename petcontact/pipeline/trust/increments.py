@@ -60,12 +60,13 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
     size = np.abs(force).max(initial=0.0) or 1.0  # squares of tiny forces underflow
     force = force / size
     each = np.einsum("ic,icr->ir", force, motions)
-    arms = np.linalg.norm(motions, axis=1) * np.linalg.norm(force, axis=1)[:, None]
+    reach = np.linalg.norm(motions, axis=1)
+    arms = reach * np.linalg.norm(force, axis=1)[:, None]
     acting = sigma.any() or len(force) > len(u) or np.tensordot(shares, body.data.known_traction, 1).any()
     noise = ROUND_OFF if acting else max(ROUND_OFF, _noise(body, u, motions[: len(u)]))
     least = noise * body.operators.traction_scale * (np.abs(u).max(initial=0.0) / size) * mesh.weight.sum()
-    arm = np.linalg.norm(motions, axis=1).max(axis=0)
-    worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), least * arm + np.finfo(float).tiny)).max())
+    smallest = least * reach.max(axis=0) + np.finfo(float).tiny
+    worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), smallest)).max())
     if body.modes.shape[2]:
         strained = body.displaced(u - body.modes @ alpha, traction)
         multipliers = body.unknowns(shares, sigma)[body.operators.n_unknowns :]
