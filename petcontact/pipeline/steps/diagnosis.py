@@ -189,9 +189,9 @@ def _unlike(problem: PreparedProblem, results: list[StepResult]) -> list[str]:
         beside = interface.gap <= NEXT * approach
         sag = 0.0 if interface.sag is None else float(interface.sag[beside].max(initial=0.0))
         if sag > SAGGING * approach:
-            found.append(f"pair {interface.name!r}: its facets miss the curved faces that they stand for by up to "
-                         f"{sag:.2g} (h²/8R), next to {approach:.2g} that contact closes or leaves open: p is as "
-                         "rough; use smaller facets, or give the gap as an expression")  # fmt: skip
+            found.append(f"pair {interface.name!r}: its elements miss the curved faces that they stand for by up "
+                         f"to {sag:.2g}, next to {approach:.2g} that contact closes or leaves open: p is as "
+                         "rough; use smaller elements, or give the gap as an expression")  # fmt: skip
     return found
 
 

@@ -25,8 +25,9 @@ REPORTED = 0.03
 (a sphere, rollers and discs, a rounded pin), more of them by half as much as they differ from half as many."""
 FEW = 4
 """Increments of a step up to which it is looked at; round bodies had errors of .02 of p at most with 8."""
-MOST = 2000
-"""Contact nodes of bodies on H-matrices up to which it is looked at: there it costs as much as a step."""
+MOST, PATIENT = 2000, 10
+"""Contact nodes and iterations of a step up to which it is looked at with bodies on H-matrices: there it costs as much as
+the step."""
 
 
 def path_warnings(problem: PreparedProblem, solution: Solution) -> list[str]:
@@ -51,11 +52,14 @@ def path_warnings(problem: PreparedProblem, solution: Solution) -> list[str]:
 def _growing(problem: PreparedProblem, results: Sequence[StepResult]) -> Iterator[tuple[list[StepResult], Increment]]:
     """The results of steps of few increments in which nodes with a gap close that carry friction, and the step in one."""
     system, obstacles = problem.system, list(problem.discrete.problem.obstacle)
-    costly = system.size > MOST and any(body.is_solved_jointly for body in system.bodies)
-    for number, step in enumerate(() if costly or system.k < system.dim else problem.steps, 1):
+    jointly = any(body.is_solved_jointly for body in system.bodies)
+    looks = system.k == system.dim and not (jointly and system.size > MOST)
+    for number, step in enumerate(problem.steps if looks else (), 1):
         obstacles = [changed_obstacle(o, step) for o in obstacles]
         once = [result for result in results if result.cycle <= 1]
         before, own = [r for r in once if r.step < number], [r for r in once if r.step == number]
+        if jointly and sum(r.iterations for r in own) > PATIENT:
+            continue
         if step.increments == "auto" or not 0 < len(own) <= FEW or not _grows(problem, [*before[-1:], own[-1]]):
             continue
         if any(data_from(problem, earlier, before) is not None for earlier in range(2, number + 1)):

@@ -103,8 +103,8 @@ def objection(residuals: dict[str, float], between: float, where: str) -> str:
     if overlap > OVERLAP:
         return f"surfaces overlap by {overlap:.1e} of what contact displaces; choose a smaller tolerance"
     if between > BETWEEN:
-        return (f"surfaces overlap between nodes: {where}; refine the mesh there (smaller elements; in the plane "
-                "mesh.graded_points with mesh.grading, or no [mesh] at all)")  # fmt: skip
+        return (f"surfaces overlap between nodes: {where}; refine the mesh there (smaller elements, --adapt, or no "
+                "[mesh] at all; in the plane mesh.graded_points with mesh.grading)")  # fmt: skip
     return ""
 
 
