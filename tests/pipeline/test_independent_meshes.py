@@ -201,7 +201,7 @@ def test_facets_that_are_too_coarse_for_the_gap_are_named(tmp_path, turn, overla
     outer = facets.ring(tmp_path / "o.msh", (1.0, 1.6), 0.6, (16, 1, 1), turn=turn)
     solution = solve(posed([body("inner", inner), body("outer", outer)],
                            {"name": "fit", "secondary": "inner.outer", "primary": "outer.inner"}))  # fmt: skip
-    told = [warning for warning in solution.info["warnings"] if "h²/8R" in warning]
+    told = [warning for warning in solution.info["warnings"] if "miss the curved faces" in warning]
     assert len(told) == named and all(f"up to {0.01915 * (1.0 + overlap):.2g}" in warning for warning in told)
 
 
