@@ -22,6 +22,9 @@ BLOCKS = 5.0
 three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body alone or two blocks less than that."""
 ROUND_OFF = 1e-9
 """Traction, over what strains of the size of the displacement take, that is none."""
+STILL = 1e-3
+"""Displacement beside a rigid motion, over that, of a body on which nothing acts that only moves: curved panels of different
+sizes, as adaptive meshes have side by side, leave slits that strain it by .0005."""
 
 
 def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array) -> float:
@@ -73,10 +76,10 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
 
 
 def _noise(body: ElasticBody, u: Array, motions: Array) -> float:
-    """Tolerance of the compression where that explains all by which u is not the nearest rigid motion; else 0."""
+    """`STILL`, or the tolerance of the compression, where that explains all by which u is not a rigid motion; else 0."""
     rigid = motions.reshape(u.size, -1)
     strained = u.ravel() - rigid @ np.linalg.lstsq(rigid, u.ravel(), rcond=None)[0]
-    most = BLOCKS * body.tolerance
+    most = max(STILL, BLOCKS * body.tolerance)
     return most if np.abs(strained).max() <= most * np.abs(u).max() else 0.0
 
 
