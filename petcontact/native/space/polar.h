@@ -17,7 +17,8 @@ typedef struct { /* what follows the table of weights in a family of curved pane
 
 typedef struct { /* rays about the foot of one target, in whole vectors */
     int count, own, points[RAYS / 4]; /* whether the target lies on the panel; points along the rays of a vector */
-    double foot[2], twist[3];             /* of the principal value: end n - n end at 01, 02 and 12, n being the unit normal */
+    double foot[2], taylor[9][3];         /* position from the target by powers of both local coordinates about the foot */
+    double twist[3];                      /* of the principal value: end n - n end at 01, 02 and 12, n being the unit normal */
     double xi[RAYS], eta[RAYS], share[RAYS]; /* local coordinates by ρ, and the weight */
     double reach[RAYS]; /* length of the ray, of use where the target lies on the panel; else ρ = c sinh v - b: */
     double along[RAYS], scale[RAYS], up[RAYS], half[RAYS]; /* b, c, and v = ln up ± half */
@@ -28,11 +29,91 @@ INLINE const Near *near_of(const Family *family)
     return (const Near *)(family->weights + RULES * RULES * POINTS * NODES);
 }
 
-/* Gauss points on an interval whose integrand is analytic in a strip of width π about it. */
-INLINE int count_of(double digits, double span, int least)
+/* Derivatives of the position over factorials at a place, by powers of both local coordinates up to 2. */
+INLINE void taylor_of(const double *c, double s, double t, double (*out)[3])
 {
-    const int n = (int)ceil(digits / (2.0 * area_sinh(PI / span)));
-    return n < least ? least : n > MOST ? MOST : n;
+    double up[9][3]; /* by powers of ξ about the origin, and of η about the place */
+    for (int i = 0; i < 3; i++, c += 9)
+        for (int k = 0; k < 3; k++) {
+            up[3 * i][k] = c[k] + t * (c[3 + k] + t * c[6 + k]);
+            up[3 * i + 1][k] = c[3 + k] + 2.0 * t * c[6 + k];
+            up[3 * i + 2][k] = c[6 + k];
+        }
+    for (int j = 0; j < 3; j++)
+        for (int k = 0; k < 3; k++) {
+            out[j][k] = up[j][k] + s * (up[3 + j][k] + s * up[6 + j][k]);
+            out[3 + j][k] = up[3 + j][k] + 2.0 * s * up[6 + j][k];
+            out[6 + j][k] = up[6 + j][k];
+        }
+}
+
+/* ln ρ of Bernstein's ellipse through x + iy, about the interval of so great a half and middle. */
+INLINE double ellipse(double x, double y, double middle, double half)
+{
+    const double over = 1.0 / half, u = (x - middle) * over, v = y * over * y * over;
+    const double mean = 0.5 * (sqrt((u - 1.0) * (u - 1.0) + v) + sqrt((u + 1.0) * (u + 1.0) + v));
+    return logarithm(mean + sqrt(mean > 1.0 ? mean * mean - 1.0 : 0.0));
+}
+
+/* arsinh of x + iy, y >= 0. */
+INLINE void complex_area_sinh(double x, double y, double *re, double *im)
+{
+    const double up = sqrt(x * x + (y + 1.0) * (y + 1.0)), down = sqrt(x * x + (y - 1.0) * (y - 1.0));
+    const double cosh = 0.5 * (up + down), sin = 0.5 * (up - down);
+    *re = copysign(logarithm(cosh + sqrt(cosh > 1.0 ? cosh * cosh - 1.0 : 0.0)), x);
+    *im = angle_of(sin, sqrt(sin < 1.0 ? 1.0 - sin * sin : 0.0));
+}
+
+/* A side from the foot, by powers of τ from -1 to 1. */
+INLINE void side_of(const double (*taylor)[3], const double *foot, const double *start, const double *stop, double (*out)[3])
+{
+    double y[3][3];
+    for (int i = 0; i < 3; i++) {
+        const double s = start[0] + 0.5 * i * (stop[0] - start[0]) - foot[0];
+        const double t = start[1] + 0.5 * i * (stop[1] - start[1]) - foot[1];
+        for (int k = 0; k < 3; k++) {
+            const double low = taylor[3][k] + t * (taylor[4][k] + t * taylor[5][k]);
+            const double high = taylor[6][k] + t * (taylor[7][k] + t * taylor[8][k]);
+            y[i][k] = t * (taylor[1][k] + t * taylor[2][k]) + s * (low + s * high);
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        out[0][k] = y[1][k];
+        out[1][k] = 0.5 * (y[2][k] - y[0][k]);
+        out[2][k] = 0.5 * (y[2][k] + y[0][k]) - y[1][k];
+    }
+}
+
+/* ln ρ of the angle s about a side from `t1` to `t2` along it, at a height over the foot: zeros of |y - y_0|² on the flat
+   side and on the true one, whose position is a + b τ + c τ², τ from -1 to 1. */
+INLINE double around_side(double height, double t1, double t2, const double *a, const double *b, const double *c)
+{
+    const double s1 = area_sinh(t1 / height), s2 = area_sinh(t2 / height), middle = 0.5 * (s1 + s2), half = 0.5 * (s2 - s1);
+    const double q[5] = {dot3(a, a), 2.0 * dot3(a, b), dot3(b, b) + 2.0 * dot3(a, c), 2.0 * dot3(b, c), dot3(c, c)};
+    double x = -(t1 + t2) / (t2 - t1), y = 2.0 * height / (t2 - t1), re, im;
+    for (int step = 0; step < 2; step++) { /* Newton's, from the flat side's */
+        double u = q[4], v = 0.0, du = 0.0, dv = 0.0;
+        for (int d = 3; d >= 0; d--) {
+            const double slope = du * x - dv * y + u, old = u;
+            dv = du * y + dv * x + v;
+            du = slope;
+            u = old * x - v * y + q[d];
+            v = old * y + v * x;
+        }
+        const double over = 1.0 / (du * du + dv * dv);
+        x -= (u * du + v * dv) * over;
+        y -= (v * du - u * dv) * over;
+    }
+    complex_area_sinh((0.5 * (t1 + t2) + 0.5 * (t2 - t1) * x) / height, fabs(0.5 * (t2 - t1) * y) / height, &re, &im);
+    const double flat = ellipse(0.0, 0.5 * PI, middle, half), bent = ellipse(re, im, middle, half);
+    return bent < flat ? bent : flat;
+}
+
+/* Gauss points for an integrand that is analytic in Bernstein's ellipse of ln ρ. */
+INLINE int count_of(double digits, double log_rho, int more, int least)
+{
+    const double n = ceil(digits / (2.0 * log_rho)) + more;
+    return n < least ? least : n < MOST ? (int)n : MOST;
 }
 
 /* e to the arsinh of x. */
@@ -80,8 +161,12 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         size = length > size ? length : size;
     }
     rays->own = distance <= 1e-10 * size;
+    taylor_of(p->shape, foot[0], foot[1], rays->taylor);
+    for (int k = 0; k < 3; k++)
+        rays->taylor[0][k] = rays->own ? 0.0 : y[k];
     const double digits = near->digits * p->warp;
     const int least = 4 + (p->corners == 4 ? p->order : p->order / 2);
+    const int more = (p->corners == 4 ? p->order + 1 : (p->order + 1) / 2) + !rays->own;
     double s[RAYS], height[RAYS], side[2][RAYS];
     int n = 0;
     for (int i = 0; i < p->corners; i++) {
@@ -90,9 +175,11 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         const double t[2] = {u / length, v / length}, h = t[1] * start[0] - t[0] * start[1];
         if (h < 1e-10 * size)
             continue;
-        const double s1 = area_sinh((t[0] * start[0] + t[1] * start[1]) / h);
-        const double s2 = area_sinh((t[0] * stop[0] + t[1] * stop[1]) / h);
-        const int around = count_of(digits, s2 - s1, least);
+        const double t1 = t[0] * start[0] + t[1] * start[1], t2 = t[0] * stop[0] + t[1] * stop[1];
+        double bent[3][3];
+        side_of(rays->taylor, foot, reference[i], reference[(i + 1) % p->corners], bent);
+        const int around = count_of(digits, around_side(h, t1, t2, bent[0], bent[1], bent[2]), 2, least);
+        const double s1 = area_sinh(t1 / h), s2 = area_sinh(t2 / h);
         for (int j = 0; j < around; j++, n++) {
             s[n] = 0.5 * (s1 + s2) + 0.5 * (s2 - s1) * near->xi[around][j];
             rays->share[n] = 0.5 * (s2 - s1) * near->weight[around][j] * over;
@@ -109,11 +196,7 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         side[1][n] = side[1][n - 1];
     }
     rays->count = n;
-    int count = (int)(0.25 * digits) + least - 2;
-    count = count < MOST ? count : MOST;
-    double ray[2][RAYS], sum = 0.0;
-    for (int k = 0; k < count; k++)
-        sum += near->weight[count][k] / (1.0 + near->xi[count][k]);
+    double ray[2][RAYS], zero[2][RAYS], log_rho[RAYS];
     for (int i = 0; i < n; i++) {
         const double up = power_of_e(s[i]), down = 1.0 / up, sinh = 0.5 * (up - down), cosh = 0.5 * (up + down);
         ray[0][i] = (side[1][i] + sinh * side[0][i]) / cosh;
@@ -123,27 +206,53 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         rays->eta[i] = ray[1][i] / m11;
         rays->xi[i] = (ray[0][i] - m01 * rays->eta[i]) / m00;
     }
-    if (rays->own)
-        for (int i = 0; i < n; i++) {
-            const double factor = rays->share[i] * (logarithm(rays->reach[i]) - sum);
-            end[0] += factor * ray[0][i];
-            end[1] += factor * ray[1][i];
+    const double(*c)[3] = (const double(*)[3])rays->taylor;
+    const double straight = 1e-6 / (size * size);
+    for (int i = 0; i < n; i++) { /* zeros of |y - y_0|² over ρ² along the ray, to its second order */
+        const double xi = rays->xi[i], eta = rays->eta[i];
+        double bend = 0.0, square = 0.0;
+        for (int k = 0; k < 3; k++) {
+            const double first = xi * c[3][k] + eta * c[1][k];
+            const double second = xi * xi * c[6][k] + xi * eta * c[4][k] + eta * eta * c[2][k];
+            const double third = xi * eta * (xi * c[7][k] + eta * c[5][k]);
+            bend += first * second;
+            square += second * second + 2.0 * first * third;
         }
+        square = fabs(square) > straight ? square : straight;
+        const double rest = bend * bend - square, root = sqrt(fabs(rest)), over = 1.0 / square;
+        zero[0][i] = (rest > 0.0 ? copysign(root, bend) - bend : -bend) * over;
+        zero[1][i] = rest > 0.0 ? 0.0 : fabs(root * over);
+    }
+    if (rays->own)
+        for (int i = 0; i < n; i++)
+            log_rho[i] = ellipse(zero[0][i], zero[1][i], 0.5 * rays->reach[i], 0.5 * rays->reach[i]);
     else
         for (int i = 0; i < n; i++) {
             const double along = away[0] * ray[0][i] + away[1] * ray[1][i], rest = square - along * along;
             const double c = sqrt(rest > 0.01 * square ? rest : 0.01 * square);
             const double low = up_to(along / c), high = up_to((rays->reach[i] + along) / c);
+            const double middle = 0.5 * logarithm(low * high), half = 0.5 * logarithm(high / low);
+            double re, im;
+            complex_area_sinh((zero[0][i] + along) / c, zero[1][i] / c, &re, &im);
+            const double flat = ellipse(0.0, 0.5 * PI, middle, half), bent = ellipse(re, im, middle, half);
+            log_rho[i] = bent < flat ? bent : flat;
             rays->along[i] = along;
             rays->scale[i] = c;
             rays->up[i] = sqrt(low * high);
-            rays->half[i] = 0.5 * logarithm(high / low);
+            rays->half[i] = half;
         }
     for (int i = 0; i < n; i += 4) {
-        double widest = 0.0;
-        for (int l = 0; l < 4 && !rays->own; l++)
-            widest = rays->half[i + l] > widest ? rays->half[i + l] : widest;
-        rays->points[i / 4] = rays->own ? count : count_of(digits + 2.0, 2.0 * widest, least);
+        double least_log = log_rho[i], sum = 0.0;
+        for (int l = 1; l < 4; l++)
+            least_log = log_rho[i + l] < least_log ? log_rho[i + l] : least_log;
+        const int count = rays->points[i / 4] = count_of(digits, least_log, more, 3);
+        for (int k = 0; rays->own && k < count; k++)
+            sum += near->weight[count][k] / (1.0 + near->xi[count][k]);
+        for (int l = i; rays->own && l < i + 4; l++) {
+            const double factor = rays->share[l] * (logarithm(rays->reach[l]) - sum);
+            end[0] += factor * ray[0][l];
+            end[1] += factor * ray[1][l];
+        }
     }
     double normal[3], whole[3];
     for (int k = 0; k < 3; k++) {
