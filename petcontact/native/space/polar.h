@@ -109,6 +109,30 @@ INLINE double around_side(double height, double t1, double t2, const double *a, 
     return bent < flat ? bent : flat;
 }
 
+/* |f|² over its value at 0 is 1 + 2 slope ρ + bend ρ² to its second order, f being a quadratic of ρ. */
+INLINE void bends_of(Four (*f)[3], double *slope, double *bend)
+{
+    Four square = {0.0}, one = {0.0}, two = {0.0};
+    for (int k = 0; k < 3; k++) {
+        square += f[0][k] * f[0][k];
+        one += f[0][k] * f[1][k];
+        two += f[1][k] * f[1][k] + 2.0 * f[0][k] * f[2][k];
+    }
+    one /= square;
+    two /= square;
+    memcpy(slope, &one, sizeof one);
+    memcpy(bend, &two, sizeof two);
+}
+
+/* Its zero nearest to 0; what bends less than a bound bends like it. */
+INLINE void nearest_zero(double slope, double bend, double straight, double *re, double *im)
+{
+    const double square = fabs(bend) > straight ? bend : straight;
+    const double rest = slope * slope - square, root = sqrt(fabs(rest));
+    *re = (rest > 0.0 ? copysign(root, slope) - slope : -slope) / square;
+    *im = rest > 0.0 ? 0.0 : root / fabs(square);
+}
+
 /* Gauss points for an integrand that is analytic in Bernstein's ellipse of ln ρ. */
 INLINE int count_of(double digits, double log_rho, int more, int least)
 {
@@ -196,7 +220,7 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         side[1][n] = side[1][n - 1];
     }
     rays->count = n;
-    double ray[2][RAYS], zero[2][RAYS], log_rho[RAYS];
+    double ray[2][RAYS], log_rho[RAYS];
     for (int i = 0; i < n; i++) {
         const double up = power_of_e(s[i]), down = 1.0 / up, sinh = 0.5 * (up - down), cosh = 0.5 * (up + down);
         ray[0][i] = (side[1][i] + sinh * side[0][i]) / cosh;
@@ -207,40 +231,63 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         rays->xi[i] = (ray[0][i] - m01 * rays->eta[i]) / m00;
     }
     const double(*c)[3] = (const double(*)[3])rays->taylor;
-    const double straight = 1e-6 / (size * size);
-    for (int i = 0; i < n; i++) { /* zeros of |y - y_0|² over ρ² along the ray, to its second order */
-        const double xi = rays->xi[i], eta = rays->eta[i];
-        double bend = 0.0, square = 0.0;
+    double slope[2][RAYS], bend[2][RAYS], middle[RAYS], half[RAYS];
+    for (int i = 0; i < n; i += 4) {
+        Four xi, eta, y[3][3], a[2][3], b[2][3], normal[3][3];
+        memcpy(&xi, rays->xi + i, sizeof xi);
+        memcpy(&eta, rays->eta + i, sizeof eta);
         for (int k = 0; k < 3; k++) {
-            const double first = xi * c[3][k] + eta * c[1][k];
-            const double second = xi * xi * c[6][k] + xi * eta * c[4][k] + eta * eta * c[2][k];
-            const double third = xi * eta * (xi * c[7][k] + eta * c[5][k]);
-            bend += first * second;
-            square += second * second + 2.0 * first * third;
+            y[0][k] = xi * c[3][k] + eta * c[1][k];
+            y[1][k] = xi * xi * c[6][k] + xi * eta * c[4][k] + eta * eta * c[2][k];
+            y[2][k] = xi * eta * (xi * c[7][k] + eta * c[5][k]);
+            a[0][k] = 2.0 * xi * c[6][k] + eta * c[4][k];
+            b[0][k] = xi * c[4][k] + 2.0 * eta * c[2][k];
+            a[1][k] = eta * (2.0 * xi * c[7][k] + eta * c[5][k]);
+            b[1][k] = xi * (xi * c[7][k] + 2.0 * eta * c[5][k]);
         }
-        square = fabs(square) > straight ? square : straight;
-        const double rest = bend * bend - square, root = sqrt(fabs(rest)), over = 1.0 / square;
-        zero[0][i] = (rest > 0.0 ? copysign(root, bend) - bend : -bend) * over;
-        zero[1][i] = rest > 0.0 ? 0.0 : fabs(root * over);
+        for (int k = 0; k < 3; k++) {
+            const int u = (k + 1) % 3, v = (k + 2) % 3;
+            normal[0][k] = (c[3][u] * c[1][v] - c[3][v] * c[1][u]) - (Four){0.0};
+            normal[1][k] = c[3][u] * b[0][v] - c[3][v] * b[0][u] + a[0][u] * c[1][v] - a[0][v] * c[1][u];
+            normal[2][k] = c[3][u] * b[1][v] - c[3][v] * b[1][u] + a[0][u] * b[0][v] - a[0][v] * b[0][u] +
+                           a[1][u] * c[1][v] - a[1][v] * c[1][u];
+        }
+        bends_of(y, slope[0] + i, bend[0] + i);
+        bends_of(normal, slope[1] + i, bend[1] + i);
     }
-    if (rays->own)
-        for (int i = 0; i < n; i++)
-            log_rho[i] = ellipse(zero[0][i], zero[1][i], 0.5 * rays->reach[i], 0.5 * rays->reach[i]);
-    else
+    for (int i = 0; i < n; i++) {
+        middle[i] = half[i] = 0.5 * rays->reach[i];
+        log_rho[i] = INFINITY;
+    }
+    if (!rays->own)
         for (int i = 0; i < n; i++) {
             const double along = away[0] * ray[0][i] + away[1] * ray[1][i], rest = square - along * along;
-            const double c = sqrt(rest > 0.01 * square ? rest : 0.01 * square);
-            const double low = up_to(along / c), high = up_to((rays->reach[i] + along) / c);
-            const double middle = 0.5 * logarithm(low * high), half = 0.5 * logarithm(high / low);
-            double re, im;
-            complex_area_sinh((zero[0][i] + along) / c, zero[1][i] / c, &re, &im);
-            const double flat = ellipse(0.0, 0.5 * PI, middle, half), bent = ellipse(re, im, middle, half);
-            log_rho[i] = bent < flat ? bent : flat;
+            const double scale = sqrt(rest > 0.01 * square ? rest : 0.01 * square);
+            const double low = up_to(along / scale), high = up_to((rays->reach[i] + along) / scale);
+            middle[i] = 0.5 * logarithm(low * high);
+            half[i] = 0.5 * logarithm(high / low);
+            log_rho[i] = ellipse(0.0, 0.5 * PI, middle[i], half[i]);
             rays->along[i] = along;
-            rays->scale[i] = c;
+            rays->scale[i] = scale;
             rays->up[i] = sqrt(low * high);
-            rays->half[i] = half;
+            rays->half[i] = half[i];
         }
+    for (int k = 0; k < 2; k++) {
+        double re[RAYS], im[RAYS];
+        for (int i = 0; i < n; i++)
+            nearest_zero(slope[k][i], bend[k][i], 1e-6 / (size * size), re + i, im + i);
+        if (!rays->own)
+            for (int i = 0; i < n; i++) {
+                double along, up;
+                complex_area_sinh((re[i] + rays->along[i]) / rays->scale[i], im[i] / rays->scale[i], &along, &up);
+                re[i] = along;
+                im[i] = up;
+            }
+        for (int i = 0; i < n; i++) {
+            const double other = ellipse(re[i], im[i], middle[i], half[i]);
+            log_rho[i] = other < log_rho[i] ? other : log_rho[i];
+        }
+    }
     for (int i = 0; i < n; i += 4) {
         double least_log = log_rho[i], sum = 0.0;
         for (int l = 1; l < 4; l++)
