@@ -110,10 +110,12 @@ def _opens(s: Array, opening: Array, state: Index, k: int, outward: int) -> floa
     values = opening[nodes] ** (2.0 / 3.0)
     if not np.all(np.isfinite(values)) or values[0] <= 0.0 or np.any(np.diff(values) <= 0.0):
         return None
-    # of least relative deviations
-    terms = np.column_stack([np.ones(FITTED), s[nodes] - s[k]]) / values[:, None]
-    level, slope = np.linalg.lstsq(terms, np.ones(FITTED), rcond=None)[0]
-    return float(s[k] - level / slope)
+    # the line of least relative deviations
+    weight, away = (values[0] / values) ** 2, s[nodes] - s[k]
+    weight /= weight.sum()
+    middle, mean = weight @ away, weight @ values
+    slope = (weight * (away - middle)) @ (values - mean) / (weight @ (away - middle) ** 2)
+    return float(s[k] + middle - mean / slope)
 
 
 def _vanishes(s: Array, values: Array, state: Index, k: int, inward: int) -> float | None:

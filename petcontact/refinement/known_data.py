@@ -25,10 +25,12 @@ ORDER = 5
 OWN_SAMPLES = 16
 """Samples of an element besides those of its side that lie in it."""
 ARC_SAMPLES = 64
-"""Samples of a constant pressure on an arc, whose direction varies."""
+"""Samples of a side, more only where an expression may be narrow."""
 MOST_ELEMENTS = 600
 """Elements of one side beyond which data are given up as unresolved."""
 MIDDLE = np.array([0.5])
+PARABOLA = 2.0
+"""Degree of polynomials that have one minimum and no narrow places."""
 SMALLEST = 1e-13
 """Smallest element as a fraction of its side."""
 
@@ -114,8 +116,8 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
     for k, side, at, kind, given, values, varies in every:
         size = float(np.linalg.norm(values(MIDDLE)))
         if varies:
-            field = Field(kind, values, *_shown(given, at, values), 1.0, side.length,
-                          math.inf if side.curvature else max(map(degree, given)))  # fmt: skip
+            power = math.inf if side.curvature else max(map(degree, given))
+            field = Field(kind, values, *_shown(given, at, values, power), 1.0, side.length, power)
             found[k].append(field)
             size = float(field.weights @ np.linalg.norm(field.sampled, axis=1))
         sizes[kind] = sizes.get(kind, 0.0) + size * side.length
@@ -123,10 +125,11 @@ def fields(problem: Problem, outline: Outline) -> list[list[Field]]:
 
 
 def _shown(
-    given: list[Value], at: Callable[[Array], dict[str, Array]], values: Callable[[Array], Array]
+    given: list[Value], at: Callable[[Array], dict[str, Array]], values: Callable[[Array], Array], power: float
 ) -> tuple[Array, Array, Array]:
-    """Switches, samples, and values there, of expressions and functions together; a function shows no syntax tree."""
-    parts = [features(value, at) for value in given if isinstance(value, str)]
+    """Switches, samples, and values there, of expressions and functions together; a function shows no syntax tree, and a
+    parabola shows all of it on few samples."""
+    parts = [features(value, at) for value in given if isinstance(value, str) and power > PARABOLA]
     samples = [part.samples for part in parts] or [uniform() if any(map(callable, given)) else np.empty(0)]
     every = np.unique(np.concatenate([np.linspace(0.0, 1.0, ARC_SAMPLES), *samples]))
     switches = np.unique(np.concatenate([np.empty(0), *(part.switches for part in parts)]))

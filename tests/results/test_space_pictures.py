@@ -18,6 +18,7 @@ from petcontact.model.base import parse
 from petcontact.results.figures.bands import band_colours, cut
 from petcontact.results.figures.plots import drawings, plot_on
 from petcontact.results.figures.space import draw_gap
+from petcontact.results.figures.surface import best_view
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.places import small_triangles, vtk_cells
 from petcontact.results.vtu.vtkhdf import write_vtkhdf
@@ -139,3 +140,24 @@ def test_a_small_contact_fills_the_picture_of_a_large_face():
     (low, high), width = figure.axes[0].get_xlim(), np.ptp(place[:, 0])
     assert high - low < 0.8 * width and low < place[closed, 0].min() and place[closed, 0].max() < high
     assert figure.axes[1].get_ylim()[1] < 0.5 * pair.gap.max()
+
+
+def test_bodies_that_hide_their_contact_are_drawn_alone_with_it_in_view():
+    def box(name, low, high, boundary):
+        return {"name": name, "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "boundary": boundary,
+                "geometry": {"shape": "box", "lower": [0, 0, low], "upper": [1, 1, high]},
+                "mesh": {"element_size": 1.0, "order": 1}}  # fmt: skip
+
+    held = [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}]
+    pressed = [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.1]}]
+    pairs = [{"name": "a", "secondary": "mid.bottom", "primary": "low.top", "friction_coefficient": 0.5},
+             {"name": "b", "secondary": "up.bottom", "primary": "mid.top", "friction_coefficient": 0.5}]  # fmt: skip
+    bodies = [box("low", 0, 1, held), box("mid", 1, 2, []), box("up", 2, 3, pressed)]
+    found = solve(parse(Problem, {"body": bodies, "contact": pairs}, "three"))
+    assert best_view(found, "low")[0] > 0.0 > best_view(found, "up")[0], "from above, and from below"
+    figure = Figure()
+    drawings(found)["surface"](figure, found)
+    titles = [axes.get_title() for axes in figure.axes]
+    assert [title.split(",")[0] for title in titles[1:4]] == ["low", "mid", "up"] and len(figure.axes) == 5
+    alone = figure.axes[1]
+    assert alone.get_zlim()[1] - alone.get_zlim()[0] < 0.6 * np.ptp(figure.axes[0].get_zlim())

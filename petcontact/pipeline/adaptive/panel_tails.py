@@ -31,6 +31,7 @@ from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from ..trust.increments import OVERLAP
+from .elliptic import EllipticContacts
 from .tails import TailErrors
 
 FIRST = 36
@@ -93,6 +94,7 @@ class PanelTails:
         self._resultants = math.nan
         self._last: Solution | None = None
         self._meshes: list[BoundaryMesh] = []
+        self._elliptic = EllipticContacts(problem)
 
     def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int) -> LevelMesh:
         """The mesh of the config, or a coarse one where it names none; later the refined one."""
@@ -129,7 +131,7 @@ class PanelTails:
         self._last, errors = solution, TailErrors(solution)
         self.estimate, self._resultants = errors.error()
         self._estimates.append(self.estimate)
-        if self.estimate > self.wanted:
+        if self.estimate > self.wanted and not self._follows(solution):
             square = [np.zeros(mesh.n_elements) for mesh in solution.meshes.values()]
             for step in step_ends(solution.steps):
                 for total, values in zip(square, self._squares(errors, step), strict=True):
@@ -141,6 +143,16 @@ class PanelTails:
             raised = [each & smooth for each, smooth in zip(mine, errors.smooth(), strict=True)]
             self._refine(solution, [halved(mesh, each & ~higher, tails) for mesh, each, higher, tails
                                     in zip(meshes, mine, raised, along, strict=True)], raised)  # fmt: skip
+
+    def _follows(self, solution: Solution) -> bool:
+        """Whether the next meshes have rings of panels that follow the edges of contacts."""
+        meshes, count = self._elliptic.meshes(solution, self.estimate, self.wanted), 0
+        while meshes and count < (count := sum(mesh.n_elements for mesh in meshes)):
+            meshes = self._cut(meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes])[0]
+        if not meshes or self._too_much(solution, meshes):
+            return False
+        self._meshes = [*meshes]
+        return True
 
     @staticmethod
     def _directions(solution: Solution) -> tuple[list[SurfaceMesh], list[Array]]:
@@ -181,14 +193,14 @@ class PanelTails:
             np.add.at(square[side.body], mesh.element[nodes], error)
             for total, jumps in zip(square, errors.jump_squares(step, side), strict=True):
                 total += jumps / norms[-1]
-        least = min(norms)
-        each = zip(square, meshes, errors.tails, touching, step.bodies.values(), strict=True)
-        for total, mesh, size, contact, body in each:
-            # elsewhere tractions matter as far as their errors reach the contact
-            error = mesh.weight * size.of(body.traction) ** 2
-            elsewhere = np.bincount(mesh.element, error) * faded(mesh, contact)
-            total += np.where(contact, 0.0, elsewhere / least)
-        return square
+        # elsewhere tractions matter as far as their errors reach the contact; the estimate has none of them
+        beside = [
+            np.bincount(mesh.element, mesh.weight * size.of(body.traction) ** 2) * faded(mesh, contact) * ~contact
+            for mesh, size, contact, body in zip(meshes, errors.tails, touching, step.bodies.values(), strict=True)
+        ]
+        whole, there = sum(each.sum() for each in beside), sum(each.sum() for each in square)
+        share = min(1.0 / min(norms), there / whole) if whole > 0.0 else 0.0
+        return [total + share * each for total, each in zip(square, beside, strict=True)]
 
     def _touching(self, meshes: Sequence[BoundaryMesh]) -> list[Mask]:
         """Which elements of each body are in contact, or face some that are."""

@@ -86,7 +86,7 @@ OF_DIMENSION: dict[int, Drawings] = {
     2: {"deformed": plane.draw_deformed, "displacement": plane.draw_displacement, "traction": plane.draw_traction,
         "normal": plane.draw_normal, "gap": plane.draw_gap, "profiles": plane.draw_profiles, "stress": draw_von_mises,
         "hoop": draw_hoop},
-    3: {"surface": space.draw_surface, "displacement": space.draw_displacement, "traction": space.draw_traction,
+    3: {"surface": surface.draw_surface, "displacement": space.draw_displacement, "traction": space.draw_traction,
         "normal": space.draw_normal, "states": space.draw_states_by_step, "gap": space.draw_gap, "error": space.draw_error,
         "stress": draw_von_mises},
 }  # fmt: skip

@@ -15,17 +15,12 @@ from ..records import PairResult
 from ..vtu.places import small_triangles
 from .bands import band_colours
 from .curves import along, headed, headed_end, shown_ends
-from .surface import TRIANGLES, surface_on
+from .surface import TRIANGLES
 
 ARROWS = 500
 """Most arrows of one panel."""
 SMALL, MARGIN = 0.5, 0.2
 """Share of the extent of a face up to which contact is shown alone, and how much of its own is shown beside it."""
-
-
-def draw_surface(figure: Any, solution: SolutionData) -> None:
-    """The deformed surfaces of all bodies at the end, shaded by |u|, with the edges of the panels."""
-    surface_on(figure.add_subplot(projection="3d"), solution)
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:

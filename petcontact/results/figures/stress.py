@@ -23,7 +23,7 @@ from ..data import SolutionData
 from ..vtu.inside import Window, field_inside, filled_bodies, grid_inside
 from ..vtu.places import Places
 from .plane import draw_outlines, place
-from .surface import sampled, shade
+from .surface import sampled, shade_each
 from .view import View, view_of
 
 MAGNIFIED = 0.06
@@ -166,8 +166,7 @@ def _draw_space(
             return np.full(len(places.element), np.nan)
         return quantity(solution.body_fields(name).on_boundary(places.element, places.place), picture.quantity)
 
-    axes = figure.add_subplot(projection="3d")
-    shade(axes, solution, sampled(solution, sample), picture.label(solution), picture.view)
+    shade_each(figure, solution, sampled(solution, sample), picture.label(solution), picture.view)
 
 
 DRAWING = {2: _draw_plane, 3: _draw_space}

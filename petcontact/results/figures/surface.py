@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...contact.law_protocol import OPEN
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...runtime.figure_style import label
+from ...runtime.figure_style import label, plain
 from ..data import SolutionData
 from ..vtu.inside import filled_bodies
 from ..vtu.places import Places, small_triangles
@@ -20,10 +21,16 @@ from .view import View, view_of
 
 TRIANGLES = 8000
 """Of all bodies together, about."""
-ELEVATION, AZIMUTH = 24.0, -58.0
-"""Of the view [degrees]."""
+ELEVATION, STEEP, AZIMUTH = 24.0, 50.0, -58.0
+"""Of views [degrees]."""
 SHADE = 0.2
 """How much darker surfaces are that are seen from the side."""
+SEEN = 0.8
+"""Share of the most that any view shows of a contact, with which the first view that has it is taken."""
+COLUMNS, TOGETHER, ALONE, TITLE, BAR = 3, 4.6, 2.9, 0.4, 1.2
+"""Columns of bodies drawn alone; heights of all together, of a row of those and of titles, width of the bar [inches]."""
+ZOOM, ALONE_ZOOM = 0.95, 0.8
+"""Of boxes about bodies in their axes."""
 TICKS = 5
 """Along the longest edge."""
 Sample = Callable[[str, SurfaceMesh, Places], Array]
@@ -59,27 +66,78 @@ def sampled(solution: SolutionData, sample: Sample) -> dict[str, Sampled]:
 def surface_on(axes: Any, solution: SolutionData, view: View | None = None) -> None:
     """The deformed surfaces of all bodies at the end, shaded by |u|, on given axes; in a view that others share, else in the
     one that suits them."""
+    shade([axes], solution, *_displacements(solution), view or view_of(solution), view.largest if view else None)
+
+
+def draw_surface(figure: Any, solution: SolutionData) -> None:
+    """The deformed surfaces at the end, shaded by |u|, with the edges of the panels."""
+    shade_each(figure, solution, *_displacements(solution), view_of(solution))
+
+
+def _displacements(solution: SolutionData) -> tuple[dict[str, Sampled], str]:
+    """|u| on all surfaces, and what it is called."""
     size = lambda name, mesh, places: np.linalg.norm(  # noqa: E731
         mesh.basis_at(places.element, places.place) @ solution.bodies[name].u, axis=1
     )
-    what = label("|u|", solution.problem.units.length)
-    shade(axes, solution, sampled(solution, size), what, view or view_of(solution), view.largest if view else None)
+    return sampled(solution, size), label("|u|", solution.problem.units.length)
+
+
+def shade_each(figure: Any, solution: SolutionData, bodies: Mapping[str, Sampled], what: str, view: View) -> None:
+    """Draw all surfaces together and, of several bodies, each that is in contact alone, turned so that its contact is seen:
+    together they hide it."""
+    alone = [name for name in bodies if contact_normals(solution, name)] if len(bodies) > 1 else []
+    if not alone:
+        shade([figure.add_subplot(projection="3d")], solution, bodies, what, view)
+        return
+    columns = min(len(alone), COLUMNS)
+    rows = -(-len(alone) // columns)
+    wide, high = 3.2 * columns + BAR, TOGETHER + ALONE * rows
+    figure.set_layout_engine("none")
+    figure.set_size_inches(wide, high)
+    share = 1.0 - BAR / wide
+    places = [(0.0, ALONE * rows / high, share, (TOGETHER - TITLE) / high)]
+    places += [(share * (k % columns) / columns, ALONE * (rows - 1 - k // columns) / high, share / columns,
+                (ALONE - TITLE) / high) for k in range(len(alone))]  # fmt: skip
+    every = [figure.add_axes(place, projection="3d") for place in places]
+    bar = figure.add_axes((1.0 - 0.8 * BAR / wide, 0.25, 0.15 / wide, 0.5))
+    shade(every, solution, bodies, what, view, names=alone, bar=bar)
 
 
 def shade(
-    axes: Any, solution: SolutionData, bodies: Mapping[str, Sampled], what: str, view: View, top: float | None = None
-) -> None:
-    """Draw surfaces, deformed as the view says, in bands up to `top` or to the largest value, with a colour bar."""
+    every: Sequence[Any], solution: SolutionData, bodies: Mapping[str, Sampled], what: str, view: View,
+    top: float | None = None, names: Sequence[str] = (), bar: Any = None,
+) -> None:  # fmt: skip
+    """Draw surfaces, deformed as the view says, in bands up to `top` or to the largest value, with a colour bar: on the
+    first of some axes all of them, on the others those of the names alone."""
+    colours = band_colours(np.concatenate([body.values for body in bodies.values()]), top)
+    moved = _draw(every[0], solution, bodies, view.factor, colours, best_view(solution))
+    _fit(every[0], solution, np.minimum(moved.min(axis=0), view.low), np.maximum(moved.max(axis=0), view.high))
+    every[0].set_title("\n".join(filter(None, (headed_end(solution), view.text))), fontsize="medium")
+    for axes, name in zip(every[1:], names, strict=True):
+        moved = _draw(axes, solution, {name: bodies[name]}, view.factor, colours, best_view(solution, name))
+        _fit(axes, solution, moved.min(axis=0), moved.max(axis=0), ALONE_ZOOM)
+        axes.set(xticks=[], yticks=[], zticks=[])
+        for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
+            axis.labelpad = -12.0
+        axes.set_title(f"{plain(name)}, its contact in view", fontsize="small")
+    place = {"ax": every[0], "shrink": 0.75, "pad": 0.09, "aspect": 25} if bar is None else {"cax": bar}
+    every[0].figure.colorbar(colours, label=what, spacing="proportional", **place)
+
+
+def _draw(
+    axes: Any, solution: SolutionData, bodies: Mapping[str, Sampled], factor: float, colours: Any,
+    angles: tuple[float, float],
+) -> Array:  # fmt: skip
+    """Surfaces on axes, seen from elevation and azimuth; their points, displaced."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    axes.view_init(*best_view(solution))
+    axes.view_init(*angles)
     axes.set_proj_type("ortho")
     toward = _toward(axes.elev, axes.azim)
-    colours = band_colours(np.concatenate([body.values for body in bodies.values()]), top)
     closed, moved = filled_bodies(solution), []
     polygons, fills, rims = list[Array](), list[Array](), list[Array]()
     for name, body in bodies.items():
-        x = body.x + view.factor * body.u
+        x = body.x + factor * body.u
         moved.append(x)
         seen = np.ones(len(x), dtype=bool) if name not in closed else body.normal @ toward > -0.1
         triangles = body.triangles[seen[body.triangles].any(axis=1)]
@@ -99,20 +157,29 @@ def shade(
     widths = np.repeat([0.3, 0.35], [len(polygons), len(rims)])
     faces = np.concatenate([faces, np.zeros((len(rims), 4))])
     axes.add_collection3d(Poly3DCollection(polygons + rims, facecolors=faces, edgecolors=edges, linewidths=widths))
-    _fit(axes, solution, view, np.concatenate(moved))
-    axes.set_title("\n".join(filter(None, (headed_end(solution), view.text))), fontsize="medium")
-    axes.figure.colorbar(colours, ax=axes, label=what, shrink=0.75, pad=0.09, aspect=25, spacing="proportional")
+    return np.concatenate(moved)
 
 
-def best_view(solution: SolutionData) -> tuple[float, float]:
-    """Elevation and azimuth; of one body such that its contact is seen, from below if need be."""
-    normal = sum((pair.weight @ pair.normal for pair in solution.pairs.values()), np.zeros(3))
-    size = float(np.linalg.norm(normal))
-    views = [(up, AZIMUTH + turn) for up in (ELEVATION, -ELEVATION) for turn in (0.0, 90.0, -90.0, 180.0)]
-    if len(solution.meshes) > 1 or size == 0.0:
+def contact_normals(solution: SolutionData, body: str) -> list[Array]:
+    """Outward normals of a body times areas on its interfaces, (m, 3) each, where they are in contact, or anywhere."""
+    result, primary = [], {pair.name: pair.primary.partition(".")[0] for pair in solution.problem.contact}
+    for name, pair in solution.pairs.items():
+        closed = pair.state != OPEN if np.any(pair.state != OPEN) else np.ones(len(pair.weight), dtype=bool)
+        area = (pair.weight[:, None] * pair.normal)[closed]
+        sides = (1.0, solution.sides[name][0]), (-1.0, primary.get(name))
+        result += [sign * area for sign, one in sides if one == body]
+    return result
+
+
+def best_view(solution: SolutionData, body: str | None = None) -> tuple[float, float]:
+    """Elevation and azimuth; of one body such that as much as can be of its contact is seen, from below if need be."""
+    views = [(up, AZIMUTH + turn) for up in (ELEVATION, -ELEVATION, STEEP, -STEEP) for turn in (0.0, 90.0, -90.0, 180.0)]
+    names = list(solution.meshes) if body is None else [body]
+    normals = contact_normals(solution, names[0]) if len(names) == 1 else []
+    if not normals:
         return views[0]
-    facing = [float(_toward(*angles) @ normal) / size for angles in views]
-    return views[int(np.argmax(np.array(facing) > max(facing) - 0.5))]
+    seen = [float(np.maximum(np.concatenate(normals) @ _toward(*angles), 0.0).sum()) for angles in views]
+    return views[int(np.argmax(np.array(seen) > SEEN * max(seen)))]
 
 
 def _toward(elevation: float, azimuth: float) -> Array:
@@ -121,11 +188,10 @@ def _toward(elevation: float, azimuth: float) -> Array:
     return np.array([np.cos(up) * np.cos(round_), np.cos(up) * np.sin(round_), np.sin(up)])
 
 
-def _fit(axes: Any, solution: SolutionData, view: View, moved: Array) -> None:
+def _fit(axes: Any, solution: SolutionData, low: Array, high: Array, zoom: float = ZOOM) -> None:
     """Limits, equal scales, and few enough ticks that their numbers do not run into each other."""
     from matplotlib.ticker import MaxNLocator
 
-    low, high = np.minimum(moved.min(axis=0), view.low), np.maximum(moved.max(axis=0), view.high)
     size = np.maximum(high - low, 0.02 * float((high - low).max()))
     for k, axis in enumerate((axes.xaxis, axes.yaxis, axes.zaxis)):
         axis.set_major_locator(MaxNLocator(max(1, round(TICKS * size[k] / size.max())), steps=[1, 2, 5, 10]))
@@ -136,4 +202,4 @@ def _fit(axes: Any, solution: SolutionData, view: View, moved: Array) -> None:
     axes.set(xlim=(low[0], low[0] + size[0]), ylim=(low[1], low[1] + size[1]), zlim=(low[2], low[2] + size[2]))
     for setter, name in zip((axes.set_xlabel, axes.set_ylabel, axes.set_zlabel), names, strict=True):
         setter(name, labelpad=-1.0, fontsize=8.0)
-    axes.set_box_aspect(size, zoom=0.95)
+    axes.set_box_aspect(size, zoom=zoom)
