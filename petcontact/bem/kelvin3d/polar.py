@@ -162,18 +162,12 @@ def ellipse(z: Array, middle: Array, half: Array) -> Array:
 def _around_side(height: float, ends: Array, side: Array) -> float:
     """ln ρ of the angle s about a side, `side` (3, 3) its ends and middle from the foot.
 
-    The flat side's |y - y_0|² vanishes at s = iπ/2; the true one's, a quartic, by two of Newton's steps from there.
+    The flat side's |y - y_0|² vanishes at s = iπ/2, the true one's is a quartic.
     """
     a, b, c = side[1], 0.5 * (side[2] - side[0]), 0.5 * (side[2] + side[0]) - side[1]
-    quartic = np.polynomial.Polynomial([a @ a, 2.0 * a @ b, b @ b + 2.0 * a @ c, 2.0 * b @ c, c @ c])
-    slope = quartic.deriv()
-    middle, half = 0.5 * ends.sum(), 0.5 * (ends[1] - ends[0])
-    tau = complex(-middle, height) / half
-    for _ in range(2):
-        tau -= quartic(tau) / slope(tau)
-    t = middle + half * tau
-    zeros = np.array([0.5j * np.pi, np.arcsinh(complex(t.real, abs(t.imag)) / height)])
-    s = np.arcsinh(ends / height)
+    roots = np.polynomial.Polynomial([a @ a, 2.0 * a @ b, b @ b + 2.0 * a @ c, 2.0 * b @ c, c @ c]).roots()
+    t, s = 0.5 * ends.sum() + 0.5 * (ends[1] - ends[0]) * roots, np.arcsinh(ends / height)
+    zeros = np.append(np.arcsinh((t.real + 1j * np.abs(t.imag)) / height), 0.5j * np.pi)
     return float(ellipse(zeros, 0.5 * s.sum(), 0.5 * (s[1] - s[0])).min())
 
 

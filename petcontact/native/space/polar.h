@@ -84,14 +84,14 @@ INLINE void side_of(const double (*taylor)[3], const double *foot, const double 
     }
 }
 
-/* ln ρ of the angle s about a side from `t1` to `t2` along it, at a height over the foot: zeros of |y - y_0|² on the flat
-   side and on the true one, whose position is a + b τ + c τ², τ from -1 to 1. */
+/* ln ρ of the angle s about a side from t1 to t2 along it, at a height over the foot: zeros of |y - y_0|² on the flat
+   side, and on the true one, whose position is a + b τ + c τ², τ from -1 to 1: two pairs. */
 INLINE double around_side(double height, double t1, double t2, const double *a, const double *b, const double *c)
 {
     const double s1 = area_sinh(t1 / height), s2 = area_sinh(t2 / height), middle = 0.5 * (s1 + s2), half = 0.5 * (s2 - s1);
     const double q[5] = {dot3(a, a), 2.0 * dot3(a, b), dot3(b, b) + 2.0 * dot3(a, c), 2.0 * dot3(b, c), dot3(c, c)};
-    double x = -(t1 + t2) / (t2 - t1), y = 2.0 * height / (t2 - t1), re, im;
-    for (int step = 0; step < 2; step++) { /* Newton's, from the flat side's */
+    double x = -(t1 + t2) / (t2 - t1), y = 2.0 * height / (t2 - t1);
+    for (int step = 0; step < 4; step++) { /* Newton's, from the flat side's */
         double u = q[4], v = 0.0, du = 0.0, dv = 0.0;
         for (int d = 3; d >= 0; d--) {
             const double slope = du * x - dv * y + u, old = u;
@@ -104,9 +104,17 @@ INLINE double around_side(double height, double t1, double t2, const double *a, 
         x -= (u * du + v * dv) * over;
         y -= (v * du - u * dv) * over;
     }
-    complex_area_sinh((0.5 * (t1 + t2) + 0.5 * (t2 - t1) * x) / height, fabs(0.5 * (t2 - t1) * y) / height, &re, &im);
-    const double flat = ellipse(0.0, 0.5 * PI, middle, half), bent = ellipse(re, im, middle, half);
-    return bent < flat ? bent : flat;
+    const double fourth = q[4] > 1e-12 * q[2] ? q[4] : 1e-12 * q[2], mean = -0.5 * q[3] / fourth - x;
+    const double rest = mean * mean - q[0] / (fourth * (x * x + y * y)), root = sqrt(fabs(rest));
+    const double re[2] = {x, rest > 0.0 ? mean - copysign(root, mean) : mean}, im[2] = {fabs(y), rest > 0.0 ? 0.0 : root};
+    double least = ellipse(0.0, 0.5 * PI, middle, half);
+    for (int k = 0; k < 2; k++) {
+        double u, v;
+        complex_area_sinh((0.5 * (t1 + t2) + 0.5 * (t2 - t1) * re[k]) / height, 0.5 * (t2 - t1) * im[k] / height, &u, &v);
+        const double bent = ellipse(u, v, middle, half);
+        least = bent < least ? bent : least;
+    }
+    return least;
 }
 
 /* |f|² over its value at 0 is 1 + 2 slope ρ + bend ρ² to its second order, f being a quadratic of ρ. */
