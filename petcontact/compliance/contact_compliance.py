@@ -115,7 +115,9 @@ class DenseCompliance(ContactCompliance):
         if self._of is not None and self._of[1] is modes and np.array_equal(self._of[0], each):
             return self._of[2]
         n, border = r.size, None
-        if modes is not None:
+        if modes is not None and self._of is not None and self._of[1] is modes:
+            border = self._of[2]
+        elif modes is not None:
             border = RigidModeConstraint(modes, Linearisation.all_stick(r), np.zeros_like(r), 1.0)
         rows, first = solver.rows(n if border is None else n + len(border.rhs))
         last = first + len(rows)

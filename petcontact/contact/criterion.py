@@ -136,7 +136,7 @@ def natural_residuals(
         weight = system.weight[pair]
         ((_, *left),) = group_norms(weight, law.groups, residual[pair])
         found.append([over_traction(a, digits[pair, g], size, weight) for a, g in zip(left, law.groups, strict=True)])
-    return tuple(np.max(found, axis=0).tolist())
+    return tuple(max(column, key=lambda value: (value != value, value)) for column in zip(*found, strict=True))
 
 
 def equilibrium_defect(system: ContactSystem, sigma: Array) -> float:

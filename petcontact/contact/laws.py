@@ -53,6 +53,22 @@ class Tresca:
         """Derivative of [τ]_g."""
         return ball_derivative(tau, self.bound)[0]
 
+    def linearised(self, tau: Array) -> Linearisation | None:
+        """All of a linearisation at once in the plane, where a node sticks or has the bound for its σ; None elsewhere."""
+        if type(self) is not Tresca or self.k > 1:
+            return None
+        slips = _slips(tau, self.bound)
+        constant, stick = np.where(slips, -np.copysign(self.bound, tau[:, 0]), 0.0)[:, None], ~slips[:, None]
+        return Linearisation(tau, constant, stick[:, :, None].astype(float), stick, stick, slips.astype(np.int8))
+
+    def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
+        """σ + Π(ρv - σ), (m, k) [stress]."""
+        tau = rho * v - sigma
+        if type(self) is not Tresca or self.k > 1:
+            return np.asarray(sigma + self.project(tau))
+        limit = self.bound[:, None]
+        return np.asarray(sigma + np.minimum(np.maximum(tau, -limit), limit))
+
     def states(self, tau: Array) -> States:
         """0 stick, 1 slip; slip where g = 0."""
         return np.where(_slips(tau, self.bound), SLIP, STICK).astype(np.int8)
@@ -123,7 +139,7 @@ class SignoriniCoulomb:
     def radius(self, pressure: Array) -> Array:
         """Bound r(p) of the shear at a pressure, (m,) [stress]."""
         limit = np.abs(pressure)
-        if self._coulomb.all():
+        if self._all_coulomb:
             limit *= self.coefficient
         else:
             limit = np.multiply(self.coefficient, limit, out=np.full(len(pressure), np.inf), where=self._coulomb)
@@ -185,6 +201,10 @@ class SignoriniCoulomb:
         return self.radius(-sigma[:, -1])
 
     @cached_property
+    def _all_coulomb(self) -> bool:
+        return bool(self._coulomb.all())
+
+    @cached_property
     def _coulomb(self) -> Mask:
         return np.isfinite(self.coefficient)
 
@@ -229,7 +249,9 @@ class SignoriniCoulomb:
         return arrays, [native.pointer(array) for array in arrays]
 
 
-def dissipation(law: ContactLaw, before: Array, after: Array, slid: Array) -> tuple[Array, Array]:
+def dissipation(
+    law: ContactLaw, before: Array, after: Array, slid: Array, bound: Array | None = None
+) -> tuple[Array, Array]:
     """Energy that friction takes at each node while it slips, and a bound of its error, (m,) each [stress · length].
 
     The trapezoidal rule: |σ_t| on slip is the law's bound, which goes from that of the tractions before to that of the ones
@@ -243,6 +265,8 @@ def dissipation(law: ContactLaw, before: Array, after: Array, slid: Array) -> tu
         σ at the start and at the end of an increment [stress].
     slid : (m, d-1) array
         Slip in between [length].
+    bound : (m,) array, optional
+        That of the tractions after, where it is known [stress].
 
     Examples
     --------
@@ -255,8 +279,8 @@ def dissipation(law: ContactLaw, before: Array, after: Array, slid: Array) -> tu
     """
     way = lengths(slid)
     work = -np.sum(after[:, : slid.shape[1]] * slid, axis=1)
-    old, new = (np.where(np.isfinite(bound) & (way > 0.0), bound, 0.0)
-                for bound in (friction_bound(law, before), friction_bound(law, after)))  # fmt: skip
+    bounds = friction_bound(law, before), friction_bound(law, after) if bound is None else bound
+    old, new = (np.where(np.isfinite(each) & (way > 0.0), each, 0.0) for each in bounds)
     # what sticks has slipped by round-off, and is not on the bound
     change = np.where(work >= 0.5 * new * way, 0.5 * (old - new) * way, 0.0)
     return work + change, np.abs(change)

@@ -40,7 +40,7 @@ class History:
     def add(self, rho: float | Array, w: float | Array, change: float, residual: float, ksp_iterations: int) -> None:
         """Append a row, that of one iteration."""
         self.rho.append(rho if isinstance(rho, float) else max(rho.tolist()))
-        self.w.append(w if isinstance(w, float) else float(np.max(w)))
+        self.w.append(w if isinstance(w, float) else float(w.max()))
         self.change.append(change)
         self.residual.append(residual)
         self.ksp_iterations.append(ksp_iterations)

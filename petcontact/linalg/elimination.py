@@ -19,10 +19,9 @@ class Elimination:
     ----------
     system : (n, n) array
         A by columns (Fortran's order), overwritten.
-    columns : (n, m) array
-        B, likewise.
-    load : (n, K) array
-        b, likewise.
+    rhs : (n, m + K) array
+        B and b side by side, likewise.
+    m : int
     kept : (k,) int array
         Numbers of the unknowns that go last.
 
@@ -39,7 +38,7 @@ class Elimination:
         If A is singular, or the solution not finite.
     """
 
-    def __init__(self, system: Array, columns: Array, load: Array, kept: Index) -> None:
+    def __init__(self, system: Array, rhs: Array, m: int, kept: Index) -> None:
         n = len(system)
         inner = n - len(kept)
         stays = np.zeros(n, dtype=bool)
@@ -53,9 +52,9 @@ class Elimination:
         self._lu, self._swaps, info = scipy.linalg.lapack.dgetrf(system, overwrite_a=True)
         if info > 0:
             raise SolverError("factor", f"zero pivot in LU (row {info})", "the matrix is singular: is the body fixed?")
-        self._forward = self._half_solved(columns)
-        self._load = self._half_solved(load)
-        self.influence, self.at_rest = self._corner_solved(self._forward), self._corner_solved(self._load)
+        half_solved = self._half_solved(rhs)
+        self._forward, self._load = half_solved[:, :m], half_solved[:, m:]
+        self.influence, self.at_rest = np.split(self._corner_solved(half_solved), [m], axis=1)
 
     def with_load(self, load: Array) -> Elimination:
         """The same matrix and columns with another load (n, K), which is overwritten.

@@ -43,8 +43,8 @@ class HessenbergForm:
         self._solve(rho, y)
         if not np.isfinite(y).all():
             raise SolverError("iterate", "the solution is not finite", "look at the data and the mesh")
-        both = np.stack([y, y @ self._columns]) @ self._basis.T
-        return both[0], both[1]
+        x, product = np.array([y, y @ self._columns]) @ self._basis.T
+        return x, product
 
     def _solve(self, rho: float, b: Array) -> None:
         """(I + ρH) x = b, b overwritten by x."""

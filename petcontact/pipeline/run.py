@@ -127,6 +127,7 @@ def unreported(problem: PreparedProblem, monitor: Monitor | None, *, checked: bo
         discrete.problem, dict(zip(names, discrete.meshes, strict=True)),
         {i.name: i.nodes for i in discrete.interfaces}, {s.name: (names[s.body], s.part) for s in discrete.sides},
         results, status, reason, seconds, failed=failed, wear=wear_history(problem, rows),
+        volumes=dict(zip(names, discrete.volumes, strict=True)),
     )  # fmt: skip
 
 

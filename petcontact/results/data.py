@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 
 from ..arrays import Array, Index
+from ..bem.particular.volume import VolumeSolution
 from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
 from ..errors import InputError
@@ -45,6 +46,8 @@ class SolutionData(Evaluated):
         The increment at which the solve ended, if it found no solution of it: its last iterate.
     wear : WearHistory, optional
         Of a problem with cycles.
+    volumes : dict of VolumeSolution by body, optional
+        Particular solutions for volume loads, where they are known already.
     """
 
     problem: Problem
@@ -58,6 +61,7 @@ class SolutionData(Evaluated):
     info: dict[str, Any] = field(default_factory=dict)
     failed: StepResult | None = None
     wear: WearHistory | None = None
+    volumes: dict[str, VolumeSolution | None] | None = None
 
     assembly = case = property(lambda self: self.problem, doc="`problem`.")
 

@@ -31,6 +31,7 @@ class Evaluated:
     sides: dict[str, tuple[str, str]]
     steps: list[StepResult]
     failed: StepResult | None
+    volumes: dict[str, VolumeSolution | None] | None
 
     @property
     def tried(self) -> list[StepResult]:
@@ -94,6 +95,8 @@ class Evaluated:
     @functools.cached_property
     def _volumes(self) -> dict[str, VolumeSolution | None]:
         """Particular solutions for volume loads by body."""
+        if self.volumes is not None:
+            return self.volumes
         return {name: volume_solution(self.problem, k, mesh) for k, (name, mesh) in enumerate(self.meshes.items())}
 
     def state_at(

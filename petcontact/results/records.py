@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ..arrays import Array, Index, Names, States
+from ..contact.friction_law import lengths
 from ..contact.state import History
 from ..geometry.rotation import Axial, moment
 
@@ -100,11 +101,11 @@ class PairResult:
 
     def imbalance_beyond(self, couple: Axial) -> float:
         """The same, of the moment what a couple on the primary explains, such as that of friction across a gap."""
-        size = float(self.weight @ np.hypot(self.pressure, np.linalg.norm(self.sigma_t, axis=1)))
+        size = float(self.weight @ np.hypot(self.pressure, lengths(self.sigma_t)))
         if self.force_primary is None or self.moment_primary is None or size == 0.0:
             return 0.0
         middle = self.weight @ self.x / self.weight.sum()
-        reach = float(np.linalg.norm(self.x - middle, axis=1).max())
+        reach = float(lengths(self.x - middle).max())
         force = self.force + self.force_primary
         left = np.atleast_1d(self.moment + self.moment_primary - couple - moment(middle[None], force[None]))
         return float(max(np.linalg.norm(force), np.linalg.norm(left) / reach)) / size

@@ -200,16 +200,13 @@ def test_polygons_of_the_cone_are_regular():
     assert len(directions(2)) == 8 and np.allclose(np.linalg.norm(directions(2), axis=1), 1.0)
 
 
-@pytest.mark.parametrize("k", [2, 3])
+@pytest.mark.parametrize("k", [1, 2, 3])
 def test_all_at_once_is_one_after_another(k):
-    """Linearisations and residuals in C are those of a subclass, which are made of its own projection and derivative."""
-
-    class Own(SignoriniCoulomb):
-        pass
-
+    """Linearisations and residuals that a law makes at once are those of a subclass, of its projection and derivative."""
     rng, m = np.random.default_rng(k), 60
     limits = rng.random(m), rng.choice([0.0, 0.5, np.inf], m), rng.random(m) < 0.7, k, rng.random(m) < 0.1
-    law, own = SignoriniCoulomb(*limits), Own(*limits)
+    kind, words = (Tresca, (limits[1],)) if k == 1 else (SignoriniCoulomb, limits)
+    law, own = kind(*words), type("Own", (kind,), {})(*words)
     v, sigma, rho = rng.normal(size=(m, k)), rng.normal(size=(m, k)), rng.random(k)
     np.testing.assert_allclose(law_residual(law, v, sigma, rho), law_residual(own, v, sigma, rho), atol=1e-15)
     one, other = (Linearisation.at(each, v) for each in (law, own))

@@ -27,7 +27,7 @@ def test_eliminated_is_solved_wherever_the_unknowns_stand(mesh, place):
     n, m = contact.shape
     kept = {"first": np.arange(m), "last": np.arange(n - m, n), "anywhere": ops.data.contact_unknowns}[place]
     rest, moved = np.linalg.solve(system, loads), np.linalg.solve(system, contact)
-    found = Elimination(*(np.asfortranarray(part.copy()) for part in (system, contact, loads)), kept)
+    found = Elimination(np.array(system, order="F"), np.asfortranarray(np.column_stack([contact, loads])), m, kept)
     np.testing.assert_allclose(found.at_rest, rest[kept], rtol=0.0, atol=1e-12 * np.abs(rest).max())
     np.testing.assert_allclose(found.influence, moved[kept], rtol=0.0, atol=1e-12 * np.abs(moved).max())
     shares, y = np.array([0.3, -2.0]), np.random.default_rng(1).standard_normal(m)
@@ -71,4 +71,4 @@ def test_a_matrix_without_a_solution_is_refused(entry, message):
     system, contact, loads = filled(ops)
     system[:, 3] = entry
     with pytest.raises(SolverError, match=message):
-        Elimination(system, contact, loads, ops.data.contact_unknowns)
+        Elimination(system, np.column_stack([contact, loads]), contact.shape[1], ops.data.contact_unknowns)

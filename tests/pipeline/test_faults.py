@@ -310,7 +310,7 @@ def spoilt(monkeypatch, spoil):
 
     def assemble(self, *words):
         original(self, *words)
-        spoil(self.transposed[0])
+        spoil(self.system.T)
 
     monkeypatch.setattr(DenseRows, "__init__", assemble)
 

@@ -7,6 +7,7 @@ installed; only the tests marked slow set up a real environment.
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -322,13 +323,16 @@ def checks(ready: Path) -> Path:
 
 
 def test_test_runs_every_step_and_names_the_failed_one(checks, tmp_path):
+    (checks / "tests").mkdir()
+    (checks / "tests/test_x.py").write_text("@pytest.mark.mpi\n")
+    (checks / "tests/test_y.py").write_text("\n")
     done = call(checks / "scripts/test", cwd=tmp_path)
     assert done.returncode == 1
     assert done.stdout.splitlines()[-3:] == ["== 4 passed ==", "== 4 passed ==", "FAILED: ruff, ruff format"]
     setup, ruff, style, mypy, serial, parallel = (checks / "calls").read_text().splitlines()
     assert (setup, ruff, style, mypy) == ("setup ", "ruff check", "ruff format --check", "mypy ")
     assert serial.startswith("python -m pytest -n ") and serial.endswith("-m not mpi and not slow")
-    assert parallel == "python -m pytest -n 2 --dist worksteal -m mpi and not slow"
+    assert re.fullmatch(r"python -m pytest -n \d+ --dist worksteal -m mpi and not slow tests/test_x\.py", parallel)
 
 
 def test_test_reports_a_failed_pytest_and_ends_with_its_summary_when_all_passed(checks):

@@ -24,6 +24,7 @@ from petcontact import (
     Symmetry,
     Traction,
     VolumeLoads,
+    read_result,
     solve,
 )  # fmt: skip
 
@@ -160,6 +161,17 @@ def test_a_free_body_on_rough_ground_stands_if_it_can(d):
 def heated(geometry, temperature, boundary, plane="strain", order=3, **more):
     return solve(Problem(material=steel(plane), geometry=geometry, mesh=MeshOptions(element_size=0.5, order=order),
                          boundary=boundary, loads=VolumeLoads(temperature=temperature), **more))  # fmt: skip
+
+
+def test_a_solution_has_the_polynomials_that_it_was_solved_with(monkeypatch, tmp_path):
+    """One that was read finds them again, the same."""
+    solution = heated(Rectangle((0, 0), (2, 1)), "exp(y)", [Contact("bottom"), Symmetry("left"), Traction("top", (0, 0)),
+                                                            Traction("right", (0, 0))])  # fmt: skip
+    solution.save(tmp_path / "r.h5")
+    points = np.array([[0.7, 0.3], [1.5, 0.9]])
+    again = read_result(tmp_path / "r.h5").stress_at(points)
+    monkeypatch.setattr("petcontact.results.evaluated.volume_solution", None)
+    assert np.array_equal(solution.stress_at(points), again)
 
 
 @pytest.mark.parametrize("plane", ["strain", "stress"])

@@ -50,7 +50,9 @@ class DenseBody(ElasticBody):
         kept = operators.data.contact_unknowns
         with stage("factor"):
             by_ksp = comm.getSize() > 1 or is_asked_for(PREFIX)
-            self._solved: Elimination | _ByKSP = _ByKSP(system, comm) if by_ksp else Elimination(*system.transposed, kept)
+            self._solved: Elimination | _ByKSP = (
+                _ByKSP(system, comm) if by_ksp else Elimination(system.system.T, system.rhs.T, len(system.contact), kept)
+            )
             influence, at_rest = self._solved.influence, self._solved.at_rest
             if isinstance(self._solved, _ByKSP):
                 influence, at_rest = (self._solved.everywhere(rows[system.own(kept)]) for rows in (influence, at_rest))
@@ -108,6 +110,8 @@ class DenseRows:
         By columns.
     contact, loads : (m k, rows), (K + 1, rows) arrays
         The last load has a solution that is known.
+    rhs : (m k + K + 1, rows) array
+        Both, of which they are parts.
     known : (d n + r,) array
         That one.
     """
@@ -122,7 +126,8 @@ class DenseRows:
         # every entry of A_0 is written
         self.system = np.empty((self.size, rows)) if not r else np.zeros((self.size, rows))
         m, k = data.contact_shape
-        self.contact, self.loads = np.zeros((m * k, rows)), np.zeros((data.states + 1, rows))
+        self.rhs = np.zeros((m * k + data.states + 1, rows))
+        self.contact, self.loads = self.rhs[: m * k], self.rhs[m * k :]
         blocks = [array[:, :inner].reshape(len(array), last - first, d) for array in (self.contact, self.loads[:-1])]
         inside = self.system[: d * n, :inner].reshape(n, d, last - first, d)
         fill_dense(operators, np.arange(first, last), inside, *blocks)
@@ -132,11 +137,6 @@ class DenseRows:
             self.system[: d * n, inner:] = gauge(mesh, data, modes).T
         self.known = known_solution(self.system, comm)
         self.loads[-1] = self.known @ self.system
-
-    @property
-    def transposed(self) -> tuple[Array, Array, Array]:
-        """System, contact columns and loads, by rows and columns as one writes them."""
-        return self.system.T, self.contact.T, self.loads.T
 
     def own(self, unknowns: Index) -> Index:
         """Places in this rank's rows of those of some unknowns that are among them."""
@@ -156,10 +156,9 @@ class _ByKSP:
     def __init__(self, rows: DenseRows, comm: Any) -> None:
         self._mpi = comm.tompi4py() if comm.getSize() > 1 else None
         module, comm, local = petsc(), of_petsc(comm), rows.system.shape[1]
-        columns = rows.contact.shape[0] + rows.loads.shape[0]
+        columns = len(rows.rhs)
         system = module.Mat().createDense(((local, rows.size), (local, rows.size)), array=rows.system.T, comm=comm)
-        both = np.asfortranarray(np.vstack([rows.contact, rows.loads]).T)
-        right = module.Mat().createDense(((local, rows.size), (module.DECIDE, columns)), array=both, comm=comm)
+        right = module.Mat().createDense(((local, rows.size), (module.DECIDE, columns)), array=rows.rhs.T, comm=comm)
         system.assemble()
         right.assemble()
         solver = LinearSolver(comm, PREFIX, "factor", in_place=True)

@@ -8,6 +8,7 @@ takes some ten steps. Where the sets of Coulomb's law cycle the iteration starts
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -187,7 +188,7 @@ def _first_guess(
 
 def _tau_of(law: ContactLaw, v: Array, sigma: Array) -> Array:
     """ρv - σ with a ρ that gives both a weight."""
-    size = float(np.linalg.norm(v)), float(np.linalg.norm(sigma))
+    size = math.sqrt(np.vdot(v, v)), math.sqrt(np.vdot(sigma, sigma))
     return (size[1] / size[0] if min(size) > 0.0 else 1.0) * v - sigma
 
 

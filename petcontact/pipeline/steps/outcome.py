@@ -147,7 +147,7 @@ def _pairs(
     discrete, system = increment.problem.discrete, increment.problem.system
     names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
-    spent, error = dissipation(discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1])
+    spent, error = dissipation(discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1], bound)
     parts = zip(system.slices, system.interfaces, discrete.sides, increment.problem.contact_nodes, strict=True)
     for where, face, side, (x, weight, arc_length) in parts:
         sigma, v = outcome.sigma[where], outcome.v[where]
