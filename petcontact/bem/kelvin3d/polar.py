@@ -165,7 +165,7 @@ def _around_side(height: float, ends: Array, side: Array) -> float:
     The flat side's |y - y_0|² vanishes at s = iπ/2, the true one's is a quartic.
     """
     a, b, c = side[1], 0.5 * (side[2] - side[0]), 0.5 * (side[2] + side[0]) - side[1]
-    roots = np.polynomial.Polynomial([a @ a, 2.0 * a @ b, b @ b + 2.0 * a @ c, 2.0 * b @ c, c @ c]).roots()
+    roots = np.roots([c @ c, 2.0 * b @ c, b @ b + 2.0 * a @ c, 2.0 * a @ b, a @ a])
     t, s = 0.5 * ends.sum() + 0.5 * (ends[1] - ends[0]) * roots, np.arcsinh(ends / height)
     zeros = np.append(np.arcsinh((t.real + 1j * np.abs(t.imag)) / height), 0.5j * np.pi)
     return float(ellipse(zeros, 0.5 * s.sum(), 0.5 * (s[1] - s[0])).min())
@@ -183,7 +183,7 @@ def _along_rays(panel: CurvedPanels, foot: Array, slope: Array, straight: float)
     n_1 = np.cross(c[1, 0], b_1) + np.cross(a_1, c[0, 1])
     n_2 = np.cross(c[1, 0], b_2) + np.cross(a_1, b_1) + np.cross(a_2, c[0, 1])
     n_0 = np.broadcast_to(np.cross(c[1, 0], c[0, 1]), n_1.shape)
-    return [_nearest_zero(*parts, straight) for parts in ((y_1, y_2, y_3), (n_0, n_1, n_2))]
+    return [_nearest_zero(y_1, y_2, y_3, straight), _nearest_zero(n_0, n_1, n_2, straight)]
 
 
 def _nearest_zero(a: Array, b: Array, c: Array, straight: float) -> Array:
