@@ -97,8 +97,8 @@ class BoundaryMesh(Protocol):
         """What expressions may name at places, as `Hits` has them, of elements (q,)."""
         ...
 
-    def faces(self, part: str) -> tuple[Index, Faces]:
-        """Numbers of the elements of a part, and these as what may be faced."""
+    def faces(self, *parts: str) -> tuple[Index, Faces]:
+        """Numbers of the elements of parts, increasing, and these as what may be faced."""
         ...
 
     def basis_at(self, element: Index, place: Array) -> Any:
@@ -154,6 +154,10 @@ class Collocated:
     def node_part(self) -> Index:
         """Number of the part of each node, (n,)."""
         return self.part[self.element]
+
+    def elements_of(self, *parts: str) -> Index:
+        """Numbers of the elements of parts, increasing."""
+        return np.flatnonzero(np.isin(self.part, [self.part_names.index(part) for part in parts]))
 
     def nodes_of(self, part: str) -> Index:
         """Numbers of the nodes of a part, increasing."""

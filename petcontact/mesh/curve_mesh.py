@@ -142,9 +142,9 @@ class CurveMesh(Collocated):
         arc_length = self.side_start[element] + place * self.length[element]
         return {"x": x[:, 0], "y": x[:, 1], "nx": normal[:, 0], "ny": normal[:, 1], "s": arc_length}
 
-    def faces(self, part: str) -> tuple[Index, Curves]:
-        """Numbers of the elements of a part, and these as curves that may be faced."""
-        numbers = np.flatnonzero(self.part == self.part_names.index(part))
+    def faces(self, *parts: str) -> tuple[Index, Curves]:
+        """Numbers of the elements of parts, and these as curves that may be faced."""
+        numbers = self.elements_of(*parts)
         return numbers, Curves(self.start[numbers], self.end[numbers], self.curvature[numbers])
 
     @staticmethod

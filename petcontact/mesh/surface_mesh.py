@@ -131,9 +131,9 @@ class SurfaceMesh(Collocated):
         return [Batch(panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel())
                 for panels in self._groups.values()]  # fmt: skip
 
-    def faces(self, part: str) -> tuple[Index, PanelFaces]:
-        """Numbers of the panels of a part, and these as panels that may be faced."""
-        numbers = np.flatnonzero(self.part == self.part_names.index(part))
+    def faces(self, *parts: str) -> tuple[Index, PanelFaces]:
+        """Numbers of the panels of parts, and these as panels that may be faced."""
+        numbers = self.elements_of(*parts)
         return numbers, PanelFaces.of(list(self._groups.values()), numbers)
 
     def basis_at(self, element: Index, place: Array) -> scipy.sparse.csr_array:

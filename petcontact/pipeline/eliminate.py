@@ -61,7 +61,7 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
     """
     bem, meshes, posed = resolved_bem(discrete.problem.bem), discrete.meshes, discrete.problem.body
     check_stiffness([body.name for body in posed], [body.material.young_modulus for body in posed])
-    discrete.mesh_warnings = check_meshes([body.name for body in posed], meshes)
+    discrete.mesh_warnings = check_meshes([body.name for body in posed], meshes, discrete.boundaries)
     progress = _announced(discrete, bem, announce)
     if discrete.problem.method.formulation == "full":
         bodies: list[ElasticBody | None] = [_full(discrete, bem, comm)]

@@ -95,7 +95,7 @@ def _(boundary: FacetSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
     keys = ("element_size", *BOX_KEYS)
     _refuse(problem.mesh, keys, "the facets of a surface from a file are its panels; mesh it finer in Gmsh")
-    _check_size(len(boundary.facets) * (order + 1) ** 2)
+    _check_size(len(boundary.facets) * (order + 1) ** 2, "mesh the file coarser, or choose a lower mesh.order")
     return facet_mesh(boundary, order)
 
 
@@ -145,9 +145,9 @@ def _order(options: MeshOptions) -> int:
     return 2 if options.order is None else options.order
 
 
-def _check_size(nodes: float) -> None:
+def _check_size(nodes: float, advice: str = "choose a larger mesh.element_size") -> None:
     if not nodes <= LARGEST_MESH or not np.isfinite(nodes):
-        raise InputError(f"mesh: about {nodes:.3g} nodes, at most {LARGEST_MESH} fit; choose a larger mesh.element_size")
+        raise InputError(f"mesh: about {nodes:.3g} nodes, at most {LARGEST_MESH} fit; {advice}")
 
 
 def _refuse(options: MeshOptions, keys: Iterable[str], why: str) -> None:

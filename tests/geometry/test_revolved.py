@@ -72,6 +72,31 @@ def test_cut_panels_stay_on_the_surface(name):
     assert np.nanmax(np.abs(again - points)) < 1e-14 * surface.diameter
 
 
+def vector_area(mesh):
+    """The integral of the normal, ½ ∮ x × dx around each curved panel: 0 of a closed surface."""
+    triangle, total = np.isnan(mesh.corners[:, 3, 0]), np.zeros(3)
+    for mine, count in ((triangle, 3), (~triangle, 4)):
+        a, m = mesh.corners[mine, :count], mesh.middles[mine, :count]
+        c = np.roll(a, -1, axis=1)
+        for s, weight in zip(*np.polynomial.legendre.leggauss(3), strict=True):
+            x, dx = (
+                0.5 * s * (s - 1) * a + (1 - s * s) * m + 0.5 * s * (s + 1) * c,
+                (s - 0.5) * a - 2 * s * m + (s + 0.5) * c,
+            )
+            total += 0.5 * weight * np.cross(x, dx).sum(axis=(0, 1))
+    return total
+
+
+@pytest.mark.parametrize("name", ["cone", "cylinder", "slice of a ball", "half torus"])
+def test_a_surface_of_which_all_panels_are_cut_stays_closed(name):
+    """Plane faces follow the round ones at their rims."""
+    surface = CASES[name][0].outline()
+    mesh = round_mesh(surface, 0.8, 2)
+    for _ in range(2):
+        mesh = cut(mesh, np.ones((mesh.n_elements, 2), dtype=bool), surface)
+        assert np.abs(vector_area(mesh)).max() < 1e-13 * mesh.weight.sum()
+
+
 @pytest.mark.parametrize("name", CASES)
 def test_surfaces_are_closed_outward_and_of_well_shaped_panels(name):
     """`checked_surface` refuses what is open, crosses itself or is folded, and turns no cell round."""

@@ -7,6 +7,7 @@ import re
 import subprocess
 import sys
 
+import facets
 import numpy as np
 import pytest
 
@@ -188,6 +189,23 @@ def test_thin_bodies_are_right_or_refused(loaded, width, height, order):
     problem = loaded(LOAD, width=width, height=height, size=max(width, height) / 40.0, order=order)
     with pytest.raises(InputError, match="times as large as the body is thick"):
         solve(problem)
+
+
+@pytest.mark.parametrize(("height", "advice"), [
+    (0.05, "mesh the file anew with cells of about 0.05 there$"),
+    (0.11, "mesh the file anew with cells of about 0.11 there, or order 2$"),
+])  # fmt: skip
+def test_what_a_thin_body_of_a_file_can_do(tmp_path, height, advice):
+    """Its panels are those of the file: there is no element_size to choose. Order 2 helps where it allows as much."""
+    file = facets.box(tmp_path / "plate.msh", (0.0, 0.0, 0.0), (1.0, 1.0, height), (2, 2, 1), triangles=False)
+    data = {
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": {"shape": "gmsh", "file": file},
+        "mesh": {"order": 1}, "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}, *(
+            {"part": part, "condition": "traction", "value": [0.0, 0.0, 0.0]}
+            for part in ("left", "right", "front", "back", "top"))],
+    }  # fmt: skip
+    with pytest.raises(InputError, match=advice):
+        solve(parse(Problem, data, "plate"))
 
 
 @pytest.mark.parametrize(("size", "order"), [(1e4, 2), (1e6, 1), (1e6, 2)])

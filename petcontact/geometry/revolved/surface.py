@@ -132,12 +132,13 @@ class RevolvedSurface(SolidSurface):
                 yield len(self._round_parts) + face, self._padded(self._placed(six[..., 0], six[..., 1], steps, 1))
 
     def onto(self, part: Index, points: Array) -> Array:
-        """Onto the side of the section that a whole panel is nearest to, and onto the rims there; the axis stays."""
+        """Onto the side of the section that a whole panel is nearest to, and onto all rims there; the axis stays."""
         away = (points - self.centre) @ self.frame.T
         radius = np.hypot(away[..., 0], away[..., 1])
         at = np.stack([radius, away[..., 2]], axis=-1)
         size = np.linalg.norm(np.nanmax(points, axis=1) - np.nanmin(points, axis=1), axis=1)
         found, least = at.copy(), np.full(len(at), np.inf)
+        flat = np.flatnonzero(part >= len(self._round_parts))
         for side in self.section.sides:
             if on_axis(side, self.section):
                 continue
@@ -150,6 +151,11 @@ class RevolvedSurface(SolidSurface):
             distance = np.nansum((near - at[mine]) ** 2, axis=(1, 2))
             better = distance < least[mine]
             found[mine[better]], least[mine[better]] = near[better], distance[better]
+            near = side.point(np.clip(np.nan_to_num(side.nearest(at[flat].reshape(-1, 2))), 0.0, 1.0)).reshape(
+                -1, *at.shape[1:]
+            )
+            close = np.linalg.norm(near - at[flat], axis=-1) < RIM * size[flat, None]
+            found[flat] = np.where(close[..., None], near, found[flat])
         on_rim = radius > ON_AXIS * self.section.diameter
         away[..., :2] *= np.divide(found[..., 0], radius, out=np.ones_like(radius), where=on_rim)[..., None]
         away[..., 2] = np.where(np.isnan(radius), np.nan, found[..., 1])

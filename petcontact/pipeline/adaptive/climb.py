@@ -115,13 +115,13 @@ class AdaptiveSolve:
                 if solution.status == "failed" and self.solutions:
                     return f"{solution.reason} (on the mesh after the last)"
                 if solution.status != "converged":
-                    more, found = quantity.goes_on(solution), any(each.converged for each in self.solutions)
-                    if found and not more:
+                    more = quantity.goes_on(solution)
+                    if not more and any(each.converged for each in self.solutions):
                         return f"{solution.reason} (on the mesh after the last)"
                     self._keep(solution)
-                    if more:
-                        break
-                    return ""
+                    if not more:
+                        return ""
+                    break
                 self._keep(solution)
                 quantity.observe(solution, level)
                 self._report(solution)
@@ -281,15 +281,13 @@ def _short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity
 
 def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
     quantity, shown = work.quantity, any(found.status == "converged" for found in work.solutions)
-    estimate = max(quantity.estimate, work.left) if shown else math.inf
+    status, reason, estimate = solution.status, solution.reason, max(quantity.estimate, work.left) if shown else math.inf
     info = {
         **solution.info, "accuracy": accuracy, "differences": quantity.differences,
         "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
         **(quantity.info() if shown else {}),
     }  # fmt: skip
-    if carries_something(solution):
-        info["estimated_error"] = estimate
-    status, reason = solution.status, solution.reason
+    info |= {"estimated_error": estimate} if carries_something(solution) else {}
     if status == "converged" and work.missed > 0.0:
         status, reason = "not converged", f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
     elif status == "converged" and quantity.estimate <= accuracy < estimate:
@@ -298,6 +296,8 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
     elif status == "converged" and estimate > accuracy and trouble and not quantity.asked:
         text = f"estimated error {estimate:.1e} > {accuracy:g}: {trouble}; --accuracy asks for more"
         info["warnings"] = [*info.get("warnings", []), text]
+    elif status == "not converged" and quantity.exhausted and not (shown or quantity.asked):
+        reason += f"; {quantity.exhausted}, --accuracy asks for more"
     elif status == "converged" and estimate > accuracy:
         status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
     timings: dict[str, float] = {}

@@ -17,7 +17,7 @@ from ..discrete.discretise import MeshMaker
 from .slip import displacement_scale
 
 MOST = 5000
-"""Nodes up to which another solve, at less than half the price, is nothing to wait for."""
+"""Nodes up to which another solve, of .5 to .8 of the time, is nothing to wait for."""
 SHARES = (0.85, 1.05)
 """Error of u_t over what the last order of the panels beside gains, for order 2 and 3, measured by scripts/verify_space. An
 error that falls as (p + 1)^-4λ, where tractions are infinite as r^(λ-1), makes them .6 and 1.0 for λ = 0.6. Of linear

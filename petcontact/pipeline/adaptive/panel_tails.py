@@ -30,7 +30,7 @@ from ..choice import check_memory, is_compressed, resolved_bem, solve_seconds
 from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
-from ..trust.increments import OVERLAP
+from ..trust.increments import OVERLAP, is_unresolved
 from .elliptic import EllipticContacts
 from .tails import TailErrors
 
@@ -163,16 +163,23 @@ class PanelTails:
                         for mesh, each in zip(meshes, zip(*ends, strict=True), strict=True)]  # fmt: skip
 
     def goes_on(self, solution: Solution) -> bool:
-        """Whether a solution that is not accepted asks for smaller panels: then all those of the contact are cut."""
+        """Whether a solution that is not accepted asks for smaller panels: those in which surfaces may overlap, or all where
+        tractions are not in equilibrium."""
         failed = solution.failed
         if failed is None or failed.status != "not converged" or not failed.residuals.get("overlap", 0.0) <= OVERLAP:
             return False
-        if "overlap between nodes" not in failed.reason:
+        unresolved = is_unresolved(failed.residuals)
+        if not unresolved and "overlap between nodes" not in failed.reason:
             return False
-        marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in solution.meshes.values()]
+        marked = [np.full((mesh.n_elements, 2), unresolved) for mesh in solution.meshes.values()]
         for side in self._sides:
-            name = self._problem.body[side.body].name
-            marked[side.body][solution.meshes[name].element[solution.nodes[side.name]]] = True
+            element = solution.meshes[self._problem.body[side.body].name].element[solution.nodes[side.name]]
+            gap, (least, most) = failed.pairs[side.name].gap, np.full((2, len(marked[side.body])), np.inf)
+            faced = np.isfinite(gap)
+            np.minimum.at(least, element[faced], gap[faced])
+            np.minimum.at(most, element[faced], -gap[faced])
+            # the gap may be as much smaller between nodes as it varies from node to node
+            marked[side.body] |= (2.0 * least + most <= gap.min())[:, None]
         self._refine(solution, marked, [mine[:, 0] & False for mine in marked])
         return not self.exhausted
 

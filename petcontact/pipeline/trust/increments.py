@@ -22,6 +22,9 @@ BLOCKS = 5.0
 three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body alone or two blocks less than that."""
 ROUND_OFF = 1e-9
 """Traction, over what strains of the size of the displacement take, that is none."""
+STILL = 1e-3
+"""Displacement beside a rigid motion, over that, of a body on which nothing acts that only moves: curved panels of different
+sizes, as adaptive meshes have side by side, leave slits that strain it by .0005."""
 
 
 def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma: Array, alpha: Array) -> float:
@@ -57,12 +60,13 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
     size = np.abs(force).max(initial=0.0) or 1.0  # squares of tiny forces underflow
     force = force / size
     each = np.einsum("ic,icr->ir", force, motions)
-    arms = np.linalg.norm(motions, axis=1) * np.linalg.norm(force, axis=1)[:, None]
+    reach = np.linalg.norm(motions, axis=1)
+    arms = reach * np.linalg.norm(force, axis=1)[:, None]
     acting = sigma.any() or len(force) > len(u) or np.tensordot(shares, body.data.known_traction, 1).any()
     noise = ROUND_OFF if acting else max(ROUND_OFF, _noise(body, u, motions[: len(u)]))
     least = noise * body.operators.traction_scale * (np.abs(u).max(initial=0.0) / size) * mesh.weight.sum()
-    arm = np.linalg.norm(motions, axis=1).max(axis=0)
-    worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), least * arm + np.finfo(float).tiny)).max())
+    smallest = least * reach.max(axis=0) + np.finfo(float).tiny
+    worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), smallest)).max())
     if body.modes.shape[2]:
         strained = body.displaced(u - body.modes @ alpha, traction)
         multipliers = body.unknowns(shares, sigma)[body.operators.n_unknowns :]
@@ -72,10 +76,10 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
 
 
 def _noise(body: ElasticBody, u: Array, motions: Array) -> float:
-    """Tolerance of the compression where that explains all by which u is not the nearest rigid motion; else 0."""
+    """`STILL`, or the tolerance of the compression, where that explains all by which u is not a rigid motion; else 0."""
     rigid = motions.reshape(u.size, -1)
     strained = u.ravel() - rigid @ np.linalg.lstsq(rigid, u.ravel(), rcond=None)[0]
-    most = BLOCKS * body.tolerance
+    most = max(STILL, BLOCKS * body.tolerance)
     return most if np.abs(strained).max() <= most * np.abs(u).max() else 0.0
 
 

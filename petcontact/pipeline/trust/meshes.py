@@ -7,6 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from ...errors import InputError
+from ...geometry.surface import Boundary, FacetSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved_panels import CurvedPanels
 from ...mesh.surface_mesh import SurfaceMesh
@@ -29,7 +30,7 @@ STIFFEST = 1e12
 """Largest ratio of the stiffness of two bodies: their displacements add up in 16 digits."""
 
 
-def check_meshes(names: Sequence[str], meshes: Sequence[BoundaryMesh]) -> list[str]:
+def check_meshes(names: Sequence[str], meshes: Sequence[BoundaryMesh], boundaries: Sequence[Boundary]) -> list[str]:
     """Warnings of elements that are long next to the thickness of the body behind them.
 
     Raises
@@ -38,7 +39,7 @@ def check_meshes(names: Sequence[str], meshes: Sequence[BoundaryMesh]) -> list[s
         If more than a tenth of the boundary of a body has elements on which bending is not solved at all.
     """
     warnings = []
-    for name, mesh in zip(names, meshes, strict=True):
+    for name, mesh, boundary in zip(names, meshes, boundaries, strict=True):
         warnings += _distorted(name, mesh)
         ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.weight)
         limit = np.array(LARGEST)[np.minimum(mesh.order, 2)]
@@ -46,8 +47,11 @@ def check_meshes(names: Sequence[str], meshes: Sequence[BoundaryMesh]) -> list[s
         text = f"mesh: elements of body {name!r} are up to {largest:.3g} times as large as the body is thick behind them"
         if area[over].sum() > SHARE * area.sum():
             size = float((area[over] ** (1.0 / (mesh.dim - 1)) / ratio[over]).min())
+            # the panels of a file are what they are
+            how = "mesh the file anew with cells" if isinstance(boundary, FacetSurface) else "choose an element_size"
+            order = f", or order {len(LARGEST) - 1}" if np.all(ratio[over] <= LARGEST[-1]) else ""
             raise InputError(f"{text}, of order {int(mesh.order[over].min())} at most {limit[over].min():g} is solved; "
-                             f"choose an element_size of about {size:.3g} there, or a higher order")  # fmt: skip
+                             f"{how} of about {size:.3g} there{order}")  # fmt: skip
         if area[ratio > np.array(STIFF)[mesh.order]].sum() > SHARE * area.sum():
             warnings.append(f"{text}: bending comes out wrong")
     return warnings

@@ -161,10 +161,9 @@ def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: Array | float = np.inf
     Infinite where there is none within reach, a number or (m,) [length]. Sides that curve count as chords of their pieces.
     """
     result, part, reach = np.full(len(nodes), np.inf), mesh.node_part[nodes], np.broadcast_to(reach, len(nodes))
-    sides = [_pieces(mesh, number) for number in range(len(mesh.part_names))]
     for number in np.unique(part):
         # a closed part, as a disc, has no others
-        others = np.concatenate([sides[number][:0], *sides[:number], *sides[number + 1 :]])
+        others = _pieces(mesh, [name for k, name in enumerate(mesh.part_names) if k != number])
         mine = np.flatnonzero(part == number)
         middle, along, x = 0.5 * (others[:, 0] + others[:, 1]), others[:, 1] - others[:, 0], mesh.x[nodes[mine]]
         half = 0.5 * np.linalg.norm(along, axis=1).max(initial=0.0)
@@ -177,11 +176,11 @@ def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: Array | float = np.inf
     return np.where(result <= reach, result, np.inf)
 
 
-def _pieces(mesh: BoundaryMesh, part: int) -> Array:
-    """Ends (n, 2, d) of straight pieces of the sides of the elements of a part."""
-    if not np.any(mesh.part == part):
+def _pieces(mesh: BoundaryMesh, parts: Sequence[str]) -> Array:
+    """Ends (n, 2, d) of straight pieces of the sides of the elements of parts."""
+    elements, faces = mesh.faces(*parts)
+    if not len(elements):
         return np.empty((0, 2, mesh.dim))
-    faces = mesh.faces(mesh.part_names[part])[1]
     number, start, end = faces.rims()
     pieces = PIECES if np.any(start != end) else 1  # in the plane sides are points
     points = [faces.at(number, start + share * (end - start))[0] for share in np.linspace(0.0, 1.0, pieces + 1)]
