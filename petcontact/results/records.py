@@ -108,7 +108,8 @@ class PairResult:
         reach = float(lengths(self.x - middle).max())
         force = self.force + self.force_primary
         left = np.atleast_1d(self.moment + self.moment_primary - couple - moment(middle[None], force[None]))
-        return float(max(np.linalg.norm(force), np.linalg.norm(left) / reach)) / size
+        # a single node has no moment about itself
+        return float(max(np.linalg.norm(force), np.linalg.norm(left) / (reach or np.inf))) / size
 
     @property
     def tension_share(self) -> float:

@@ -13,6 +13,7 @@ import pytest
 
 from petcontact import Box, Contact, Displacement, Material, MeshOptions, Problem, Rectangle, Step, Traction, solve
 from petcontact.commands.main import main
+from petcontact.model.base import parse
 from petcontact.results.figures.turning import UNKNOWN, scene, write_page
 from petcontact.results.hdf5 import write_solution
 
@@ -43,6 +44,7 @@ def unpacked(text, kind, *shape):
 def test_the_page_holds_the_fields_of_the_solution(solution):
     found = scene(solution)
     body, dim = found["bodies"][0], solution.mesh.dim
+    assert body["away"] == [0.0] * 3
     x, triangles = unpacked(body["x"], "<f4", 3), unpacked(body["triangles"], "<u4", 3)
     assert triangles.max() < len(x) and unpacked(body["rims"], "<u4", 2).max() < len(x)
     assert len(found["steps"]) == len(body["steps"]) == 2 and found["steps"][-1] == "one, load factor 1"
@@ -62,6 +64,18 @@ def test_the_page_holds_the_fields_of_the_solution(solution):
         slip = unpacked(last["slip"], "<u2")
         below = unpacked(body["normal"], "<f4", 3)[:, 2] < -0.5
         assert np.array_equal(slip < UNKNOWN, below)  # known on the contact only
+
+
+def test_bodies_go_apart_along_the_normals_of_their_contact():
+    pairs = [{"name": "a", "secondary": "mid.bottom", "primary": "low.top"},
+             {"name": "b", "secondary": "mid.top", "primary": "up.bottom"}]  # fmt: skip
+    bodies = [{"name": name, "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 1.0},
+               "geometry": {"shape": "rectangle", "lower_left": [0, k], "upper_right": [1, k + 1]},
+               "boundary": [{"part": part, "condition": "displacement", "value": [0.0, -0.01 * k]}] if part else []}
+              for k, (name, part) in enumerate([("low", "bottom"), ("mid", ""), ("up", "top")])]  # fmt: skip
+    contact = [{**pair, "friction_coefficient": 0.5} for pair in pairs]
+    found = scene(solve(parse(Problem, {"body": bodies, "contact": contact}, "three")))
+    assert [body["away"] for body in found["bodies"]] == [[0, -1, 0], [0, 0, 0], [0, 1, 0]]
 
 
 def test_the_page_needs_nothing_else(solution, tmp_path, capsys, monkeypatch):

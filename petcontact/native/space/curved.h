@@ -66,29 +66,11 @@ INLINE void curved_rule_of(const Panel *p, const Family *family, int first, int 
     rule->nodal = p->corners == 4 && nx == p->order + 1 && ny == nx;
 }
 
-/* Derivatives of the position over factorials at a place, by powers of both local coordinates up to 2. */
-INLINE void taylor_of(const double *c, double s, double t, double (*out)[3])
-{
-    double up[9][3]; /* by powers of ξ about the origin, and of η about the place */
-    for (int i = 0; i < 3; i++, c += 9)
-        for (int k = 0; k < 3; k++) {
-            up[3 * i][k] = c[k] + t * (c[3 + k] + t * c[6 + k]);
-            up[3 * i + 1][k] = c[3 + k] + 2.0 * t * c[6 + k];
-            up[3 * i + 2][k] = c[6 + k];
-        }
-    for (int j = 0; j < 3; j++)
-        for (int k = 0; k < 3; k++) {
-            out[j][k] = up[j][k] + s * (up[3 + j][k] + s * up[6 + j][k]);
-            out[3 + j][k] = up[3 + j][k] + 2.0 * s * up[6 + j][k];
-            out[6 + j][k] = up[6 + j][k];
-        }
-}
-
 /* Products at a vector's points, times weights; along rays r and the normal times area are polynomials. */
 INLINE void products_along(const double (*c)[3], Four xi, Four eta, const Four *rho, const Four *weight, int count,
                            const int wants_g, const int wants_h, const int corners, Four (*out)[ALL])
 {
-    const int slopes = corners == 3 ? 1 : 3, bends = corners == 3 ? 2 : 5; /* degrees of tangent vectors and of the normal */
+    const int slopes = corners == 3 ? 1 : 3, bends = corners == 3 ? 2 : 5; /* degrees of tangents and normal */
     Four place[5][3], a[4][3], b[4][3], turn[6][3];
     const Four xx = xi * xi, xy = xi * eta, yy = eta * eta;
     for (int k = 0; k < 3; k++) {
@@ -159,9 +141,9 @@ INLINE void sums_along(Four (*products)[ALL], const Four *rho, int count, int lo
 }
 
 /* Integrals of the products times monomials about the foot, in lanes; those from `low` to before `high`. */
-INLINE void add_rays(const Panel *p, const Near *near, const Rays *rays, const double (*taylor)[3], int low, int high,
-                     Four (*lanes)[ALL])
+INLINE void add_rays(const Panel *p, const Near *near, const Rays *rays, int low, int high, Four (*lanes)[ALL])
 {
+    const double(*taylor)[3] = (const double(*)[3])rays->taylor;
     Four rho[MOST], weight[MOST], products[MOST][ALL], sums[7][ALL];
     for (int m = 0; m < p->nodes; m++)
         for (int c = low; c < high; c++)
@@ -224,14 +206,11 @@ INLINE void near_curved(const Panel *p, const Family *family, const Targets *tar
     const Near *near = near_of(family);
     const double x[3] = {targets->x[0][t], targets->x[1][t], targets->x[2][t]};
     const int low = wanted.g ? 0 : G, high = wanted.h ? ALL : G, width = targets->width, nodes = p->nodes;
-    double taylor[9][3], sums[NODES][ALL] = {{0.0}};
+    double sums[NODES][ALL] = {{0.0}};
     Rays rays;
     Four lanes[NODES][ALL];
     rays_about(p, near, x, &rays);
-    taylor_of(p->shape, rays.foot[0], rays.foot[1], taylor);
-    for (int k = 0; k < 3; k++)
-        taylor[0][k] = rays.own ? 0.0 : taylor[0][k] - x[k];
-    add_rays(p, near, &rays, taylor, low, high, lanes);
+    add_rays(p, near, &rays, low, high, lanes);
     for (int m = 0; m < nodes; m++)
         for (int c = low; c < high; c++) {
             const Four v = lanes[m][c];

@@ -17,7 +17,8 @@ typedef struct { /* what follows the table of weights in a family of curved pane
 
 typedef struct { /* rays about the foot of one target, in whole vectors */
     int count, own, points[RAYS / 4]; /* whether the target lies on the panel; points along the rays of a vector */
-    double foot[2], twist[3];             /* of the principal value: end n - n end at 01, 02 and 12, n being the unit normal */
+    double foot[2], taylor[9][3];         /* position from the target by powers of both local coordinates about the foot */
+    double twist[3];                      /* of the principal value: end n - n end at 01, 02 and 12, n being the unit normal */
     double xi[RAYS], eta[RAYS], share[RAYS]; /* local coordinates by ρ, and the weight */
     double reach[RAYS]; /* length of the ray, of use where the target lies on the panel; else ρ = c sinh v - b: */
     double along[RAYS], scale[RAYS], up[RAYS], half[RAYS]; /* b, c, and v = ln up ± half */
@@ -28,11 +29,123 @@ INLINE const Near *near_of(const Family *family)
     return (const Near *)(family->weights + RULES * RULES * POINTS * NODES);
 }
 
-/* Gauss points on an interval whose integrand is analytic in a strip of width π about it. */
-INLINE int count_of(double digits, double span, int least)
+/* Derivatives of the position over factorials at a place, by powers of both local coordinates up to 2. */
+INLINE void taylor_of(const double *c, double s, double t, double (*out)[3])
 {
-    const int n = (int)ceil(digits / (2.0 * area_sinh(PI / span)));
-    return n < least ? least : n > MOST ? MOST : n;
+    double up[9][3]; /* by powers of ξ about the origin, and of η about the place */
+    for (int i = 0; i < 3; i++, c += 9)
+        for (int k = 0; k < 3; k++) {
+            up[3 * i][k] = c[k] + t * (c[3 + k] + t * c[6 + k]);
+            up[3 * i + 1][k] = c[3 + k] + 2.0 * t * c[6 + k];
+            up[3 * i + 2][k] = c[6 + k];
+        }
+    for (int j = 0; j < 3; j++)
+        for (int k = 0; k < 3; k++) {
+            out[j][k] = up[j][k] + s * (up[3 + j][k] + s * up[6 + j][k]);
+            out[3 + j][k] = up[3 + j][k] + 2.0 * s * up[6 + j][k];
+            out[6 + j][k] = up[6 + j][k];
+        }
+}
+
+/* ln ρ of Bernstein's ellipse through x + iy, about the interval of so great a half and middle. */
+INLINE double ellipse(double x, double y, double middle, double half)
+{
+    const double over = 1.0 / half, u = (x - middle) * over, v = y * over * y * over;
+    const double mean = 0.5 * (sqrt((u - 1.0) * (u - 1.0) + v) + sqrt((u + 1.0) * (u + 1.0) + v));
+    return logarithm(mean + sqrt(mean > 1.0 ? mean * mean - 1.0 : 0.0));
+}
+
+/* arsinh of x + iy, y >= 0. */
+INLINE void complex_area_sinh(double x, double y, double *re, double *im)
+{
+    const double up = sqrt(x * x + (y + 1.0) * (y + 1.0)), down = sqrt(x * x + (y - 1.0) * (y - 1.0));
+    const double cosh = 0.5 * (up + down), sin = 0.5 * (up - down);
+    *re = copysign(logarithm(cosh + sqrt(cosh > 1.0 ? cosh * cosh - 1.0 : 0.0)), x);
+    *im = angle_of(sin, sqrt(sin < 1.0 ? 1.0 - sin * sin : 0.0));
+}
+
+/* A side from the foot, by powers of τ from -1 to 1. */
+INLINE void side_of(const double (*taylor)[3], const double *foot, const double *start, const double *stop, double (*out)[3])
+{
+    double y[3][3];
+    for (int i = 0; i < 3; i++) {
+        const double s = start[0] + 0.5 * i * (stop[0] - start[0]) - foot[0];
+        const double t = start[1] + 0.5 * i * (stop[1] - start[1]) - foot[1];
+        for (int k = 0; k < 3; k++) {
+            const double low = taylor[3][k] + t * (taylor[4][k] + t * taylor[5][k]);
+            const double high = taylor[6][k] + t * (taylor[7][k] + t * taylor[8][k]);
+            y[i][k] = t * (taylor[1][k] + t * taylor[2][k]) + s * (low + s * high);
+        }
+    }
+    for (int k = 0; k < 3; k++) {
+        out[0][k] = y[1][k];
+        out[1][k] = 0.5 * (y[2][k] - y[0][k]);
+        out[2][k] = 0.5 * (y[2][k] + y[0][k]) - y[1][k];
+    }
+}
+
+/* ln ρ of the angle s about a side from t1 to t2 along it, at a height over the foot: zeros of |y - y_0|² on the flat
+   side, and on the true one, whose position is a + b τ + c τ², τ from -1 to 1: two pairs. */
+INLINE double around_side(double height, double t1, double t2, const double *a, const double *b, const double *c)
+{
+    const double s1 = area_sinh(t1 / height), s2 = area_sinh(t2 / height), middle = 0.5 * (s1 + s2), half = 0.5 * (s2 - s1);
+    const double q[5] = {dot3(a, a), 2.0 * dot3(a, b), dot3(b, b) + 2.0 * dot3(a, c), 2.0 * dot3(b, c), dot3(c, c)};
+    double x = -(t1 + t2) / (t2 - t1), y = 2.0 * height / (t2 - t1);
+    for (int step = 0; step < 4; step++) { /* Newton's, from the flat side's */
+        double u = q[4], v = 0.0, du = 0.0, dv = 0.0;
+        for (int d = 3; d >= 0; d--) {
+            const double slope = du * x - dv * y + u, old = u;
+            dv = du * y + dv * x + v;
+            du = slope;
+            u = old * x - v * y + q[d];
+            v = old * y + v * x;
+        }
+        const double over = 1.0 / (du * du + dv * dv);
+        x -= (u * du + v * dv) * over;
+        y -= (v * du - u * dv) * over;
+    }
+    const double fourth = q[4] > 1e-12 * q[2] ? q[4] : 1e-12 * q[2], mean = -0.5 * q[3] / fourth - x;
+    const double rest = mean * mean - q[0] / (fourth * (x * x + y * y)), root = sqrt(fabs(rest));
+    const double re[2] = {x, rest > 0.0 ? mean - copysign(root, mean) : mean}, im[2] = {fabs(y), rest > 0.0 ? 0.0 : root};
+    double least = ellipse(0.0, 0.5 * PI, middle, half);
+    for (int k = 0; k < 2; k++) {
+        double u, v;
+        complex_area_sinh((0.5 * (t1 + t2) + 0.5 * (t2 - t1) * re[k]) / height, 0.5 * (t2 - t1) * im[k] / height, &u, &v);
+        const double bent = ellipse(u, v, middle, half);
+        least = bent < least ? bent : least;
+    }
+    return least;
+}
+
+/* |f|² over its value at 0 is 1 + 2 slope ρ + bend ρ² to its second order, f being a quadratic of ρ. */
+INLINE void bends_of(Four (*f)[3], double *slope, double *bend)
+{
+    Four square = {0.0}, one = {0.0}, two = {0.0};
+    for (int k = 0; k < 3; k++) {
+        square += f[0][k] * f[0][k];
+        one += f[0][k] * f[1][k];
+        two += f[1][k] * f[1][k] + 2.0 * f[0][k] * f[2][k];
+    }
+    one /= square;
+    two /= square;
+    memcpy(slope, &one, sizeof one);
+    memcpy(bend, &two, sizeof two);
+}
+
+/* Its zero nearest to 0; what bends less than a bound bends like it. */
+INLINE void nearest_zero(double slope, double bend, double straight, double *re, double *im)
+{
+    const double square = fabs(bend) > straight ? bend : straight;
+    const double rest = slope * slope - square, root = sqrt(fabs(rest));
+    *re = (rest > 0.0 ? copysign(root, slope) - slope : -slope) / square;
+    *im = rest > 0.0 ? 0.0 : root / fabs(square);
+}
+
+/* Gauss points for an integrand that is analytic in Bernstein's ellipse of ln ρ. */
+INLINE int count_of(double digits, double log_rho, int more, int least)
+{
+    const double n = ceil(digits / (2.0 * log_rho)) + more;
+    return n < least ? least : n < MOST ? (int)n : MOST;
 }
 
 /* e to the arsinh of x. */
@@ -80,8 +193,12 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         size = length > size ? length : size;
     }
     rays->own = distance <= 1e-10 * size;
+    taylor_of(p->shape, foot[0], foot[1], rays->taylor);
+    for (int k = 0; k < 3; k++)
+        rays->taylor[0][k] = rays->own ? 0.0 : y[k];
     const double digits = near->digits * p->warp;
     const int least = 4 + (p->corners == 4 ? p->order : p->order / 2);
+    const int more = (p->corners == 4 ? p->order + 1 : (p->order + 1) / 2) + !rays->own;
     double s[RAYS], height[RAYS], side[2][RAYS];
     int n = 0;
     for (int i = 0; i < p->corners; i++) {
@@ -90,9 +207,11 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         const double t[2] = {u / length, v / length}, h = t[1] * start[0] - t[0] * start[1];
         if (h < 1e-10 * size)
             continue;
-        const double s1 = area_sinh((t[0] * start[0] + t[1] * start[1]) / h);
-        const double s2 = area_sinh((t[0] * stop[0] + t[1] * stop[1]) / h);
-        const int around = count_of(digits, s2 - s1, least);
+        const double t1 = t[0] * start[0] + t[1] * start[1], t2 = t[0] * stop[0] + t[1] * stop[1];
+        double bent[3][3];
+        side_of(rays->taylor, foot, reference[i], reference[(i + 1) % p->corners], bent);
+        const int around = count_of(digits, around_side(h, t1, t2, bent[0], bent[1], bent[2]), 2, least);
+        const double s1 = area_sinh(t1 / h), s2 = area_sinh(t2 / h);
         for (int j = 0; j < around; j++, n++) {
             s[n] = 0.5 * (s1 + s2) + 0.5 * (s2 - s1) * near->xi[around][j];
             rays->share[n] = 0.5 * (s2 - s1) * near->weight[around][j] * over;
@@ -109,11 +228,7 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         side[1][n] = side[1][n - 1];
     }
     rays->count = n;
-    int count = (int)(0.25 * digits) + least - 2;
-    count = count < MOST ? count : MOST;
-    double ray[2][RAYS], sum = 0.0;
-    for (int k = 0; k < count; k++)
-        sum += near->weight[count][k] / (1.0 + near->xi[count][k]);
+    double ray[2][RAYS], log_rho[RAYS];
     for (int i = 0; i < n; i++) {
         const double up = power_of_e(s[i]), down = 1.0 / up, sinh = 0.5 * (up - down), cosh = 0.5 * (up + down);
         ray[0][i] = (side[1][i] + sinh * side[0][i]) / cosh;
@@ -123,27 +238,76 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         rays->eta[i] = ray[1][i] / m11;
         rays->xi[i] = (ray[0][i] - m01 * rays->eta[i]) / m00;
     }
-    if (rays->own)
-        for (int i = 0; i < n; i++) {
-            const double factor = rays->share[i] * (logarithm(rays->reach[i]) - sum);
-            end[0] += factor * ray[0][i];
-            end[1] += factor * ray[1][i];
+    const double(*c)[3] = (const double(*)[3])rays->taylor;
+    double slope[2][RAYS], bend[2][RAYS], middle[RAYS], half[RAYS];
+    for (int i = 0; i < n; i += 4) {
+        Four xi, eta, y[3][3], a[2][3], b[2][3], normal[3][3];
+        memcpy(&xi, rays->xi + i, sizeof xi);
+        memcpy(&eta, rays->eta + i, sizeof eta);
+        for (int k = 0; k < 3; k++) {
+            y[0][k] = xi * c[3][k] + eta * c[1][k];
+            y[1][k] = xi * xi * c[6][k] + xi * eta * c[4][k] + eta * eta * c[2][k];
+            y[2][k] = xi * eta * (xi * c[7][k] + eta * c[5][k]);
+            a[0][k] = 2.0 * xi * c[6][k] + eta * c[4][k];
+            b[0][k] = xi * c[4][k] + 2.0 * eta * c[2][k];
+            a[1][k] = eta * (2.0 * xi * c[7][k] + eta * c[5][k]);
+            b[1][k] = xi * (xi * c[7][k] + 2.0 * eta * c[5][k]);
         }
-    else
+        for (int k = 0; k < 3; k++) {
+            const int u = (k + 1) % 3, v = (k + 2) % 3;
+            normal[0][k] = (c[3][u] * c[1][v] - c[3][v] * c[1][u]) - (Four){0.0};
+            normal[1][k] = c[3][u] * b[0][v] - c[3][v] * b[0][u] + a[0][u] * c[1][v] - a[0][v] * c[1][u];
+            normal[2][k] = c[3][u] * b[1][v] - c[3][v] * b[1][u] + a[0][u] * b[0][v] - a[0][v] * b[0][u] +
+                           a[1][u] * c[1][v] - a[1][v] * c[1][u];
+        }
+        bends_of(y, slope[0] + i, bend[0] + i);
+        bends_of(normal, slope[1] + i, bend[1] + i);
+    }
+    for (int i = 0; i < n; i++) {
+        middle[i] = half[i] = 0.5 * rays->reach[i];
+        log_rho[i] = INFINITY;
+    }
+    if (!rays->own)
         for (int i = 0; i < n; i++) {
             const double along = away[0] * ray[0][i] + away[1] * ray[1][i], rest = square - along * along;
-            const double c = sqrt(rest > 0.01 * square ? rest : 0.01 * square);
-            const double low = up_to(along / c), high = up_to((rays->reach[i] + along) / c);
+            const double scale = sqrt(rest > 0.01 * square ? rest : 0.01 * square);
+            const double low = up_to(along / scale), high = up_to((rays->reach[i] + along) / scale);
+            middle[i] = 0.5 * logarithm(low * high);
+            half[i] = 0.5 * logarithm(high / low);
+            log_rho[i] = ellipse(0.0, 0.5 * PI, middle[i], half[i]);
             rays->along[i] = along;
-            rays->scale[i] = c;
+            rays->scale[i] = scale;
             rays->up[i] = sqrt(low * high);
-            rays->half[i] = 0.5 * logarithm(high / low);
+            rays->half[i] = half[i];
         }
+    for (int k = 0; k < 2; k++) {
+        double re[RAYS], im[RAYS];
+        for (int i = 0; i < n; i++)
+            nearest_zero(slope[k][i], bend[k][i], 1e-6 / (size * size), re + i, im + i);
+        if (!rays->own)
+            for (int i = 0; i < n; i++) {
+                double along, up;
+                complex_area_sinh((re[i] + rays->along[i]) / rays->scale[i], im[i] / rays->scale[i], &along, &up);
+                re[i] = along;
+                im[i] = up;
+            }
+        for (int i = 0; i < n; i++) {
+            const double other = ellipse(re[i], im[i], middle[i], half[i]);
+            log_rho[i] = other < log_rho[i] ? other : log_rho[i];
+        }
+    }
     for (int i = 0; i < n; i += 4) {
-        double widest = 0.0;
-        for (int l = 0; l < 4 && !rays->own; l++)
-            widest = rays->half[i + l] > widest ? rays->half[i + l] : widest;
-        rays->points[i / 4] = rays->own ? count : count_of(digits + 2.0, 2.0 * widest, least);
+        double least_log = log_rho[i], sum = 0.0;
+        for (int l = 1; l < 4; l++)
+            least_log = log_rho[i + l] < least_log ? log_rho[i + l] : least_log;
+        const int count = rays->points[i / 4] = count_of(digits, least_log, more, 3);
+        for (int k = 0; rays->own && k < count; k++)
+            sum += near->weight[count][k] / (1.0 + near->xi[count][k]);
+        for (int l = i; rays->own && l < i + 4; l++) {
+            const double factor = rays->share[l] * (logarithm(rays->reach[l]) - sum);
+            end[0] += factor * ray[0][l];
+            end[1] += factor * ray[1][l];
+        }
     }
     double normal[3], whole[3];
     for (int k = 0; k < 3; k++) {

@@ -98,6 +98,7 @@ def view(pair: PairResult) -> tuple[Array, tuple[str, str]]:
 def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, PairResult]]:
     """One panel an interface, and its fields at the end."""
     pairs = solution.pairs
+    figure.set_layout_engine("compressed")  # axes of equal scales leave no room beside them
     figure.set_size_inches(7.0, 0.8 + 3.6 * len(pairs))
     figure.suptitle(headed_end(solution), fontsize="medium")
     every = figure.subplots(len(pairs), 1, squeeze=False)[:, 0]
@@ -126,6 +127,7 @@ def _shade(axes: Any, solution: SolutionData, name: str, values: Array, what: st
     axes.autoscale_view()
     axes.set(xlabel=names[0], ylabel=names[1], aspect="equal", title=f"{along(solution, name)}: {what}")
     axes.title.set_fontsize("small")
+    axes.locator_params(nbins=5)
     axes.figure.colorbar(colours, ax=axes, shrink=0.75, spacing="proportional")
 
 

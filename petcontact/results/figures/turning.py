@@ -81,8 +81,9 @@ def scene(solution: SolutionData) -> dict[str, Any]:
     found = [key for key in names  # of superelements no stress is known
              if any(key in fields[0] and np.isfinite(fields[0][key]).any() for _, fields in drawn.values())]  # fmt: skip
     ranges = {key: _range([each[key] for _, fields in drawn.values() for each in fields if key in each]) for key in found}
+    away = _apart(solution)
     for name, (body, each) in drawn.items():
-        body["name"] = printable(name)
+        body["name"], body["away"] = printable(name), away[name]
         body["steps"] = [{"move": _packed(fields["move"], "<f4")}
                          | {key: _quantised(fields[key], *ranges[key]) for key in ranges if key in fields}
                          for fields in each]  # fmt: skip
@@ -95,6 +96,23 @@ def scene(solution: SolutionData) -> dict[str, Any]:
         "maps": {name: _packed(255.0 * colormaps[word](np.linspace(0.0, 1.0, COLOURS)), "u1")
                  for name, word in (("uniform", UNIFORM), ("signed", SIGNED))},
     }  # fmt: skip
+
+
+def _apart(solution: SolutionData) -> dict[str, list[float]]:
+    """Where bodies are moved so that contact between them is seen, (3,) each, of pairs of two against each other by 1.
+
+    Secondaries go against the mean of their normals in contact; no way where these point all around, as those of a pin do.
+    """
+    names, primary = list(solution.meshes), {pair.name: pair.primary.partition(".")[0] for pair in solution.problem.contact}
+    rows, motions = [np.ones(len(names))], [np.zeros(3)]
+    for name, pair in solution.pairs.items():
+        mean = pair.weight @ pair.normal / pair.weight.sum()
+        if primary.get(name) in names:
+            body = names.index(solution.sides[name][0]), names.index(primary[name])
+            rows.append(np.eye(len(names))[body[0]] - np.eye(len(names))[body[1]])
+            motions.append(-np.pad(mean, (0, 3 - len(mean))))
+    found = np.linalg.lstsq(np.array(rows), np.array(motions), rcond=None)[0]
+    return {name: np.round(each, 6).tolist() for name, each in zip(names, found, strict=True)}
 
 
 def _range(values: Sequence[Array]) -> tuple[float, float]:
