@@ -12,6 +12,7 @@ from conftest import example
 
 from petcontact import Contact, InputError, Material, MeshOptions, Rectangle, Solution, Traction, field_at, solve
 from petcontact.model.bodies import Units
+from petcontact.results.verdict.summary import of_several_pairs
 
 COARSE = MeshOptions(element_size=0.2)
 
@@ -126,3 +127,8 @@ def test_an_error_that_no_two_meshes_tell_is_not_a_number(solution):
     """An adaptive solve that fails on every mesh has no difference of two solutions."""
     failed = replace(solution, info={**solution.info, "accuracy": 1e-3, "estimated_error": np.inf})
     assert "error of u_t not known: too few meshes are solved; 1.0e-03 wanted" in failed.verdict()
+
+
+def test_warnings_that_pairs_have_alike_are_one():
+    texts = ["pair 'a': a rim", "pair 'b': a rim", "pair 'b': a gap", "body 'c' turns", "pair 'd' stays pressed"]
+    assert of_several_pairs(texts) == ["pairs 'a', 'b': a rim", *texts[2:]]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -48,7 +49,23 @@ def _free(solution: SolutionData, body: str) -> str:
 
 
 def _warnings(solution: SolutionData) -> list[str]:
-    return [line for text in solution.info.get("warnings", []) for line in wrapped("  warning: ", [text], separator=" ")]
+    texts = of_several_pairs(solution.info.get("warnings", []))
+    return [line for text in texts for line in wrapped("  warning: ", [text], separator=" ")]
+
+
+def of_several_pairs(warnings: Sequence[str]) -> list[str]:
+    """Warnings, those that several pairs have alike as one.
+
+    >>> of_several_pairs(["pair 'a': facets", "pair 'b': facets", "pair 'b': a gap", "turns"])
+    ["pairs 'a', 'b': facets", "pair 'b': a gap", 'turns']
+    """
+    names: dict[str, list[str]] = {}
+    for text in warnings:
+        pair, colon, rest = text.partition(": ") if text.startswith("pair '") else ("", "", text)
+        names.setdefault(f"{colon}{rest}", []).append(pair.removeprefix("pair "))
+    return [
+        f"pair{'s' if len(each) > 1 else ''} {', '.join(each)}{text}" if each[0] else text for text, each in names.items()
+    ]
 
 
 def _steps(solution: SolutionData) -> list[str]:
