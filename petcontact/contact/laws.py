@@ -55,7 +55,7 @@ class Tresca:
 
     def linearised(self, tau: Array) -> Linearisation | None:
         """All of a linearisation at once in the plane, where a node sticks or has the bound for its σ; None elsewhere."""
-        if type(self) is not Tresca or self.k > 1:
+        if type(self) is not Tresca or tau.shape[1] > 1:
             return None
         slips = _slips(tau, self.bound)
         constant, stick = np.where(slips, -np.copysign(self.bound, tau[:, 0]), 0.0)[:, None], ~slips[:, None]
@@ -64,7 +64,7 @@ class Tresca:
     def residual(self, v: Array, sigma: Array, rho: float | Array) -> Array:
         """σ + Π(ρv - σ), (m, k) [stress]."""
         tau = rho * v - sigma
-        if type(self) is not Tresca or self.k > 1:
+        if type(self) is not Tresca or tau.shape[1] > 1:
             return np.asarray(sigma + self.project(tau))
         limit = self.bound[:, None]
         return np.asarray(sigma + np.minimum(np.maximum(tau, -limit), limit))

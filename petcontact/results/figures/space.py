@@ -19,8 +19,9 @@ from .surface import TRIANGLES
 
 ARROWS = 500
 """Most arrows of one panel."""
-SMALL, MARGIN = 0.5, 0.2
-"""Share of the extent of a face up to which contact is shown alone, and how much of its own is shown beside it."""
+SMALL, MARGIN, NEXT = 0.5, 0.2, 1.1
+"""Share of the extent of a face up to which contact is shown alone, how much of its own is shown beside it, and up to
+which multiple of the distance to the next node that is open."""
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
@@ -137,7 +138,9 @@ def _window(axes: Any, x: Array, closed: Mask) -> Mask:
     reach = float(np.max(high - low))
     if not 0.0 < reach < SMALL * float(np.ptp(x, axis=0).max()):
         return np.ones(len(x), dtype=bool)
-    low, high = low - MARGIN * reach, high + MARGIN * reach
+    beside = np.maximum(low - x, x - high).max(axis=1)[~closed].min(initial=np.inf)
+    margin = max(MARGIN * reach, NEXT * beside if np.isfinite(beside) else 0.0)
+    low, high = low - margin, high + margin
     axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
     return np.asarray(np.all((x >= low) & (x <= high), axis=1))
 
