@@ -62,6 +62,8 @@ def edges(
     finest : float
         What no element there is smaller than [length].
     """
+    if not len(s):  # a side that faces nothing
+        return []
     state = np.where((state == 1) & (shear > 0.0), BACK, state)
     state = _without_specks(s, state, min(SPECK, SEEN * smallest), SEEN * finest)
     closed = state != 2

@@ -74,6 +74,8 @@ def test_where_slip_turns_there_is_an_edge():
     def places(state, smallest=1.0):
         return [edge.s for edge in edges(s, ones, -np.sign(moved), ones, 0.0 * s, moved, state, smallest)]
 
+    none = np.zeros(0)
+    assert edges(none, none, none, none, none, none, none.astype(np.int64)) == []
     slip, turning, speck = (np.ones(1001, dtype=np.int64) for _ in range(3))
     turning[300], speck[600] = 0, 0
     assert places(slip) == pytest.approx([0.3004])
