@@ -68,9 +68,10 @@ def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
     monkeypatch.setattr(run, "path_warnings", lambda problem, solution: looked.append(problem) or ["looked at"])
     data = {
         "material": SOFT, "geometry": {"shape": "box", "lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 0.0]},
-        "mesh": {"accuracy": 0.3}, "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}],
+        "mesh": {"accuracy": 0.2}, "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}],
         "obstacle": [{"name": "tool", "displacement": [0.0, 0.0, -0.2]}],
-        "contact": [{"name": "pair", "secondary": "top", "primary": "tool", "gap": "(x**2 + y**2)/4", "friction_coefficient": 0.3}],
+        "contact": [{"name": "pair", "secondary": "top", "primary": "tool",
+                     "gap": "x**2 + y**2", "friction_coefficient": 0.3}],
     }  # fmt: skip
     free = [{"part": part, "condition": "traction", "value": [0.0] * 3} for part in ("left", "right", "front", "back")]
     solution = solve(parse(Problem, {**data, "boundary": data["boundary"] + free}, "adapted"))
