@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 import copy
+import ctypes
+import functools
+from typing import Any
 
 import numpy as np
 import scipy
 
+from .. import native
 from ..arrays import Array, Index
 from ..errors import SolverError
+from ..runtime.threads import SMALL
+
+PANEL = 64
+"""Of native/lu.c."""
+_compiled = native.function("petcontact_lu", "ppiippppp")
 
 
 class Elimination:
@@ -49,10 +58,9 @@ class Elimination:
         self._order = np.arange(n)
         self._order[into], self._order[out] = out, into
         self._kept = np.argsort(self._order)[kept]
-        self._lu, self._swaps, info = scipy.linalg.lapack.dgetrf(system, overwrite_a=True)
+        half_solved, info = self._factored(system, rhs)
         if info > 0:
             raise SolverError("factor", f"zero pivot in LU (row {info})", "the matrix is singular: is the body fixed?")
-        half_solved = self._half_solved(rhs)
         self._forward, self._load = half_solved[:, :m], half_solved[:, m:]
         self.influence, self.at_rest = np.split(self._corner_solved(half_solved), [m], axis=1)
 
@@ -68,6 +76,18 @@ class Elimination:
         other._load = self._half_solved(load)
         other.at_rest = self._corner_solved(other._load)
         return other
+
+    def _factored(self, system: Array, rhs: Array) -> tuple[Array, int]:
+        """L⁻¹ P rhs in its place, with L and U in that of the system, and the row of a zero pivot, from 1 on, or 0."""
+        n, width, routines = *rhs.shape, _routines()
+        if n > SMALL or routines is None or not (system.flags.f_contiguous and rhs.flags.f_contiguous):
+            self._lu, self._swaps, info = scipy.linalg.lapack.dgetrf(system, overwrite_a=True)
+            return self._half_solved(rhs), info
+        assert _compiled is not None
+        pivots, info, work = np.empty(n, dtype=np.int32), np.empty(1, dtype=np.int64), np.empty(PANEL * (PANEL + n + width))
+        _compiled(*map(native.pointer, (system, rhs)), n, width, *map(native.pointer, (pivots, info, work)), *routines)
+        self._lu, self._swaps = system, pivots - 1
+        return rhs, int(info[0])
 
     def _half_solved(self, rhs: Array) -> Array:
         """L⁻¹ P rhs, in its place."""
@@ -92,3 +112,19 @@ class Elimination:
         else:
             result[self._order] = scipy.linalg.blas.dtrsm(1.0, self._lu, rhs)
         return result
+
+
+@functools.cache
+def _routines() -> tuple[int, int] | None:
+    """Where LAPACK's dgetrf and the BLAS' dgemm begin, for code in C; None where that, or their integers, are of another kind."""
+    from scipy.linalg import cython_blas, cython_lapack
+
+    capsules: list[Any] = [cython_lapack.__pyx_capi__["dgetrf"], cython_blas.__pyx_capi__["dgemm"]]
+    name_of, address_of = ctypes.pythonapi.PyCapsule_GetName, ctypes.pythonapi.PyCapsule_GetPointer
+    name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    address_of.restype, address_of.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    names = [name_of(capsule) for capsule in capsules]
+    if _compiled is None or any(b"int *" not in name for name in names):
+        return None
+    factor, product = (address_of(capsule, name) for capsule, name in zip(capsules, names, strict=True))
+    return factor, product
