@@ -15,9 +15,9 @@ from ..arrays import Array, Index
 from ..errors import SolverError
 from ..runtime.threads import SMALL
 
-PANEL = 64
+PANEL = 32
 """Of native/lu.c."""
-_compiled = native.function("petcontact_lu", "ppiippppp")
+_forth, _back = native.function("petcontact_lu", "ppiippppp"), native.function("petcontact_back", "piipiipp")
 
 
 class Elimination:
@@ -58,6 +58,7 @@ class Elimination:
         self._order = np.arange(n)
         self._order[into], self._order[out] = out, into
         self._kept = np.argsort(self._order)[kept]
+        self._routines = _routines() if n <= SMALL and system.flags.f_contiguous else None
         half_solved, info = self._factored(system, rhs)
         if info > 0:
             raise SolverError("factor", f"zero pivot in LU (row {info})", "the matrix is singular: is the body fixed?")
@@ -79,29 +80,45 @@ class Elimination:
 
     def _factored(self, system: Array, rhs: Array) -> tuple[Array, int]:
         """L⁻¹ P rhs in its place, with L and U in that of the system, and the row of a zero pivot, from 1 on, or 0."""
-        n, width, routines = *rhs.shape, _routines()
-        if n > SMALL or routines is None or not (system.flags.f_contiguous and rhs.flags.f_contiguous):
+        if self._routines is None:
             self._lu, self._swaps, info = scipy.linalg.lapack.dgetrf(system, overwrite_a=True)
             return self._half_solved(rhs), info
-        assert _compiled is not None
-        pivots, info, work = np.empty(n, dtype=np.int32), np.empty(1, dtype=np.int64), np.empty(PANEL * (PANEL + n + width))
-        _compiled(*map(native.pointer, (system, rhs)), n, width, *map(native.pointer, (pivots, info, work)), *routines)
-        self._lu, self._swaps = system, pivots - 1
+        self._lu, self._swaps = system, np.empty(len(system), dtype=np.int32)
+        return self._forward_by_panels(rhs, *self._routines)
+
+    def _forward_by_panels(self, rhs: Array, factor: int | None, product: int) -> tuple[Array, int]:
+        """As `_factored`; without LAPACK's routine the matrix is factored already."""
+        assert _forth is not None
+        n, width = rhs.shape
+        rhs, info, work = np.asfortranarray(rhs), np.empty(1, dtype=np.int64), np.empty(PANEL * (PANEL + n + width))
+        _forth(*map(native.pointer, (self._lu, rhs)), n, width, *map(native.pointer, (self._swaps, info, work)), factor, product)
         return rhs, int(info[0])
 
     def _half_solved(self, rhs: Array) -> Array:
         """L⁻¹ P rhs, in its place."""
+        if self._routines is not None:
+            return self._forward_by_panels(rhs, None, self._routines[1])[0]
         swapped = scipy.linalg.lapack.dlaswp(rhs, self._swaps, overwrite_a=True)
         return np.asarray(scipy.linalg.blas.dtrsm(1.0, self._lu, swapped, lower=1, diag=1, overwrite_b=1))
 
     def _corner_solved(self, half_solved: Array) -> Array:
         """The unknowns that are kept."""
         inner = len(self._order) - len(self._kept)
-        corner = np.asfortranarray(self._lu[inner:, inner:])
-        answer = scipy.linalg.blas.dtrsm(1.0, corner, half_solved[inner:])[self._kept - inner]
+        answer = self._back_solved(self._lu[inner:, inner:], half_solved[inner:])[self._kept - inner]
         if not np.isfinite(answer).all():
             raise SolverError("factor", "the solution is not finite", "look at the data and the mesh")
         return np.asarray(answer)
+
+    def _back_solved(self, upper: Array, half_solved: Array) -> Array:
+        """U⁻¹ of some columns, for the last rows and columns of U."""
+        if self._routines is None:
+            return np.asarray(scipy.linalg.blas.dtrsm(1.0, np.asfortranarray(upper), half_solved))
+        assert _back is not None
+        result = np.array(half_solved, order="F")
+        n, width = result.shape
+        work = np.empty(PANEL * (PANEL + width))
+        _back(native.pointer(upper), len(self._lu), n, native.pointer(result), n, width, native.pointer(work), self._routines[1])
+        return result
 
     def unknowns(self, shares: Array, y: Array) -> Array:
         """x (n, ...) for loads weighted by `shares` (K, ...) and y (m, ...), one or several columns."""
@@ -110,7 +127,7 @@ class Elimination:
         if rhs.ndim == 1:
             result[self._order] = scipy.linalg.blas.dtrsv(self._lu, rhs)
         else:
-            result[self._order] = scipy.linalg.blas.dtrsm(1.0, self._lu, rhs)
+            result[self._order] = self._back_solved(self._lu, rhs)
         return result
 
 
@@ -124,7 +141,7 @@ def _routines() -> tuple[int, int] | None:
     name_of.restype, name_of.argtypes = ctypes.c_char_p, [ctypes.py_object]
     address_of.restype, address_of.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
     names = [name_of(capsule) for capsule in capsules]
-    if _compiled is None or any(b"int *" not in name for name in names):
+    if _forth is None or any(b"int *" not in name for name in names):
         return None
     factor, product = (address_of(capsule, name) for capsule, name in zip(capsules, names, strict=True))
     return factor, product
