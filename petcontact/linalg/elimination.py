@@ -58,7 +58,7 @@ class Elimination:
         self._order = np.arange(n)
         self._order[into], self._order[out] = out, into
         self._kept = np.argsort(self._order)[kept]
-        self._routines = _routines() if n <= SMALL and system.flags.f_contiguous else None
+        self._by_panels = n <= SMALL and system.flags.f_contiguous and _routines() is not None
         half_solved, info = self._factored(system, rhs)
         if info > 0:
             raise SolverError("factor", f"zero pivot in LU (row {info})", "the matrix is singular: is the body fixed?")
@@ -80,24 +80,25 @@ class Elimination:
 
     def _factored(self, system: Array, rhs: Array) -> tuple[Array, int]:
         """L⁻¹ P rhs in its place, with L and U in that of the system, and the row of a zero pivot, from 1 on, or 0."""
-        if self._routines is None:
+        if not self._by_panels:
             self._lu, self._swaps, info = scipy.linalg.lapack.dgetrf(system, overwrite_a=True)
             return self._half_solved(rhs), info
         self._lu, self._swaps = system, np.empty(len(system), dtype=np.int32)
-        return self._forward_by_panels(rhs, *self._routines)
+        return self._panel_by_panel(rhs)
 
-    def _forward_by_panels(self, rhs: Array, factor: int | None, product: int) -> tuple[Array, int]:
-        """As `_factored`; without LAPACK's routine the matrix is factored already."""
+    def _panel_by_panel(self, rhs: Array, *, factored: bool = False) -> tuple[Array, int]:
+        """As `_factored`, of a matrix that may be factored already."""
         assert _forth is not None
-        n, width = rhs.shape
+        (n, width), (factor, product) = rhs.shape, _routines() or (None, None)
         rhs, info, work = np.asfortranarray(rhs), np.empty(1, dtype=np.int64), np.empty(PANEL * (PANEL + n + width))
-        _forth(*map(native.pointer, (self._lu, rhs)), n, width, *map(native.pointer, (self._swaps, info, work)), factor, product)
+        matrix, columns, *others = map(native.pointer, (self._lu, rhs, self._swaps, info, work))
+        _forth(matrix, columns, n, width, *others, None if factored else factor, product)
         return rhs, int(info[0])
 
     def _half_solved(self, rhs: Array) -> Array:
         """L⁻¹ P rhs, in its place."""
-        if self._routines is not None:
-            return self._forward_by_panels(rhs, None, self._routines[1])[0]
+        if self._by_panels:
+            return self._panel_by_panel(rhs, factored=True)[0]
         swapped = scipy.linalg.lapack.dlaswp(rhs, self._swaps, overwrite_a=True)
         return np.asarray(scipy.linalg.blas.dtrsm(1.0, self._lu, swapped, lower=1, diag=1, overwrite_b=1))
 
@@ -111,13 +112,13 @@ class Elimination:
 
     def _back_solved(self, upper: Array, half_solved: Array) -> Array:
         """U⁻¹ of some columns, for the last rows and columns of U."""
-        if self._routines is None:
+        if not self._by_panels:
             return np.asarray(scipy.linalg.blas.dtrsm(1.0, np.asfortranarray(upper), half_solved))
         assert _back is not None
-        result = np.array(half_solved, order="F")
-        n, width = result.shape
-        work = np.empty(PANEL * (PANEL + width))
-        _back(native.pointer(upper), len(self._lu), n, native.pointer(result), n, width, native.pointer(work), self._routines[1])
+        result, (_, product) = np.array(half_solved, order="F"), _routines() or (None, None)
+        (n, width), work = result.shape, np.empty(PANEL * (PANEL + half_solved.shape[1]))
+        matrix, columns, room = map(native.pointer, (upper, result, work))
+        _back(matrix, len(self._lu), n, columns, n, width, room, product)
         return result
 
     def unknowns(self, shares: Array, y: Array) -> Array:
@@ -133,7 +134,7 @@ class Elimination:
 
 @functools.cache
 def _routines() -> tuple[int, int] | None:
-    """Where LAPACK's dgetrf and the BLAS' dgemm begin, for code in C; None where that, or their integers, are of another kind."""
+    """Where LAPACK's dgetrf and the BLAS' dgemm begin, for code in C; None where they are not, or take other integers."""
     from scipy.linalg import cython_blas, cython_lapack
 
     capsules: list[Any] = [cython_lapack.__pyx_capi__["dgetrf"], cython_blas.__pyx_capi__["dgemm"]]
