@@ -145,7 +145,8 @@ class BoundaryData:
 
 def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
     """Frames (m, d, d) of tangents and normal, and where in them the tangents and then the normal went, (m, d)."""
-    vectors = np.concatenate([mesh.tangents(nodes), mesh.normal[nodes][:, None]], axis=1)
+    normal = mesh.smooth_normal[nodes]
+    vectors = np.concatenate([mesh.tangents_to(normal), normal[:, None]], axis=1)
     # of all orders that in which the directions are nearest to the axes
     orders = np.array(list(itertools.permutations(range(mesh.dim))))
     along = np.abs(vectors[:, orders, np.arange(mesh.dim)]).sum(axis=2)

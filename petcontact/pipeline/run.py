@@ -97,11 +97,11 @@ def run(problem: PreparedProblem, *, monitor: Monitor | None = None, checked: bo
     SolverError
         If there is no iterate to keep.
     """
-    return reported(problem, unreported(problem, monitor, checked=checked))
+    return with_paths(problem, reported(problem, unreported(problem, monitor, checked=checked)))
 
 
 def unreported(problem: PreparedProblem, monitor: Monitor | None, *, checked: bool = True) -> Solution:
-    """As `run`, without `info` and the errors of tractions, which `reported` adds: all that a mesh on the way needs."""
+    """As `run`, without what `reported` and `with_paths` add: all that a mesh on the way needs."""
     (results, rows), began = finished_before(problem), time.perf_counter()
     if problem.start is None:
         problem = replace(problem, start=first_iterate(problem))
@@ -132,7 +132,7 @@ def unreported(problem: PreparedProblem, monitor: Monitor | None, *, checked: bo
 
 
 def reported(problem: PreparedProblem, solution: Solution) -> Solution:
-    """A solution of a prepared problem with all that is reported of it."""
+    """A solution of a prepared problem with all that is reported of it but for `with_paths`."""
     discrete, system, failed = problem.discrete, problem.system, solution.failed
     names, options_ = [body.name for body in discrete.problem.body], discrete.problem.method
     operator = system.operator
@@ -141,7 +141,7 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
         "method": options_.resolved_name, "rule": options_.rule or "modified", **problem.named,
         "argv": printable(" ".join(sys.argv)), "petsc_options": petsc_options_of(discrete.problem.petsc),
         "versions": versions(), "ranks": problem.comm.getSize(), "peak_memory": peak_memory(problem.comm),
-        "warnings": [*warnings_of(problem, solution.steps), *path_warnings(problem, solution)],
+        "warnings": warnings_of(problem, solution.steps),
         "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)},
     }  # fmt: skip
@@ -149,6 +149,13 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
         solution, info=info, steps=[with_errors(problem, step) for step in solution.steps],
         failed=None if failed is None else with_errors(problem, failed),
     )  # fmt: skip
+
+
+def with_paths(problem: PreparedProblem, solution: Solution) -> Solution:
+    """A solution that is reported of, with what is to be said of the path of its loads; the operators are still needed."""
+    return replace(
+        solution, info={**solution.info, "warnings": [*solution.info["warnings"], *path_warnings(problem, solution)]}
+    )
 
 
 def petsc_options_of(table: Mapping[str, Any]) -> str:

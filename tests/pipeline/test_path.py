@@ -7,6 +7,7 @@ import pytest
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
+from petcontact.pipeline import run
 
 SOFT = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 
@@ -60,3 +61,20 @@ def test_few_increments_are_compared_with_others(increments):
 ])  # fmt: skip
 def test_flat_faces_and_those_without_friction_need_one(space, gap, friction):
     assert warned(pressed(space, gap, None, friction)) == []
+
+
+def test_an_adaptive_solve_looks_at_its_last_mesh_only(monkeypatch):
+    looked = []
+    monkeypatch.setattr(run, "path_warnings", lambda problem, solution: looked.append(problem) or ["looked at"])
+    data = {
+        "material": SOFT, "geometry": {"shape": "box", "lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 0.0]},
+        "mesh": {"accuracy": 0.2}, "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}],
+        "obstacle": [{"name": "tool", "displacement": [0.0, 0.0, -0.2]}],
+        "contact": [{"name": "pair", "secondary": "top", "primary": "tool",
+                     "gap": "x**2 + y**2", "friction_coefficient": 0.3}],
+    }  # fmt: skip
+    free = [{"part": part, "condition": "traction", "value": [0.0] * 3} for part in ("left", "right", "front", "back")]
+    solution = solve(parse(Problem, {**data, "boundary": data["boundary"] + free}, "adapted"))
+    assert len(solution.info["levels"]) > 1 and solution.info["warnings"] == ["looked at"]
+    ((mesh,), (last,)) = solution.meshes.values(), looked
+    assert last.discrete.meshes[0] is mesh

@@ -20,7 +20,7 @@ from ...geometry.outline import Outline
 from ...geometry.surface import Boundary
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
-from ...refinement.levels import check_accuracy, growing
+from ...refinement.levels import check_accuracy
 from ...results.records import StepResult
 from ...results.solution import Solution
 from ...runtime.memory import release_memory
@@ -30,11 +30,11 @@ from ..choice import TIGHTEST, chosen_tolerance, has_compressed
 from ..discrete.discretise import Discrete, MeshMaker, discretise
 from ..discrete.interfaces import interfaces_of
 from ..eliminate import Announce
-from ..run import prepare, reported, run, unreported
+from ..run import prepare, reported, run, unreported, with_paths
 from ..steps.increment import Monitor, PreparedProblem
 from .fixed_mesh import carries_something
 from .panel_tails import PanelTails
-from .quantity import Quantity, Reached
+from .quantity import Quantity, Reached, short_of
 from .slip import Slip
 from .tractions import Tractions
 
@@ -42,7 +42,7 @@ TIGHTER = 0.25
 """By what the tolerance of compressed surfaces falls where a solution on them is not accurate enough."""
 MANY_NODES = 1000
 """From which on a mesh is reported of, and its operators are released, before those of the next are made: several GB in
-all. Of smaller ones only the last is reported of."""
+all. Of smaller ones only the last is reported of; what depends on the path of the loads is looked at on the last of all."""
 
 
 def quantity_for(problem: Problem) -> Quantity:
@@ -76,10 +76,9 @@ class AdaptiveSolve:
         One a mesh.
     discrete : Discrete or None
         The problem on the last mesh.
-    missed : float
-        What its mesh leaves of the given data beyond what is asked (or 0) [-].
-    left : float
-        What a method of the problem's own leaves on that mesh, by the quantity's difference [-].
+    missed, left : float
+        What its mesh leaves of the given data beyond what is asked (or 0), and what a method of the problem's own leaves on
+        it, by the quantity's difference [-].
     """
 
     def __init__(
@@ -97,7 +96,7 @@ class AdaptiveSolve:
         self.missed = self.left = 0.0
         self._tolerance = math.nan
         self._tried: PreparedProblem | None = None
-        self._unreported: PreparedProblem | None = None
+        self._kept: PreparedProblem | None = None
 
     def climb(self, accuracy: float) -> str:
         """Level after level until the estimate is below the accuracy; what kept a level from being solved, or nothing."""
@@ -132,15 +131,30 @@ class AdaptiveSolve:
         return quantity.exhausted
 
     def _keep(self, solution: Solution) -> None:
+        if self._kept is not None:
+            self._kept.close()
         self.solutions.append(solution)
-        self._unreported = self._tried
+        self._kept = self._tried
 
     def last(self) -> Solution:
         """The solution on the last mesh, with all that is reported of it."""
-        if self._unreported is not None:
-            self.solutions[-1] = replace(reported(self._unreported, self.solutions[-1]), problem=self.problem)
-            self._unreported = None
-        return self.solutions[-1]
+        problem, found = self._kept, self.solutions[-1]
+        if problem is not None:
+            found = with_paths(problem, found if found.info else reported(problem, found))
+        return replace(found, problem=self.problem)
+
+    def close(self) -> None:
+        """Free every PETSc object."""
+        for problem in filter(None, (self._tried, self._kept)):
+            problem.close()
+
+    def _release(self) -> None:
+        """Free operators before the next are made: those that gave no solution, and large ones."""
+        tried, kept = self._tried, self._kept
+        if tried is not None and (tried is not kept or _is_large(tried.discrete)):
+            tried.close()
+            self._kept = None if tried is kept else kept
+        self._tried = None
 
     def _report(self, solution: Solution) -> None:
         if self._reached is not None:
@@ -158,7 +172,7 @@ class AdaptiveSolve:
                 if not may_be_tighter:
                     raise
             else:
-                if self.discrete is not None and sum(mesh.n_nodes for mesh in self.discrete.meshes) > MANY_NODES:
+                if self.discrete is not None and _is_large(self.discrete):
                     release_memory()
                 if not (may_be_tighter and solution.failed is not None and self._is_too_loose(solution.failed)):
                     return solution
@@ -172,6 +186,7 @@ class AdaptiveSolve:
     def _once(self, level: Any) -> Solution:
         """The solution on the mesh of a level."""
         self.missed = 0.0
+        self._release()
 
         def make(number: int, one: Callable[[], Problem], boundary: Boundary) -> BoundaryMesh:
             made = self.quantity.mesh(number, one, boundary, level)
@@ -180,15 +195,11 @@ class AdaptiveSolve:
             return mesh
 
         with answering(self.comm):
-            self.discrete, problem = self._prepared(make)
-        try:
-            problem = replace(problem, start=self.quantity.start(problem))
-            solution = unreported(problem, self.monitor)
-            self._tried = problem
-            if self.quantity.reads_errors or sum(mesh.n_nodes for mesh in self.discrete.meshes) > MANY_NODES:
-                solution, self._tried = reported(problem, solution), None
-        finally:
-            problem.close()
+            self.discrete, self._tried = self._prepared(make)
+        self._tried = problem = replace(self._tried, start=self.quantity.start(self._tried))
+        solution = unreported(problem, self.monitor)
+        if self.quantity.reads_errors or _is_large(self.discrete):
+            solution = reported(problem, solution)
         return replace(solution, problem=self.problem)
 
     def _prepared(self, make: MeshMaker) -> tuple[Discrete, PreparedProblem]:
@@ -206,6 +217,10 @@ class AdaptiveSolve:
         problem = prepare(discrete.problem, self.comm, discrete, announce=self._announce)
         problem.timings["mesh"] += seconds
         return discrete, problem
+
+
+def _is_large(discrete: Discrete) -> bool:
+    return sum(mesh.n_nodes for mesh in discrete.meshes) > MANY_NODES
 
 
 def adapt(
@@ -254,8 +269,11 @@ def adapt(
     if accuracy is None:
         accuracy = min(given, default=work.quantity.accuracy)
     check_accuracy(accuracy)
-    trouble = work.climb(accuracy)
-    solution = work.last()
+    try:
+        trouble = work.climb(accuracy)
+        solution = work.last()
+    finally:
+        work.close()
     own = rule is not None or method is not None or problem.method.resolved_name != "semismooth-newton"
     if own and not trouble and solution.status == "converged" and work.discrete is not None:
         last = replace(work.discrete, problem=problem)
@@ -266,17 +284,6 @@ def adapt(
             prepared.close()
         work.left = work.quantity.apart(solution) if solution.converged else 0.0
     return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
-
-
-def _short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity, differ: str) -> str:
-    """Why the estimate is above the accuracy; `differ`: where the last meshes do most, if that is known."""
-    if trouble and not quantity.exhausted:
-        return trouble
-    where = f": {quantity.exhausted}" if quantity.exhausted else " on the finest mesh"
-    if growing(quantity.differences):
-        where += f"; the differences of the meshes grow: {', '.join(f'{d:.1e}' for d in quantity.differences[-3:])}"
-    where += f"; {differ}" if differ else ""
-    return f"estimated error {estimate:.1e} > {accuracy:g}{where}"
 
 
 def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble: str, seconds: float) -> Solution:
@@ -299,7 +306,7 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
     elif status == "not converged" and quantity.exhausted and not (shown or quantity.asked):
         reason += f"; {quantity.exhausted}, --accuracy asks for more"
     elif status == "converged" and estimate > accuracy:
-        status, reason = "not converged", _short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
+        status, reason = "not converged", short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
     timings: dict[str, float] = {}
     for seconds_of in {id(each.timings): each.timings for each in (*work.solutions, solution)}.values():
         timings |= {name: timings.get(name, 0.0) + value for name, value in seconds_of.items()}

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 from ...contact.state import Start
 from ...geometry.surface import Boundary
 from ...model.problem import Problem
+from ...refinement.levels import growing
 from ...refinement.marks import LevelMesh
 from ...results.solution import Solution
 from ..steps.increment import PreparedProblem
@@ -75,3 +76,14 @@ class Quantity(Protocol):
     def apart(self, solution: Solution) -> float: ...
     def is_vague(self) -> bool: ...
     def info(self) -> dict[str, Any]: ...
+
+
+def short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity, differ: str) -> str:
+    """Why the estimate is above the accuracy; `differ`: where the last meshes do most, if that is known."""
+    if trouble and not quantity.exhausted:
+        return trouble
+    where = f": {quantity.exhausted}" if quantity.exhausted else " on the finest mesh"
+    if growing(quantity.differences):
+        where += f"; the differences of the meshes grow: {', '.join(f'{d:.1e}' for d in quantity.differences[-3:])}"
+    where += f"; {differ}" if differ else ""
+    return f"estimated error {estimate:.1e} > {accuracy:g}{where}"

@@ -37,15 +37,15 @@ def path_warnings(problem: PreparedProblem, solution: Solution) -> list[str]:
     """
     sides, found = problem.discrete.sides, []
     turning = any(side.direction is None and side.law.gap == "geometry" for side in sides)
-    along = "; round bodies need the direction of approach of their pair, too" if turning else ""
+    along = "; round bodies need the direction of approach of their pair for it" if turning else ""
     for ends, whole in _growing(problem, solution.steps if solution.converged else []):
         count = 2 if len(ends) == 1 else len(ends) // 2
         change, share = _differences(problem, ends, whole, count)
         if share > REPORTED:
             what = f"step {whole.name!r}" if problem.discrete.problem.step else "the load"
             found.append(f"{what} depends on the path: q differs by {change:.0%} ({share:.0%} of p) between {len(ends)} and "
-                         f'{count} increments; take [[step]] increments = "auto", and steps of their own for what presses '
-                         f"and what pushes{along}")  # fmt: skip
+                         f'{count} increments; if all loads grow together, take [[step]] increments = "auto"{along}; if '
+                         "they really come one after the other, give each a [[step]], which is another path")  # fmt: skip
     return found
 
 
