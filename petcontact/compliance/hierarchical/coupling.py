@@ -219,7 +219,7 @@ class Coupling:
         return eta + self._by(relation.of_v, opposite, True)
 
     def uncoupled(self, z: Array) -> Array:
-        """Unknowns (N, r) of displacements (N, r) where all contact is open: those of secondaries are along its directions."""
+        """Unknowns (N, r) of displacements (N, r) of open contact: those of secondaries are along its directions."""
         unknowns = z.copy()
         unknowns[self.secondary] = self._turn @ (self._pick @ z[self.met])
         return unknowns
