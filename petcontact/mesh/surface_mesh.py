@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -12,7 +13,8 @@ from ..arrays import Array, Index
 from ..geometry.surface import CUTS
 from .basis import COINCIDE
 from .boundary_mesh import Batch, Collocated
-from .curved_panels import CurvedPanels, make_curved_panels
+from .curved.panels import CurvedPanels, make_curved_panels
+from .curved.smooth_normals import smooth_normals
 from .pairs.panel_faces import PanelFaces
 from .panels import Panels, make_panels, monomials, reference_nodes
 
@@ -75,6 +77,15 @@ class SurfaceMesh(Collocated):
                   "first_node": first, "kind": kind, "_groups": groups}  # fmt: skip
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    @functools.cached_property
+    def smooth_normal(self) -> Array:
+        """See `BoundaryMesh`: those of `smooth_normals` on curved panels, (n, 3)."""
+        normal = self.normal.copy()
+        curved = [group for group in self._groups.values() if isinstance(group, CurvedPanels)]
+        for group, found in zip(curved, smooth_normals(curved), strict=True):
+            normal[self.first_node[group.index][:, None] + np.arange(group.n_nodes)] = found
+        return normal
 
     @property
     def boxes(self) -> tuple[Array, Array]:

@@ -135,7 +135,7 @@ def condensed_body(solution: SolutionData, name: str | None = None, comm: Any = 
     faces = []
     for part in parts:
         nodes = mesh.nodes_of(part)
-        normal = mesh.normal[nodes]
+        normal = mesh.smooth_normal[nodes]
         faces.append(Interface(part, number, nodes, normal, mesh.tangents_to(normal), np.zeros(len(nodes))))
     data = [boundary_data(problem, b, solution.meshes[other], faces) for b, other in enumerate(bodies)]
     meshes = [solution.meshes[other] for other in bodies]

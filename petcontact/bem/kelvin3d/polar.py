@@ -19,7 +19,7 @@ import numpy as np
 from ...arrays import Array
 from ...geometry.quadratic import REFERENCE
 from ...mesh.basis import gauss
-from ...mesh.curved_panels import CurvedPanels
+from ...mesh.curved.panels import CurvedPanels
 
 MOST = 40
 """Gauss points in s or v at most."""

@@ -74,7 +74,7 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     a, b = secondary.nodes_of(part), primary.nodes_of(other)
     elements, own = secondary.faces(part)
     others, opposite = primary.faces(other)
-    normal = np.array(along(direction, secondary.normal[a]))
+    normal = np.array(along(direction, secondary.smooth_normal[a]))
     there = opposite.cast(secondary.x[a], normal)
     segments = own.segments(opposite, secondary.order[elements], primary.order[others], direction)
     y = opposite.at(segments.other, segments.opposite)[0]

@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...geometry.quadratic import position
-from ..curved_panels import CurvedPanels
+from ..curved.panels import CurvedPanels
 from ..panels import Panels, make_panels
 from .clipping import area, clip, cross, fan_rule
 from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
