@@ -15,9 +15,11 @@ from ..mesh.boundary_mesh import BoundaryMesh
 TINY = 1e-4
 """Size of the smallest element over that of the body, above which a motion smaller than the body costs no digits."""
 LEFT = 0.1
-"""Of known displacements, beyond their common rigid motion and over their size, from which on none is taken out."""
+"""Of known displacements, beyond their common rigid motion and over their size, from which on no large one is taken out."""
 ROUND_OFF = 1e-14
 """Of the same, below which nothing is left."""
+TURNED = 1e-12
+"""Displacements by their common rotation, over their size, below which there is none."""
 
 
 @dataclass(frozen=True)
@@ -153,16 +155,17 @@ def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
 
 
 def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData:
-    """Known displacements without the rigid motion that they have in common, where that is most of them and costs digits.
+    """Known displacements without the rigid motion that they have in common, where that costs digits.
 
-    It would swallow those of what strains the body: of tractions on elements of size h all those below its round-off over
-    h. Motions that leave known normals of contact at rest are taken out only.
+    Large motions swallow what strains the body: of tractions on elements of size h all those below their round-off over h.
+    Rotations are held by no element that is constant or curved, whose tractions would strain the body by their rest. Motions
+    that leave known normals of contact at rest are taken out only; none is of an infinite plate, which is at rest far away.
     """
     given = ~data.traction_known
     extent, largest = float(np.ptp(mesh.x, axis=0).max()), np.abs(data.value[:, given]).max(initial=0.0)
-    tiny = float(mesh.weight.min()) ** (1.0 / (mesh.dim - 1)) < TINY * extent
-    if largest == 0.0 or (largest <= extent and not tiny):
+    if largest == 0.0 or mesh.weight @ np.sum(mesh.x * mesh.normal, axis=1) < 0.0:
         return data
+    tiny = float(mesh.weight.min()) ** (1.0 / (mesh.dim - 1)) < TINY * extent
     modes = unit_motions(mesh)
     along = data.components(modes)
     contact = np.zeros(mesh.n_nodes, dtype=bool)
@@ -173,7 +176,8 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     amplitudes = free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[:, elsewhere].T, rcond=None)[0]
     value, there = data.value.copy(), np.abs(data.value[:, elsewhere]).max(initial=0.0)
     left = data.value[:, elsewhere] - (along[elsewhere] @ amplitudes).T
-    if np.abs(left).max(initial=0.0) > LEFT * there:
+    large = (largest > extent or tiny) and np.abs(left).max(initial=0.0) <= LEFT * there
+    if not large and np.abs(amplitudes[mesh.dim :]).max() <= TURNED * there:
         return data
     value[:, elsewhere] = np.where(np.abs(left) > ROUND_OFF * there, left, 0.0)
     return replace(data, value=value, rigid=np.moveaxis(modes @ amplitudes, 2, 0))
