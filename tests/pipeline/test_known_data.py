@@ -7,6 +7,7 @@ import pytest
 
 from petcontact import (
     Bem,
+    Body,
     BoundaryChange,
     Box,
     Circle,
@@ -84,9 +85,10 @@ def test_rotations_that_are_given_strain_no_curved_body(body, storage, order):
     """Elements do not hold them: a ball of order 1 had stresses of .1 E times the angle."""
     d = 2 + isinstance(body, Sphere)
     part = "top" if d == 3 else "hole"
-    steps = [Step(name="back", boundary=[BoundaryChange(part=part, value=(0.0,) * d)]),
-             Step(name="on", boundary=[BoundaryChange(part=part, value=TURN[d])])]  # fmt: skip
-    found = solve(Problem(material=SOFT, geometry=body, mesh=MeshOptions(element_size=0.5, order=order),
-                          bem=Bem(mat_type=storage), boundary=[Displacement(part, TURN[d])], step=steps))  # fmt: skip
+    steps = [Step(name="back", boundary=[BoundaryChange(body="ball", part=part, value=(0.0,) * d)]),
+             Step(name="on", boundary=[BoundaryChange(body="ball", part=part, value=TURN[d])])]  # fmt: skip
+    held = Body(name="ball", material=SOFT, geometry=body, mesh=MeshOptions(element_size=0.5, order=order),
+                boundary=[Displacement(part, TURN[d])])  # fmt: skip
+    found = solve(Problem(body=[held], bem=Bem(mat_type=storage), step=steps))
     assert found.status == "converged"
     assert max(np.abs(found.boundary_state(step=k)[1].von_mises).max() for k in (1, 2)) < 1e-10 * SOFT.young_modulus * 0.02

@@ -219,6 +219,12 @@ class Coupling:
         eta = self._by(relation.of_v, (v - relation.v_0).ravel(), True) + self._by(relation.of_sigma, left.ravel(), True)
         return eta + self._by(relation.of_v, opposite, True)
 
+    def uncoupled(self, z: Array) -> Array:
+        """Unknowns (N, r) of displacements (N, r) of open contact: those of secondaries are along its directions."""
+        unknowns = z.copy()
+        unknowns[self.secondary] = self._turn @ (self._pick @ z[self.met])
+        return unknowns
+
     def tractions(self, sigma: Array) -> Array:
         """Factors of all columns, on the right, of the tractions on all bodies by σ (M, k)."""
         return np.asarray(self._to_t @ (self._felt @ sigma.ravel()))
