@@ -105,8 +105,14 @@ class MixedEquations:
         relation, count = posed.expansion.relation, posed.balance.count
         known, sigma = self.coupling.known(relation, posed.offset)
         known -= posed.factors
+        given = known, sigma, posed.rows, posed.balance.load, posed.balance.amplitude
+        if not self.sum(np.array([any(values.any() for values in given)])).any():
+            self.iterations, self.defect = 0, 0.0
+            return self._state(posed, known, sigma, np.zeros(self.coupling.size + posed.balance.count))
         x = self._start(posed, start)
-        sizes, rest = self._sizes(start.z), np.zeros(self.coupling.size + count)
+        # rigid motions have no residual
+        strained = self._sizes(start.z - self.motions @ (self._dual.T @ start.z))
+        sizes, rest = np.maximum(strained, NEGLIGIBLE * self._sizes(start.z)), np.zeros(self.coupling.size + count)
         if not sizes.all():
             self._weight[:] = 1.0
             right = self.whole(self._residual(posed, known, sigma, rest))

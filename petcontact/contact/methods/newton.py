@@ -94,8 +94,8 @@ class SemismoothNewton:
         else:
             solver = active_set_solver(system, surrogate, self.factors)
         try:
-            first = _first_guess(system, law, iteration, solver, foretell)
-            return _Run(system, law, iteration, solver, foretell).state(first)
+            run = _Run(system, law, iteration, solver, foretell)
+            return run.at_rest() or run.state(_first_guess(system, law, iteration, solver, foretell))
         finally:
             solver.close()
 
@@ -178,8 +178,6 @@ def _first_guess(
     if start is not None:
         v, sigma = start
         return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
-    if system.modes is not None and not system.modes.load.any() and not law_residual(law, base, 0.0 * base, 1.0).any():
-        return base, 0.0 * base, base  # nothing is loaded and nothing touches: no motion is the least
     if foretell is not None and foretell.surrogate is not None:
         sigma, v = first_guess(system, foretell.surrogate, solver)
         return *foretell.through(foretell.surrogate, sigma, v, stuck), v
@@ -211,6 +209,15 @@ class _Run:
         self.system, self.law, self.iteration, self.solver, self.foretell = system, law, iteration, solver, foretell
         self.recorder = Recorder(law, system, iteration)
         self.ended = ""
+
+    def at_rest(self) -> ContactState | None:
+        """Bodies that contact holds where they are, if nothing is loaded and nothing touches: no motion is the least."""
+        modes, v = self.system.modes, self.system.u_0
+        sigma = np.zeros_like(v)
+        if modes is None or modes.load.any() or law_residual(self.law, v, sigma, 1.0).any():
+            return None
+        still = np.zeros(len(modes.load))
+        return self._told(Pivot(sigma, v, still, Linearisation.at(self.law, v), v, 0, still), sigma, v)
 
     def state(self, first: Guess) -> ContactState:
         """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
