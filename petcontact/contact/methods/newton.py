@@ -3,20 +3,23 @@
 Each iteration solves the linear equations of `active_set`. Which nodes stick, slip or open is foretold, where a solve with
 S costs more than T, by the contact problem of T through the last iterate, v + T(q - σ): its set is nearly the right
 one, so that two to four solves with S do. Without prediction those nodes that break an inequality are exchanged, which
-takes some ten steps. Where the sets of Coulomb's law cycle the iteration starts again from other ones.
+takes some ten steps. Where the sets of Coulomb's law cycle
+steps are damped, then the iteration starts again from other sets.
 """
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 import scipy
 
 from ...arrays import Array
+from ...frozen import frozen
 from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
 from ..active_set.monolithic import MonolithicSolver
@@ -55,7 +58,7 @@ ROUND_OFF = 1e-10
 """Relative residual below which sets that still change do so by round-off."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SemismoothNewton:
     """Newton's method on the contact law; it ends when no node is wrong, exact up to round-off.
 
@@ -208,7 +211,7 @@ class _Run:
     ) -> None:  # fmt: skip
         self.system, self.law, self.iteration, self.solver, self.foretell = system, law, iteration, solver, foretell
         self.recorder = Recorder(law, system, iteration)
-        self.ended = ""
+        self.ended, self.to_the_end = "", True
 
     def at_rest(self) -> ContactState | None:
         """Bodies that contact holds where they are, if nothing is loaded and nothing touches: no motion is the least."""
@@ -222,7 +225,9 @@ class _Run:
     def state(self, first: Guess) -> ContactState:
         """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
         state = None
-        for tau, sigma, v in self._starts(first):
+        # another start is found sooner than the way out of a cycle
+        for to_the_end, (tau, sigma, v) in itertools.product((False, True), self._starts(first)):
+            self.to_the_end = to_the_end
             state = self._attempt(tau, sigma, v)
             if state.converged or state.stopped or self.recorder.exhausted or self._overloaded:
                 break
@@ -236,10 +241,11 @@ class _Run:
     def _starts(self, first: Guess) -> Iterator[Guess]:
         yield first
         tau, sigma, v = first
-        closed = self.law.states(tau) != OPEN
+        opened = self.law.states(tau) == OPEN
         stuck = everywhere(tau, self.law, 0.0)
         # of a law without normal components, or in plane Tresca friction, no attempt fails
-        yield np.where(closed[:, None], stuck, tau), sigma, v
+        if opened.any():
+            yield np.where(opened[:, None], tau, stuck), sigma, v
         for slip in (0.0, 1.0, -1.0):
             yield everywhere(tau, self.law, slip), np.zeros_like(sigma), self.system.u_0
 
@@ -274,8 +280,9 @@ class _Run:
     def _steps(self, tau: Array, sigma: Array, alpha: Array | None) -> Iterator[Pivot]:
         system = self.system
         self.ended = yield from pivots(
-            self.solver, self.law, system.u_0, system.modes, tau, sigma=sigma, alpha=alpha, predict=self.foretell
-        )
+            self.solver, self.law, system.u_0, system.modes, tau, sigma=sigma, alpha=alpha, predict=self.foretell,
+            to_the_end=self.to_the_end,
+        )  # fmt: skip
 
     def _touching(self, step: Pivot) -> Array | None:
         """τ further along the motion on which the loads push, where friction that turns or nodes that close stop it."""
