@@ -21,7 +21,8 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
-from .newton import everywhere, first_guess
+from .newton import first_guess
+from .starts import everywhere
 from .settling import settled
 
 
