@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
+from ..frozen import frozen
 from ..geometry.rotation import rigid_motions
 from ..mesh.boundary_mesh import BoundaryMesh
 
@@ -22,7 +23,7 @@ TURNED = 1e-12
 """Displacements by their common rotation, over their size, below which there is none."""
 
 
-@dataclass(frozen=True)
+@frozen
 class BoundaryData:
     """What each of n nodes knows in K load states, in d orthogonal directions a node.
 

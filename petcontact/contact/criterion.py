@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
 from ..arrays import Array
+from ..frozen import frozen
 from .friction_law import contact_norm, group_norms, ratio
 from .law_protocol import ContactLaw, law_residual
 from .system import ContactSystem
@@ -24,7 +24,7 @@ FLOOR = 1e-3
 """Of the size of u_0: displacements below it are compared with it and not with themselves, as where all nodes stick."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Criterion:
     """The stopping criterion of section 5, and two others.
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from ..arrays import Array
 from ..errors import SolverError
+from ..frozen import frozen
 from .criterion import Criterion, balanced, equilibrium_defect, moves, over_traction, without_motions
 from .friction_law import contact_norm, group_norms
 from .law_protocol import WITHIN, ContactLaw, bound_excess, law_residual
@@ -19,7 +20,7 @@ from .state import ContactState, History, Monitor, Start
 from .system import EQUILIBRIUM, ContactSystem, is_monolithic
 
 
-@dataclass(frozen=True)
+@frozen
 class Iteration:
     """When a method stops, where it starts, and who looks on.
 

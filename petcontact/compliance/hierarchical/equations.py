@@ -258,7 +258,7 @@ class MixedEquations:
         posed, preconditioner = self._used
         count, bodies = posed.balance.count, int(self.ends[-1])
         found, units = np.zeros((self.coupling.size, count)), np.eye(count)
-        found[:, :bodies] = self.motions
+        found[:, :bodies] = self.coupling.uncoupled(self.motions) if preconditioner is self._open else self.motions
         for number, unit in enumerate(units):
             if number >= bodies:
                 found[:, number] = self._product(np.zeros(self.coupling.size), unit)

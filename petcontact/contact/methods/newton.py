@@ -11,13 +11,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 import scipy
 
 from ...arrays import Array
+from ...frozen import frozen
 from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
 from ..active_set.monolithic import MonolithicSolver
@@ -55,7 +56,7 @@ ROUND_OFF = 1e-10
 """Relative residual below which sets that still change do so by round-off."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SemismoothNewton:
     """Newton's method on the contact law; it ends when no node is wrong, exact up to round-off.
 

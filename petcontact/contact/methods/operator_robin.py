@@ -8,9 +8,8 @@ where the law is that of a potential.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ...errors import InputError
+from ...frozen import frozen
 from ...model.solver_options import Method
 from ..active_set.pivots import box_problem
 from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
@@ -26,7 +25,7 @@ from .starts import everywhere
 from .settling import settled
 
 
-@dataclass(frozen=True)
+@frozen
 class OperatorRobin:
     """Relaxed Douglas-Rachford iteration in the metric of T.
 

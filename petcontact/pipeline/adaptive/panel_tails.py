@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...contact.state import Start
 from ...errors import InputError
+from ...frozen import frozen
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
@@ -47,7 +48,7 @@ DEEPEST, NARROW = 4, 1.0
 out: p may be infinite at a rim, and no panel wider than the strip sees an end of it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Budget:
     """What a mesh may cost: nodes of all bodies, and predicted processor seconds of a solve on it."""
 
