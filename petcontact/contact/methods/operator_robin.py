@@ -21,8 +21,8 @@ from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
 from .newton import first_guess
-from .starts import everywhere
 from .settling import settled
+from .starts import everywhere
 
 
 @frozen
