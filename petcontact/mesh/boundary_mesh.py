@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from .pairs.ray_casting import Faces
 
 
-@dataclass(frozen=True)
+@frozen
 class Batch:
     """Elements of one kind as the kernels see them, with the numbers of their nodes (element after element)."""
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from ..geometry.surface import CUTS
 from .basis import COINCIDE
 from .boundary_mesh import Batch, Collocated
@@ -22,7 +23,7 @@ TRIANGLE, CURVED = 4, 8
 """Are added to the order of triangles, and of curved panels: the kind of a panel."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SurfaceMesh(Collocated):
     """Discontinuous panels on the surface of a body (see `boundary_mesh.BoundaryMesh`).
 

@@ -15,7 +15,7 @@ Where nodes stick u = o and y is the traction; where they are open y is u, and t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ import scipy
 
 from ...arrays import Array
 from ...errors import InputError
+from ...frozen import frozen
 from ..body.base import ElasticBody
 from ..interface import ContactMaps, Interface
 from .rows import BodyRows
@@ -32,7 +33,7 @@ Sparse = Any
 matrix_of: Any = scipy.sparse.csr_array
 
 
-@dataclass(frozen=True)
+@frozen
 class Relation:
     """A linear law at M nodes.
 
@@ -81,7 +82,7 @@ class Relation:
         return np.concatenate([self.of_v, self.of_sigma], axis=1)
 
 
-@dataclass(frozen=True)
+@frozen
 class Expansion:
     """Factors of all columns by the unknowns, and the traction in contact.
 

@@ -17,12 +17,12 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
 
 import numpy as np
 
 from ... import native
 from ...arrays import Array
+from ...frozen import frozen
 from ..friction_law import lengths
 from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
@@ -55,7 +55,7 @@ PULL = 0.1
 """ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it slips the other way."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Pivot:
     """One step.
 

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 from ...geometry.quadratic import REFERENCE, WALLS, QuadraticCells, samples
 from ..panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
 
@@ -23,7 +24,7 @@ def reference_rule(corners: int, points: tuple[int, int]) -> tuple[Array, Array]
     return local[0], weight[0]
 
 
-@dataclass(frozen=True)
+@frozen
 class CurvedPanels(QuadraticCells):
     """Quadratic panels of one shape and order; local coordinates are those of the reference element.
 

@@ -6,12 +6,11 @@ secondary's outward normal, or one that is given). Action is reaction: the maps 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
 from ...arrays import Array, Index, Mask
+from ...frozen import frozen
 from ..boundary_mesh import BoundaryMesh
 from .mortar import balanced, projection, rounded
 from .ray_casting import Segments, along
@@ -25,7 +24,7 @@ WHOLE = 0.95
 """Share of an element beyond which the secondary covers all of it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Facing:
     """What a pair needs to know of two meshes, m nodes of the secondary and k of the primary.
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...frozen import frozen
 from ...geometry.quadratic import position
 from ..curved.panels import CurvedPanels
 from ..panels import Panels, make_panels
@@ -33,7 +34,7 @@ STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
 """Newton's steps to where a line meets a curved panel, the relative step that ends them, and how far they may leave it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class PanelFaces(Faces):
     """Convex panels with the body behind them; arrays over n of them.
 

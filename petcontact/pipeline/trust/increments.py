@@ -69,7 +69,7 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
     smallest = least * reach.max(axis=0) + np.finfo(float).tiny
     worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), smallest)).max())
     if body.modes.shape[2]:
-        strained = body.displaced(u - body.modes @ alpha, traction)
+        strained = max(body.displaced(u - body.modes @ alpha, traction), ROUND_OFF * float(np.abs(u).max(initial=0.0)))
         multipliers = body.unknowns(shares, sigma)[body.operators.n_unknowns :]
         drift = float(np.abs(body.modes @ multipliers).max(initial=0.0))
         worst = max(worst, drift / strained if strained > 0.0 else 0.0)
