@@ -87,9 +87,9 @@ class Linearisation:
             sigma = self.traction(y) + self.constant
             return sigma, np.where(self.stick, 0.0, (y - sigma) / rho)
         given = (self.derivative, self.constant, self.tau, rho, self.active, self.stick, so_far)
-        kept = [*map(np.ascontiguousarray, given), np.empty(so_far.shape), np.empty(so_far.shape)]
-        _TRACTION(*so_far.shape, *map(native.pointer, kept))
-        return kept[-2], kept[-1]
+        kept, sigma, slack = [*map(np.ascontiguousarray, given)], np.empty(so_far.shape), np.empty(so_far.shape)
+        _TRACTION(*so_far.shape, *map(native.pointer, (*kept, sigma, slack)))
+        return sigma, slack
 
 
 def _times(derivative: Array, y: Array) -> Array:
