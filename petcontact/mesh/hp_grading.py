@@ -11,12 +11,12 @@ import functools
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from ..geometry.outline import Outline
 from ..linalg.nearest import FEW, squares
 from .curve_mesh import CurveMesh, build_mesh
@@ -38,7 +38,7 @@ CHUNK = 2048
 """Elements whose distances from other sides are looked for at once, so that memory stays small."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Grading:
     """How elements shrink towards marks.
 
@@ -57,7 +57,7 @@ class Grading:
     largest: float = 1.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Marks:
     """Marked points of one side.
 

@@ -7,7 +7,7 @@ import math
 
 from ..geometry.outline import Outline, Side
 from ..mesh.grading import at_ends, turn
-from ..model.problem import Contact, Periodic, Problem, Symmetry, Traction
+from ..model.problem import Condition, Contact, Displacement, Periodic, Problem, Symmetry, Traction
 from .corner_exponents import CLAMPED, FREE, SLIDING, SideKind, corner_exponent
 
 
@@ -22,18 +22,9 @@ def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, fl
     def kinds(side: Side, leaving: float) -> tuple[SideKind, ...]:
         """What the side may be, seen from a corner that it leaves in a direction [rad]."""
         condition = conditions.get(side.part)
-        if condition is None or isinstance(condition, Traction):
-            return (FREE,)
-        if isinstance(condition, Contact):
-            return _of_contact(condition)
-        if isinstance(condition, Symmetry):
-            return (SLIDING,)
-        if isinstance(condition, Periodic):
-            return (CLAMPED,)
-        free = [component == "free" for component in condition.value]
-        if all(free) or not any(free):
-            return (FREE if all(free) else CLAMPED,)
-        held = round(math.remainder((math.pi / 2.0 if free[0] else 0.0) - leaving, math.pi), 9)
+        if not isinstance(condition, Displacement) or len(set(_is_free(condition))) == 1:
+            return kinds_of(condition)
+        held = round(math.remainder((math.pi / 2.0 if _is_free(condition)[0] else 0.0) - leaving, math.pi), 9)
         return (SLIDING if abs(abs(held) - SLIDING) < 1e-8 else held,)
 
     def exponent(before: Side, after: Side) -> float:
@@ -42,6 +33,24 @@ def corner_exponents(problem: Problem, outline: Outline) -> list[tuple[float, fl
         return min(corner_exponent(angle, kappa, first, second) for first, second in pairs)
 
     return at_ends(outline, exponent)
+
+
+def kinds_of(condition: Condition | None) -> tuple[SideKind, ...]:
+    """What a side under a condition may be; one with some components held slides or is clamped."""
+    if condition is None or isinstance(condition, Traction):
+        return (FREE,)
+    if isinstance(condition, Contact):
+        return _of_contact(condition)
+    if isinstance(condition, Symmetry):
+        return (SLIDING,)
+    if isinstance(condition, Periodic):
+        return (CLAMPED,)
+    free = _is_free(condition)
+    return (FREE,) if all(free) else (CLAMPED, SLIDING) if any(free) else (CLAMPED,)
+
+
+def _is_free(condition: Displacement) -> list[bool]:
+    return [component == "free" for component in condition.value]
 
 
 def _of_contact(condition: Contact) -> tuple[SideKind, ...]:

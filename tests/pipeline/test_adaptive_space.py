@@ -112,7 +112,7 @@ def test_panels_of_a_file_are_cut_where_that_is_asked_for(tmp_path):
     }  # fmt: skip
     plain = solve(parse(Problem, data, "facets"))
     assert "accuracy" not in plain.info and plain.mesh.n_elements == 80
-    wanted = 0.7 * plain.info["estimated_error"]
+    wanted = 0.4 * plain.info["estimated_error"]  # on the way tails alone stand for it
     finer = solve(parse(Problem, {**data, "mesh": {"accuracy": wanted}}, "facets"))
     assert finer.converged and finer.info["estimated_error"] <= wanted and finer.mesh.n_elements > 80
 

@@ -9,19 +9,41 @@ from dataclasses import replace
 import numpy as np
 
 from ...arrays import Mask
+from ...contact.law_protocol import STICK
 from ...errors import PetcontactError
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.shapes.files import Superelement
+from ...refinement.panels.edges import edge_exponent
 from ...results.solution import Solution
 from ..discrete.discretise import MeshMaker
 from .slip import displacement_scale
 
 MOST = 5000
 """Nodes up to which another solve, of .5 to .8 of the time, is nothing to wait for."""
-SHARES = (0.85, 1.05)
-"""Error of u_t over what the last order of the panels beside gains, for order 2 and 3, measured by scripts/verify_space. An
-error that falls as (p + 1)^-4λ, where tractions are infinite as r^(λ-1), makes them .6 and 1.0 for λ = 0.6. Of linear
-panels constant ones say nothing."""
+SURE = 1.35
+"""Factor of `share`, measured by scripts/verify_space: far from the limit errors fall slower than they do there."""
+
+
+def share(order: int, exponent: float) -> float:
+    """Error over what the last order gains, of a functional whose error falls as (p + 1)^-4λ.
+
+    As those of energies do where displacements behave like r^λ at the ends of elements: the error in the norm of energy
+    falls as (p + 1)^-2λ, twice as fast as in h (I. Babuska, M. Suri, The h-p version of the finite element method with
+    quasiuniform meshes, RAIRO M2AN 21 (1987) 199-238), and that of the energy is its square.
+
+    Parameters
+    ----------
+    order : int
+        p, at least 1.
+    exponent : float
+        λ.
+
+    Examples
+    --------
+    >>> [round(share(order, 0.6), 2) for order in (2, 3)]
+    [0.61, 1.01]
+    """
+    return 1.0 / (math.pow(1.0 + 1.0 / order, 4.0 * exponent) - 1.0)
 
 
 def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
@@ -55,7 +77,9 @@ def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
     if not other.converged:
         return math.nan
     apart = solution.contact.weight @ np.sum((other.contact.u_t - solution.contact.u_t) ** 2, axis=1)
-    return SHARES[order.max() - 2] * math.sqrt(apart) / displacement_scale(solution)
+    sticks = set(solution.contact.part[solution.contact.state == STICK])
+    exponent = edge_exponent(mesh, solution.problem.body[0], set(solution.contact.part) - sticks)
+    return SURE * share(int(order.max()), exponent) * math.sqrt(float(apart)) / displacement_scale(solution)
 
 
 def order_below(mesh: SurfaceMesh, marked: Mask) -> SurfaceMesh:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -13,6 +13,7 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...contact.state import Start
 from ...errors import InputError
+from ...frozen import frozen
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
@@ -47,7 +48,7 @@ DEEPEST, NARROW = 4, 1.0
 out: p may be infinite at a rim, and no panel wider than the strip sees an end of it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Budget:
     """What a mesh may cost: nodes of all bodies, and predicted processor seconds of a solve on it."""
 
@@ -280,7 +281,8 @@ class PanelTails:
 
     def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
         """What meshes cost beyond the budget or the memory; nothing where they fit."""
-        budget, bem = BUDGETS[self.asked], resolved_bem(self._problem.bem)
+        given, bem, pairs = BUDGETS[self.asked], resolved_bem(self._problem.bem), max(1.0, 0.5 * len(meshes))
+        budget = Budget(int(pairs * given.nodes), pairs * given.seconds)
         nodes = sum(mesh.n_nodes for mesh in meshes)
         seconds = solve_seconds(bem, meshes, len(solution.steps))
         if nodes > budget.nodes:

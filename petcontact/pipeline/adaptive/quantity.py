@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ...contact.state import Start
+from ...frozen import frozen
 from ...geometry.surface import Boundary
 from ...model.problem import Problem
 from ...refinement.levels import growing
@@ -15,7 +15,7 @@ from ...results.solution import Solution
 from ..steps.increment import PreparedProblem
 
 
-@dataclass(frozen=True)
+@frozen
 class Reached:
     """A mesh of an adaptive solve that has been solved on.
 

@@ -14,7 +14,7 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
 from ...refinement.panels.jumps import EdgeJumps
 from ...refinement.panels.marks import element_sizes, faded
-from ...refinement.panels.tail import FADE, Tails, rim_distance
+from ...refinement.panels.tail import FADE, TINY, Tails, rim_distance
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
 from ..discrete.interfaces import InterfaceSpec, interfaces_of
@@ -32,9 +32,6 @@ UNEVEN = 1.4
 """Error of u_t over what tractions lack of equilibrium."""
 LINEAR = 1.65
 """Factor on both of them, of linear panels: what bends them is of the next order, and not in their tails."""
-MOST = (1.5, 2.5)
-"""The same of panels of order 2 and 3, enough whatever the order below gives: where that is poor, the step from it says
-little of the next one."""
 SURELY = 2.0
 """Estimated errors of σ_t by which it lies below the friction bound where nothing slips."""
 
@@ -85,10 +82,11 @@ class TailErrors:
             return 0.0, worst**2 + uneven
         squares, (mesh,) = self.slip_squares(solution.last), self._meshes
         contact = np.isin(np.arange(mesh.n_elements), mesh.element[solution.contact.nodes])
-        tails = math.hypot(math.sqrt(squares[~contact].sum()) / displacement_scale(solution), UNEVEN * uneven)
-        order = int(mesh.order[~contact].max(initial=0))
-        beside = tails * (LINEAR if order == 1 else 1.0) if math.isnan(beside) else min(beside, MOST[order - 2] * tails)
-        error = min(math.hypot(math.sqrt(squares[contact].sum()) / displacement_scale(solution), beside), 1.0)
+        scale, linear = displacement_scale(solution), mesh.order[~contact].max(initial=0) == 1
+        if math.isnan(beside):
+            beside = math.sqrt(squares[~contact].sum()) / scale
+        beside = math.hypot(beside, UNEVEN * uneven) * (LINEAR if linear else 1.0)
+        error = min(math.hypot(math.sqrt(squares[contact].sum()) / scale, beside), 1.0)
         return error, worst * error + uneven
 
     def weight(self, side: InterfaceSpec, step: StepResult) -> Array:
@@ -145,9 +143,10 @@ class TailErrors:
     def slip_squares(self, step: StepResult) -> Array:
         """Squared errors of u_t after a step that come from each element of a body in bilateral contact.
 
-        In the contact that of the tail of u; on linear ones the next degree is taken to be to the tail as the tail is to
-        u_t. What other faces lack moves the contact, too, its elements that slip somewhere: the tails of u the less the
-        further away they are, those of tractions, which are infinite along the edges of clamped faces, all alike.
+        In the contact that of the tail of u. Where all of an element slips u is smooth: its next degree is taken to be to
+        the tail as the tail is to the degree before, on linear elements to u_t. What other faces lack moves the contact,
+        too, its elements that slip somewhere: the tails of u the less the further away they are, those of tractions, which
+        are infinite along the edges of clamped faces, all alike.
 
         Returns
         -------
@@ -155,18 +154,22 @@ class TailErrors:
             [length² · area]
         """
         solution, (mesh,), (tails,), (body,) = self.solution, self._meshes, self.tails, step.bodies.values()
-        contact, slips = np.zeros((2, mesh.n_elements), dtype=bool)
+        contact, slips, sticks = np.zeros((3, mesh.n_elements), dtype=bool)
         for name, pair in step.pairs.items():
             contact[mesh.element[solution.nodes[name]]] = True
             slips[mesh.element[solution.nodes[name][pair.state == SLIP]]] = True
+            sticks[mesh.element[solution.nodes[name][pair.state != SLIP]]] = True
         area = np.bincount(mesh.element, mesh.weight)
         share = max(area[slips].sum() / area[contact].sum(), 1.0 / np.count_nonzero(contact))
         of_u = np.bincount(mesh.element, mesh.weight * tails.of(body.u, OF_SLIP, 1.0) ** 2)
         of_t = np.bincount(mesh.element, mesh.weight * tails.of(body.traction, (1.0,), 1.0) ** 2)
         compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
         beside = BESIDE**2 * faded(mesh, contact) * of_u + (HELD * compliance * self._sizes[0]) ** 2 * of_t
-        linear = contact & (mesh.order == 1)
+        linear, higher = contact & (mesh.order == 1), contact & (mesh.order > 1) & ~sticks
         of_u[linear] *= (SECOND / displacement_scale(solution)) ** 2 * of_u[linear].sum()
+        if higher.any():
+            last, two = (area[higher] * tails.left(body.u, less)[higher] ** 2 for less in (1, 2))
+            of_u[higher] = last * last.sum() / max(two.sum(), TINY)
         return np.where(contact, of_u, share * beside)
 
 

@@ -103,7 +103,7 @@ class Tails:
             At the nodes, constant on each element: the sum of its squares with the weights of the nodes is the square of
             the error in L2 [as values].
         """
-        return np.asarray((self._by_order(margin) * np.where(self._rim, rim, 1.0) * self._left(values, 1))[self._element])
+        return np.asarray((self._by_order(margin) * np.where(self._rim, rim, 1.0) * self.left(values, 1))[self._element])
 
     def of_contact(self, values: Array, opened: Mask) -> Array:
         """As `of`, (m,), of tractions in a contact that is open at some nodes (m,).
@@ -113,9 +113,9 @@ class Tails:
         """
         margin, closed, edge, nodes = self._of_contact
         count = np.bincount(self._element, opened)
-        smooth = np.where(count == 0.0, closed, margin) * self._left(values, 1)
+        smooth = np.where(count == 0.0, closed, margin) * self.left(values, 1)
         cut = (count > 0.0) & (count < nodes)
-        return np.asarray((np.where(cut, edge * self._left(values, 2), smooth) if cut.any() else smooth)[self._element])
+        return np.asarray((np.where(cut, edge * self.left(values, 2), smooth) if cut.any() else smooth)[self._element])
 
     @cached_property
     def _of_contact(self) -> tuple[Array, Array, Array, Index]:
@@ -129,8 +129,8 @@ class Tails:
     def _by_order(self, factors: Sequence[float]) -> Array:
         return np.asarray(np.array(factors)[np.minimum(self._order, len(factors) - 1)])
 
-    def _left(self, values: Array, less: int) -> Array:
-        """What the last degree or the last two add to nodal values, rms over each element, (n_elements,)."""
+    def left(self, values: Array, less: int) -> Array:
+        """What the last degree or the last two (`less`) add to nodal values, rms over each element, (n_elements,)."""
         square = np.zeros(len(self._area))
         for mine, element, left in self._lower:
             each = left[less - 1] @ values[mine].reshape(len(element), -1, values.shape[1])

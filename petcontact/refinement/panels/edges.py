@@ -1,0 +1,111 @@
+"""How singular the solution is along the edges of a body in space, by the angle there and the conditions on either side.
+
+Across a straight edge the strongest singularity is that of a corner in plane strain (`corner_exponents`) or of shear along
+the edge, whose displacement r^λ cos(λθ) has λ = π/ω between sides that are both free or both held along it and π/(2ω)
+where one of them is, ω being the interior angle.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Collection
+
+import numpy as np
+
+from ...arrays import Array, Index
+from ...linalg.nearest import within
+from ...mesh.surface_mesh import SurfaceMesh
+from ...model.problem import Body
+from ..corner_exponents import CLAMPED, SideKind, corner_exponent
+from ..singular_points import kinds_of
+
+TOGETHER = 0.02
+"""Distance from the middle of a panel's side to another side, over its length, up to which they are one edge."""
+INWARD = 0.02
+"""Of the way from the middle of a side to the middle of its panel, to look into it."""
+SMOOTH = math.radians(15.0)
+"""Angle between panels of like conditions up to which they may be pieces of one curved surface."""
+
+
+def edge_exponent(mesh: SurfaceMesh, body: Body, slipping: Collection[str] = ()) -> float:
+    """The least λ in (0, 1] along the edges of a body: displacements behave like r^λ beside them.
+
+    Parameters
+    ----------
+    mesh : SurfaceMesh
+    body : Body
+        With conditions on its parts.
+    slipping : names of parts
+        Of those in contact that slip all over, and are not taken for clamped.
+
+    Examples
+    --------
+    >>> from petcontact import Problem
+    >>> from petcontact.refinement.meshes import mesh_of
+    >>> problem = Problem.model_validate({
+    ...     "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 1.0},
+    ...     "geometry": {"shape": "box", "lower": [0, 0, 0], "upper": [1, 1, 1]},
+    ...     "boundary": [{"part": "top", "condition": "displacement", "value": [0, 0, 0]}]})
+    >>> body = problem.body[0]
+    >>> round(edge_exponent(mesh_of(body, body.geometry.outline()), body), 3)
+    0.711
+    """
+    conditions = {condition.part: condition for condition in body.boundary}
+    kinds = [
+        tuple(kind for kind in kinds_of(conditions.get(part)) if not (part in slipping and kind == CLAMPED))
+        for part in mesh.part_names
+    ]
+    kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
+    one, other, angle = edges(mesh)
+    degrees = np.rint(np.degrees(angle)).astype(int)
+    found = {(kinds[a], kinds[b], number) for a, b, number in zip(mesh.part[one], mesh.part[other], degrees, strict=True)}
+    exponents = [
+        min(corner_exponent(math.radians(number), kappa, first, second), _along(math.radians(number), first, second))
+        for ones, others, number in found
+        if ones != others or abs(math.radians(number) - math.pi) > SMOOTH
+        for first, second in itertools.product(ones, others)
+    ]
+    return min(exponents, default=1.0)
+
+
+def _along(angle: float, first: SideKind, second: SideKind) -> float:
+    """λ of the shear along an edge of sides of two kinds."""
+    return math.pi / angle / (1.0 if (first == CLAMPED) == (second == CLAMPED) else 2.0)
+
+
+def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
+    """Pairs of panels that meet at an edge, and the interior angle of the body there, in (0, 2π) [rad].
+
+    Sides of panels need not match: a side is paired with those that its middle lies on.
+
+    Returns
+    -------
+    one, other : (k,) arrays
+        Numbers of panels.
+    angle : (k,) array
+    """
+    numbers, faces = mesh.faces(*mesh.part_names)
+    panel, start, end = faces.rims()
+    middle = 0.5 * (start + end)
+    (a, _), (b, _), (x, normal) = (faces.at(panel, place) for place in (start, end, middle))
+    inside = faces.at(panel, middle + INWARD * (faces.polygon[panel].mean(axis=1) - middle))[0] - x
+    length = np.linalg.norm(b - a, axis=1)
+    i, j = within(x, x, np.full(len(x), 0.6 * length.max()))
+    i, j = i[panel[i] != panel[j]], j[panel[i] != panel[j]]
+    apart = np.minimum(_distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j]))
+    near = apart < TOGETHER * np.minimum(length[i], length[j])
+    i, j = i[near], j[near]
+    tangent = (b - a) / length[:, None]
+    inside -= np.sum(inside * tangent, axis=1, keepdims=True) * tangent
+    inside /= np.linalg.norm(inside, axis=1, keepdims=True)
+    between = np.arccos(np.clip(np.sum(inside[i] * inside[j], axis=1), -1.0, 1.0))
+    convex = np.sum(inside[i] * normal[j], axis=1) <= 0.0
+    return numbers[panel[i]], numbers[panel[j]], np.where(convex, between, 2.0 * math.pi - between)
+
+
+def _distance(x: Array, start: Array, end: Array) -> Array:
+    """Of points (k, 3) from segments."""
+    along = end - start
+    share = np.clip(np.sum((x - start) * along, axis=1) / np.sum(along**2, axis=1), 0.0, 1.0)
+    return np.asarray(np.linalg.norm(x - start - share[:, None] * along, axis=1))
