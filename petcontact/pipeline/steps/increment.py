@@ -17,7 +17,7 @@ from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...model.load_steps import Obstacle, Step
-from ...refinement.panels.tail import Tails
+from ...refinement.panels.tail import TractionErrors
 from ..discrete.discretise import Discrete
 from ..trust.between_nodes import Places, places_between
 
@@ -126,10 +126,9 @@ class PreparedProblem:
         return [places_between(s, i, discrete.meshes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
 
     @functools.cached_property
-    def tails(self) -> list[Tails]:
-        """What estimates of errors need of the mesh of each contact."""
-        discrete = self.discrete
-        return [Tails(discrete.meshes[s.body], i.nodes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
+    def errors(self) -> list[TractionErrors]:
+        """What estimates the errors of the tractions of each contact."""
+        return [TractionErrors(self.discrete.meshes[face.body], face.nodes) for face in self.discrete.interfaces]
 
     @functools.cached_property
     def contact_nodes(self) -> list[tuple[Array, Array, Array]]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -153,6 +154,29 @@ class Tails:
             mean = np.sqrt(total / np.bincount(element, self._weight)[element])
             return np.maximum(error, min(1.0, 1.5 / loaded) * mean)
         return error
+
+
+@dataclass
+class TractionErrors:
+    """The estimated errors of the tractions on one contact, whose `Tails` are made when they are asked for.
+
+    Attributes
+    ----------
+    mesh : BoundaryMesh
+    nodes : (m,) array
+        As of `Tails`.
+    """
+
+    mesh: BoundaryMesh
+    nodes: Index
+
+    @cached_property
+    def _tails(self) -> Tails:
+        return Tails(self.mesh, self.nodes)
+
+    def __call__(self, pressure: Array, sigma_t: Array, opened: Mask) -> tuple[Array, Array]:
+        """Of p (m,) and σ_t (m, d-1), (m,) each, in a contact that is open at some nodes (m,) [stress]."""
+        return self._tails.of_pressure(pressure, opened), self._tails.of_contact(sigma_t, opened)
 
 
 def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: Array | float = np.inf) -> Array:
