@@ -10,7 +10,6 @@ steps are damped, then the iteration starts again from other sets.
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator
 from dataclasses import field
 from functools import cached_property
@@ -33,6 +32,7 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem, RigidModeConstraint, Surrogate, is_monolithic
+from .starts import Guess, everywhere, frictionless, tau_of
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
@@ -54,8 +54,6 @@ STIFF = 1e4
 """ρ|v| over |σ| by which contact stops a free motion: large, so that slip turns where it vanishes."""
 AHEAD = 1e-9
 """Motion of a node, over the largest, that is none."""
-FAR = 1e150
-"""τ_t that is outside of every ball."""
 ROUND_OFF = 1e-10
 """Relative residual below which sets that still change do so by round-off."""
 
@@ -99,8 +97,8 @@ class SemismoothNewton:
         else:
             solver = active_set_solver(system, surrogate, self.factors)
         try:
-            first = _first_guess(system, law, iteration, solver, foretell)
-            return _Run(system, law, iteration, solver, foretell).state(first)
+            run = _Run(system, law, iteration, solver, foretell)
+            return run.at_rest() or run.state(_first_guess(system, law, iteration, solver, foretell))
         finally:
             solver.close()
 
@@ -170,10 +168,6 @@ def steps_before(unknowns: int) -> int:
     return min(max(round(price), LATE[0]), LATE[1])
 
 
-Guess = tuple[Array, Array, Array]
-"""τ, σ and v."""
-
-
 def _first_guess(
     system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: LinearSolver, foretell: _Foresight | None
 ) -> Guess:
@@ -185,28 +179,11 @@ def _first_guess(
         start = base, np.zeros_like(base)
     if start is not None:
         v, sigma = start
-        return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
-    if system.modes is not None and not system.modes.load.any() and not law_residual(law, base, 0.0 * base, 1.0).any():
-        return base, 0.0 * base, base  # nothing is loaded and nothing touches: no motion is the least
+        return next_tau(Linearisation.at(law, tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
     if foretell is not None and foretell.surrogate is not None:
         sigma, v = first_guess(system, foretell.surrogate, solver)
         return *foretell.through(foretell.surrogate, sigma, v, stuck), v
     return stuck, np.zeros_like(base), base
-
-
-def _tau_of(law: ContactLaw, v: Array, sigma: Array) -> Array:
-    """ρv - σ with a ρ that gives both a weight."""
-    size = math.sqrt(np.vdot(v, v)), math.sqrt(np.vdot(sigma, sigma))
-    return (size[1] / size[0] if min(size) > 0.0 else 1.0) * v - sigma
-
-
-def everywhere(like: Array, law: ContactLaw, slip: float) -> Array:
-    """τ of contact everywhere: sticking, or slipping one way along the first tangent."""
-    tau = np.zeros(like.shape)
-    if len(law.groups) > 1:
-        tau[:, law.groups[1]] = 1.0
-    tau[:, 0] = slip * FAR
-    return tau
 
 
 class _Run:
@@ -219,6 +196,15 @@ class _Run:
         self.system, self.law, self.iteration, self.solver, self.foretell = system, law, iteration, solver, foretell
         self.recorder = Recorder(law, system, iteration)
         self.ended, self.to_the_end = "", True
+
+    def at_rest(self) -> ContactState | None:
+        """Bodies that contact holds where they are, if nothing is loaded and nothing touches: no motion is the least."""
+        modes, v = self.system.modes, self.system.u_0
+        sigma = np.zeros_like(v)
+        if modes is None or modes.load.any() or law_residual(self.law, v, sigma, 1.0).any():
+            return None
+        still = np.zeros(len(modes.load))
+        return self._told(Pivot(sigma, v, still, Linearisation.at(self.law, v), v, 0, still), sigma, v)
 
     def state(self, first: Guess) -> ContactState:
         """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
@@ -242,6 +228,7 @@ class _Run:
         opened = self.law.states(tau) == OPEN
         stuck = everywhere(tau, self.law, 0.0)
         # of a law without normal components, or in plane Tresca friction, no attempt fails
+        yield from frictionless(self.solver, self.law, self.system, stuck)
         if opened.any():
             yield np.where(opened[:, None], tau, stuck), sigma, v
         for slip in (0.0, 1.0, -1.0):

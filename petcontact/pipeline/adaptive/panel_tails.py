@@ -281,7 +281,8 @@ class PanelTails:
 
     def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
         """What meshes cost beyond the budget or the memory; nothing where they fit."""
-        budget, bem = BUDGETS[self.asked], resolved_bem(self._problem.bem)
+        given, bem, pairs = BUDGETS[self.asked], resolved_bem(self._problem.bem), max(1.0, 0.5 * len(meshes))
+        budget = Budget(int(pairs * given.nodes), pairs * given.seconds)
         nodes = sum(mesh.n_nodes for mesh in meshes)
         seconds = solve_seconds(bem, meshes, len(solution.steps))
         if nodes > budget.nodes:
