@@ -55,15 +55,10 @@ def quantity_for(problem: Problem) -> Quantity:
     """
     if not interfaces_of(problem):
         raise InputError("contact: no part is in contact, which adaptive meshes follow; set mesh.element_size")
-    if not in_plane(problem):
+    if not all(isinstance(body.geometry.outline(), Outline) for body in problem.body):
         return PanelTails(problem)
     slip = len(problem.body) == 1 and not problem.step and all(side.holds_normal for side in interfaces_of(problem))
     return Slip() if slip else Tractions(problem)
-
-
-def in_plane(problem: Problem) -> bool:
-    """Whether all bodies are plane ones."""
-    return all(isinstance(body.geometry.outline(), Outline) for body in problem.body)
 
 
 class AdaptiveSolve:
