@@ -17,6 +17,7 @@ from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...model.load_steps import Obstacle, Step
+from ...refinement.panels.edges import rim_powers
 from ...refinement.panels.tail import Tails
 from ..discrete.discretise import Discrete
 from ..trust.between_nodes import Places, places_between
@@ -128,8 +129,10 @@ class PreparedProblem:
     @functools.cached_property
     def tails(self) -> list[Tails]:
         """What estimates of errors need of the mesh of each contact."""
-        discrete = self.discrete
-        return [Tails(discrete.meshes[s.body], i.nodes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
+        discrete, meshes, bodies = self.discrete, self.discrete.meshes, self.discrete.problem.body
+        powers = (rim_powers(meshes[s.body], bodies[s.body], s.part, s.primary is None) for s in discrete.sides)
+        parts = zip(discrete.sides, discrete.interfaces, powers, strict=True)
+        return [Tails(meshes[s.body], i.nodes, power) for s, i, power in parts]
 
     @functools.cached_property
     def contact_nodes(self) -> list[tuple[Array, Array, Array]]:

@@ -9,16 +9,19 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...linalg.nearest import within
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.problem import Body
-from ..corner_exponents import CLAMPED, SideKind, corner_exponent
+from ..corner_exponents import CLAMPED, SLIDING, SideKind, corner_exponent
 from ..singular_points import kinds_of
+from .tail import POWER
 
 TOGETHER = 0.02
 """Distance from the middle of a panel's side to another side, over its length, up to which they are one edge."""
@@ -28,7 +31,9 @@ SMOOTH = math.radians(15.0)
 """Angle between panels of like conditions up to which they may be pieces of one curved surface."""
 
 
-def edge_exponent(mesh: SurfaceMesh, body: Body, slipping: Collection[str] = ()) -> float:
+def edge_exponent(
+    mesh: SurfaceMesh, body: Body, kinds: Mapping[str, tuple[SideKind, ...]] = MappingProxyType({}), part: str = ""
+) -> float:
     """The least λ in (0, 1] along the edges of a body: displacements behave like r^λ beside them.
 
     Parameters
@@ -36,8 +41,10 @@ def edge_exponent(mesh: SurfaceMesh, body: Body, slipping: Collection[str] = ())
     mesh : SurfaceMesh
     body : Body
         With conditions on its parts.
-    slipping : names of parts
-        Of those in contact that slip all over, and are not taken for clamped.
+    kinds : mapping
+        What parts in contact may be, in place of what their conditions say.
+    part : str
+        Whose edges alone are looked at; all, where it is empty.
 
     Examples
     --------
@@ -52,14 +59,13 @@ def edge_exponent(mesh: SurfaceMesh, body: Body, slipping: Collection[str] = ())
     0.711
     """
     conditions = {condition.part: condition for condition in body.boundary}
-    kinds = [
-        tuple(kind for kind in kinds_of(conditions.get(part)) if not (part in slipping and kind == CLAMPED))
-        for part in mesh.part_names
-    ]
+    kind = [kinds.get(name) or kinds_of(conditions.get(name)) for name in mesh.part_names]
     kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
     one, other, angle = edges(mesh)
-    degrees = np.rint(np.degrees(angle)).astype(int)
-    found = {(kinds[a], kinds[b], number) for a, b, number in zip(mesh.part[one], mesh.part[other], degrees, strict=True)}
+    asked = np.array([name == part or not part for name in mesh.part_names])
+    meeting = np.column_stack([mesh.part[one], mesh.part[other], np.rint(np.degrees(angle)).astype(int)])
+    meeting = meeting[asked[meeting[:, :2]].any(axis=1)]
+    found = {(kind[a], kind[b], number) for a, b, number in np.unique(meeting, axis=0).tolist()}
     exponents = [
         min(corner_exponent(math.radians(number), kappa, first, second), _along(math.radians(number), first, second))
         for ones, others, number in found
@@ -67,6 +73,15 @@ def edge_exponent(mesh: SurfaceMesh, body: Body, slipping: Collection[str] = ())
         for first, second in itertools.product(ones, others)
     ]
     return min(exponents, default=1.0)
+
+
+def rim_powers(mesh: BoundaryMesh, body: Body, part: str, rigid: bool) -> tuple[float, float]:
+    """α of tractions r^-α at the rim of a part in contact where it sticks, and where it slips: 1 - λ of its edges, of a body
+    in space on rigid ground, else `POWER`."""
+    if not (rigid and isinstance(mesh, SurfaceMesh)):
+        return POWER, POWER
+    stuck, slipping = (1.0 - edge_exponent(mesh, body, {part: (kind,)}, part) for kind in (CLAMPED, SLIDING))
+    return stuck, slipping
 
 
 def _along(angle: float, first: SideKind, second: SideKind) -> float:
@@ -91,10 +106,9 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
     (a, _), (b, _), (x, normal) = (faces.at(panel, place) for place in (start, end, middle))
     inside = faces.at(panel, middle + INWARD * (faces.polygon[panel].mean(axis=1) - middle))[0] - x
     length = np.linalg.norm(b - a, axis=1)
-    i, j = within(x, x, np.full(len(x), 0.6 * length.max()))
+    j, i = within(x, x, (0.5 + TOGETHER) * length)
     i, j = i[panel[i] != panel[j]], j[panel[i] != panel[j]]
-    apart = np.minimum(_distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j]))
-    near = apart < TOGETHER * np.minimum(length[i], length[j])
+    near = np.minimum(_distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j])) < TOGETHER * np.minimum(length[i], length[j])
     i, j = i[near], j[near]
     tangent = (b - a) / length[:, None]
     inside -= np.sum(inside * tangent, axis=1, keepdims=True) * tangent
