@@ -21,7 +21,7 @@ from .slip import displacement_scale
 
 MOST = 5000
 """Nodes up to which another solve, of .5 to .8 of the time, is nothing to wait for."""
-SURE = 1.35
+SURE = 1.6
 """Factor of `share`, measured by scripts/verify_space: far from the limit errors fall slower than they do there."""
 
 

@@ -129,10 +129,10 @@ class PreparedProblem:
     @functools.cached_property
     def tails(self) -> list[Tails]:
         """What estimates of errors need of the mesh of each contact."""
-        discrete, meshes, bodies = self.discrete, self.discrete.meshes, self.discrete.problem.body
-        powers = (rim_powers(meshes[s.body], bodies[s.body], s.part, s.primary is None) for s in discrete.sides)
-        parts = zip(discrete.sides, discrete.interfaces, powers, strict=True)
-        return [Tails(meshes[s.body], i.nodes, power) for s, i, power in parts]
+        discrete, bodies = self.discrete, self.discrete.problem.body
+        faces = zip(discrete.sides, discrete.interfaces, (discrete.meshes[s.body] for s in discrete.sides), strict=True)
+        return [Tails(mesh, i.nodes, rim_powers(mesh, bodies[s.body], s.part, bodies[s.primary[0]] if s.primary else None,
+                                                s.law.friction_coefficient or 0.0)) for s, i, mesh in faces]  # fmt: skip
 
     @functools.cached_property
     def contact_nodes(self) -> list[tuple[Array, Array, Array]]:

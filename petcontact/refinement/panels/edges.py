@@ -11,6 +11,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from ...linalg.nearest import within
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.problem import Body
-from ..corner_exponents import CLAMPED, SLIDING, SideKind, corner_exponent
+from ..corner_exponents import CLAMPED, SideKind, corner_exponent, pair_exponent
 from ..singular_points import kinds_of
 from .tail import POWER
 
@@ -27,13 +28,13 @@ TOGETHER = 0.02
 """Distance from the middle of a panel's side to another side, over its length, up to which they are one edge."""
 INWARD = 0.02
 """Of the way from the middle of a side to the middle of its panel, to look into it."""
+RIGID = 1e6
+"""Stiffness of rigid ground over that of a body on it."""
 SMOOTH = math.radians(15.0)
 """Angle between panels of like conditions up to which they may be pieces of one curved surface."""
 
 
-def edge_exponent(
-    mesh: SurfaceMesh, body: Body, kinds: Mapping[str, tuple[SideKind, ...]] = MappingProxyType({}), part: str = ""
-) -> float:
+def edge_exponent(mesh: SurfaceMesh, body: Body, kinds: Mapping[str, tuple[SideKind, ...]] = MappingProxyType({})) -> float:
     """The least λ in (0, 1] along the edges of a body: displacements behave like r^λ beside them.
 
     Parameters
@@ -43,8 +44,6 @@ def edge_exponent(
         With conditions on its parts.
     kinds : mapping
         What parts in contact may be, in place of what their conditions say.
-    part : str
-        Whose edges alone are looked at; all, where it is empty.
 
     Examples
     --------
@@ -62,9 +61,7 @@ def edge_exponent(
     kind = [kinds.get(name) or kinds_of(conditions.get(name)) for name in mesh.part_names]
     kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
     one, other, angle = edges(mesh)
-    asked = np.array([name == part or not part for name in mesh.part_names])
     meeting = np.column_stack([mesh.part[one], mesh.part[other], np.rint(np.degrees(angle)).astype(int)])
-    meeting = meeting[asked[meeting[:, :2]].any(axis=1)]
     found = {(kind[a], kind[b], number) for a, b, number in np.unique(meeting, axis=0).tolist()}
     exponents = [
         min(corner_exponent(math.radians(number), kappa, first, second), _along(math.radians(number), first, second))
@@ -75,13 +72,28 @@ def edge_exponent(
     return min(exponents, default=1.0)
 
 
-def rim_powers(mesh: BoundaryMesh, body: Body, part: str, rigid: bool) -> tuple[float, float]:
-    """α of tractions r^-α at the rim of a part in contact where it sticks, and where it slips: 1 - λ of its edges, of a body
-    in space on rigid ground, else `POWER`."""
-    if not (rigid and isinstance(mesh, SurfaceMesh)):
+def rim_powers(mesh: BoundaryMesh, body: Body, part: str, primary: Body | None, friction: Any) -> tuple[float, float]:
+    """α of tractions r^-α at the rim of a part in contact where it sticks, and where it slips.
+
+    In space 1 - λ at the widest of its edges, whose other sides are taken for free, on a body that is flat there or on
+    rigid ground (no primary): where it slips of the worse way to slip, and as if it stuck where friction is no number.
+    In the plane `POWER`.
+    """
+    if not isinstance(mesh, SurfaceMesh):
         return POWER, POWER
-    stuck, slipping = (1.0 - edge_exponent(mesh, body, {part: (kind,)}, part) for kind in (CLAMPED, SLIDING))
-    return stuck, slipping
+    one, other, angle = edges(mesh)
+    number = mesh.part_names.index(part)
+    rim = (mesh.part[one] == number) != (mesh.part[other] == number)
+    widest = math.radians(round(math.degrees(angle[rim & (angle < math.pi - SMOOTH)].max(initial=0.0))))
+    if not widest:
+        return 0.0, 0.0
+    first, second = body.material, (primary or body).material
+    kappas = (3.0 - 4.0 * first.plane_strain_ratio, 3.0 - 4.0 * second.plane_strain_ratio)
+    moduli = [material.young_modulus / (1.0 + material.poisson_ratio) for material in (first, second)]
+    stiffer = moduli[1] / moduli[0] if primary else RIGID
+    ways = (friction, -friction) if isinstance(friction, float | int) else (math.inf,)
+    stuck, *slips = (pair_exponent((widest, math.pi), kappas, stiffer, way) for way in (math.inf, *ways))
+    return 1.0 - stuck, 1.0 - min(slips)
 
 
 def _along(angle: float, first: SideKind, second: SideKind) -> float:

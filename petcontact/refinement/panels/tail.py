@@ -29,7 +29,7 @@ its highest coefficient alone vanishes for some c, where the error over it is 37
 SINGULAR = 2.7
 """Factor of `rim_shares` for elements closed to the rim, measured: nodal values have errors, too."""
 POWER = 0.4
-"""α of tractions r^-α at the rim of a part, where it is not known: between bodies, and in the plane."""
+"""α of tractions r^-α at the rim of a part, in the plane."""
 STRIPS = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
 """d/H of `rim_shares`."""
 FINE = 60
