@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 
 from petcontact.geometry.surface import FacetSurface, checked_surface
-from petcontact.mesh.curved_panels import CurvedPanels, make_curved_panels
+from petcontact.mesh.curved.panels import CurvedPanels, make_curved_panels
 
 GOLDEN = 0.5 * (1.0 + 5.0**0.5)
 TIPS = np.array([(0, a, b * GOLDEN) for a in (-1, 1) for b in (-1, 1)])

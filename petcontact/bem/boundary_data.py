@@ -3,24 +3,27 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
+from ..frozen import frozen
 from ..geometry.rotation import rigid_motions
 from ..mesh.boundary_mesh import BoundaryMesh
 
 TINY = 1e-4
 """Size of the smallest element over that of the body, above which a motion smaller than the body costs no digits."""
 LEFT = 0.1
-"""Of known displacements, beyond their common rigid motion and over their size, from which on none is taken out."""
+"""Of known displacements, beyond their common rigid motion and over their size, from which on no large one is taken out."""
 ROUND_OFF = 1e-14
 """Of the same, below which nothing is left."""
+RIGID = 1e-12
+"""Of the same, below which they are a rigid motion; and of displacements by a rotation, over their size, if there is one."""
 
 
-@dataclass(frozen=True)
+@frozen
 class BoundaryData:
     """What each of n nodes knows in K load states, in d orthogonal directions a node.
 
@@ -143,7 +146,8 @@ class BoundaryData:
 
 def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
     """Frames (m, d, d) of tangents and normal, and where in them the tangents and then the normal went, (m, d)."""
-    vectors = np.concatenate([mesh.tangents(nodes), mesh.normal[nodes][:, None]], axis=1)
+    normal = mesh.smooth_normal[nodes]
+    vectors = np.concatenate([mesh.tangents_to(normal), normal[:, None]], axis=1)
     # of all orders that in which the directions are nearest to the axes
     orders = np.array(list(itertools.permutations(range(mesh.dim))))
     along = np.abs(vectors[:, orders, np.arange(mesh.dim)]).sum(axis=2)
@@ -152,16 +156,18 @@ def contact_frames(mesh: BoundaryMesh, nodes: Index) -> tuple[Array, Index]:
 
 
 def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData:
-    """Known displacements without the rigid motion that they have in common, where that is most of them and costs digits.
+    """Known displacements without the rigid motion that they have in common, where that costs digits.
 
-    It would swallow those of what strains the body: of tractions on elements of size h all those below its round-off over
-    h. Motions that leave known normals of contact at rest are taken out only.
+    Large motions swallow what strains the body: of tractions on elements of size h all those below their round-off over h.
+    Curved elements do not hold a rotation, and are strained by what they miss of it: displacements that are nothing else
+    are taken out, on elements of order 1 or more, whose nodes tell a rotation from data that are constant on each of them.
+    Motions that leave known normals of contact at rest are taken out only; none is of an infinite plate, at rest far away.
     """
     given = ~data.traction_known
     extent, largest = float(np.ptp(mesh.x, axis=0).max()), np.abs(data.value[:, given]).max(initial=0.0)
-    tiny = float(mesh.weight.min()) ** (1.0 / (mesh.dim - 1)) < TINY * extent
-    if largest == 0.0 or (largest <= extent and not tiny):
+    if largest == 0.0 or mesh.weight @ np.sum(mesh.x * mesh.normal, axis=1) < 0.0:
         return data
+    tiny = float(mesh.weight.min()) ** (1.0 / (mesh.dim - 1)) < TINY * extent
     modes = unit_motions(mesh)
     along = data.components(modes)
     contact = np.zeros(mesh.n_nodes, dtype=bool)
@@ -172,8 +178,13 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     amplitudes = free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[:, elsewhere].T, rcond=None)[0]
     value, there = data.value.copy(), np.abs(data.value[:, elsewhere]).max(initial=0.0)
     left = data.value[:, elsewhere] - (along[elsewhere] @ amplitudes).T
-    if np.abs(left).max(initial=0.0) > LEFT * there:
-        return data
+    if not ((largest > extent or tiny) and np.abs(left).max(initial=0.0) <= LEFT * there):
+        size, rest = (np.abs(values).max(axis=1, initial=0.0) for values in (data.value[:, elsewhere], left))
+        held = np.repeat((mesh.order > 0)[mesh.element][:, None], mesh.dim, axis=1)[elsewhere].all()
+        turned = held & (rest <= RIGID * size) & (np.abs(amplitudes[mesh.dim :]).max(axis=0) > RIGID * size)
+        if not turned.any():
+            return data
+        amplitudes, left = amplitudes * turned, np.where(turned[:, None], 0.0, data.value[:, elsewhere])
     value[:, elsewhere] = np.where(np.abs(left) > ROUND_OFF * there, left, 0.0)
     return replace(data, value=value, rigid=np.moveaxis(modes @ amplitudes, 2, 0))
 

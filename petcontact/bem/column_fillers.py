@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
 
 from .. import native
 from ..arrays import Array, Index
+from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from .kernel import ColumnData, Kernel
 
@@ -16,7 +17,7 @@ ROWS = 512
 """Targets whose kernels are held at a time."""
 
 
-@dataclass(frozen=True)
+@frozen
 class PlainFiller:
     """A `ColumnFiller` for any kernel."""
 

@@ -5,19 +5,19 @@ from __future__ import annotations
 import abc
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from ..model.problem import Material
 
 COMPONENTS = {2: ((0, 0), (1, 1), (0, 1)), 3: ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))}
 """Of symmetric tensors by the dimension: xx, yy, xy; xx, yy, zz, xy, xz, yz."""
 
 
-@dataclass(frozen=True)
+@frozen
 class KelvinSolution(abc.ABC):
     """Kelvin's solution of a material in d dimensions.
 

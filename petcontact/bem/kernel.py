@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ..arrays import Array, Index, Mask
+from ..frozen import frozen
 from ..model.problem import Material
 
 
-@dataclass(frozen=True)
+@frozen
 class ColumnData:
     """What makes columns of the boundary operators out of G and H.
 

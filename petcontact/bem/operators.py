@@ -8,12 +8,13 @@ entry is a pure number, and none depends on the units of length and stress.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
+from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from .boundary_data import BoundaryData
 from .kernel import ColumnData, ColumnFiller, Kernel
@@ -24,7 +25,7 @@ RESIDUAL_NODES = 4096
 """Nodes whose kernels a residual holds at a time."""
 
 
-@dataclass(frozen=True)
+@frozen
 class BoundaryOperators:
     """The mixed operator A_0, the contact columns G_Ct and the load, reached by blocks of exact entries.
 

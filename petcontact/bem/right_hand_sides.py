@@ -8,11 +8,11 @@ known acts together with -t_p and -u_p (C. A. Brebbia, J. C. F. Telles, L. C. Wr
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from .boundary_data import BoundaryData
 
 ROUND_OFF = 1e-14
@@ -21,7 +21,7 @@ Columns = tuple[Index, Array, Array, Array]
 """Nodes (q,), tractions over the scale and displacements (q, d), and amplitudes (q, K)."""
 
 
-@dataclass(frozen=True)
+@frozen
 class RightHandSides:
     """Columns beside A_0, each of one node: G times a traction there less (½ + H) times a displacement.
 

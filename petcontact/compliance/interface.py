@@ -5,17 +5,17 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from .body.base import ElasticBody
 
 
-@dataclass(frozen=True)
+@frozen
 class Interface:
     """Where one part of a body meets a part of another body, an obstacle, or fixed rigid ground.
 
@@ -164,7 +164,7 @@ class ContactMaps(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@frozen
 class _Reordered:
     """Of a body that is the only one, and whose directions those of the interfaces are."""
 
@@ -186,7 +186,7 @@ class _Reordered:
     felt = seen
 
 
-@dataclass(frozen=True)
+@frozen
 class _Combined:
     """By sparse matrices (k M, k m_c)."""
 

@@ -8,12 +8,12 @@ make failures and results say more. `linearised` and `residual` (see `laws`) are
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
 import numpy as np
 
 from ..arrays import Array, States
+from ..frozen import frozen
 from .friction_law import lengths
 
 STICK, SLIP, OPEN = 0, 1, 2
@@ -76,7 +76,7 @@ class ContactLaw(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@frozen
 class Admissible:
     """Convex limits on the tractions of each node that hold whatever the displacement; infinite where there is none.
 

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from .. import native
 from ..arrays import Array, Mask, States
+from ..frozen import frozen
 from .friction_law import ball_derivative, lengths, project_ball
 from .law_protocol import OPEN, SLIP, STICK, Admissible, ContactLaw, friction_bound
 from .linearisation import Linearisation
@@ -17,7 +17,7 @@ _RESIDUAL = native.function("petcontact_coulomb_residual", "iipppppppp")
 _COULOMB = native.function("petcontact_coulomb", "ii" + 11 * "p")
 
 
-@dataclass(frozen=True)
+@frozen
 class Tresca:
     """Bilateral contact of one body, u_n = 0, with a given friction bound: Π(τ) = [τ]_g, (2.5)-(2.6).
 
@@ -83,7 +83,7 @@ class Tresca:
         return self.bound
 
 
-@dataclass(frozen=True)
+@frozen
 class SignoriniCoulomb:
     """Normal and tangential contact: p = max(τ_n, 0), or τ_n where bilateral, and [τ_t] on the ball of radius r(p).
 

@@ -7,20 +7,20 @@ normal one if the law has it. v is the displacement of the contact nodes (of the
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Protocol, TypeGuard
 
 import numpy as np
 
 from ..arrays import Array, Mask
+from ..frozen import frozen
 from .linearisation import Linearisation as Linearisation
 
 EQUILIBRIUM = 1e-10
 """Defect of equilibrium, over the work of all tractions and loads, that is round-off: more of it moves a body on."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Modes:
     """Rigid motions that only contact holds: v = u_0 + S σ + M α, with E σ + f = 0.
 

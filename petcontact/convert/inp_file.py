@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from ..errors import InputError
+from ..frozen import frozen
 from ..model.base import regular_file
 
 LARGEST = 500_000_000
@@ -29,7 +30,7 @@ Face = tuple[int, int]
 """Element and number of its face, from 0."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Keyword:
     """One keyword with its parameters, in capitals, and data lines as words."""
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
@@ -11,6 +9,7 @@ from ..arrays import Array, Index, Names
 from ..contact.law_protocol import OPEN
 from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
+from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..results.body_fields import states_at
@@ -21,7 +20,7 @@ NEAR = 2.0
 """Below the surface, points under nodes that are no farther from contact than so many depths."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Sites:
     """Points of one body, and their stress over a cycle.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -10,6 +9,7 @@ import scipy
 
 from ..arrays import Array
 from ..errors import InputError
+from ..frozen import frozen
 from ..model.base import nearest
 from ..results.data import SolutionData
 from .cycle import Sites, cycle_of, parts_in_contact, sites_of
@@ -23,7 +23,7 @@ LAYERS = 6
 """Depths below the surface, denser towards it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Found:
     """A parameter at the places of one body: `value` (n,), and `normal` (n, 3) of critical planes where it has these."""
 
@@ -32,7 +32,7 @@ class Found:
     normal: Array | None = None
 
 
-@dataclass(frozen=True)
+@frozen
 class Fatigue:
     """A parameter over a cycle.
 

@@ -7,16 +7,16 @@ bodies, meshes or contact.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array
+from ..frozen import frozen
 from .planes import critical_planes
 from .smallest_ball import smallest_ball
 
 
-@dataclass(frozen=True)
+@frozen
 class Constants:
     """Of the material.
 
@@ -33,7 +33,7 @@ class Constants:
     sensitivity: float = 0.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Damage:
     """A parameter at n points.
 

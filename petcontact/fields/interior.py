@@ -12,6 +12,7 @@ from ..arrays import Array
 from ..bem.kernel import Kernel
 from ..bem.kernels import EXPANSIONS, field_of, kernel_for
 from ..errors import InputError
+from ..geometry.rotation import rigid_motions
 from ..mesh.boundary_mesh import BoundaryMesh, pieces
 from ..mesh.curve_mesh import CurveMesh
 from ..model.problem import Material
@@ -25,6 +26,8 @@ SERIES = 10_000
 """Points at which a series is summed at once."""
 GROUP = 64
 """Elements of one kind that are seen together from afar."""
+LEFT = 0.1
+"""Of displacements, beyond their common rigid motion and over their size, below which it is taken out."""
 INSIDE = 0.9
 """Winding of the boundary about a point above which it lies inside: there it is 1, on the boundary 1/2, outside 0."""
 
@@ -110,6 +113,8 @@ def fields_at(
     """
     d, states = mesh.dim, u.shape[2]
     points = points_in(points, d)
+    motion = _rigid_motion(mesh, u)
+    u = u - motion(mesh.x)
     mesh, u, traction = smoothed(mesh, u.reshape(len(u), -1), traction.reshape(len(u), -1))
     u, traction = u.reshape(-1, d, states), traction.reshape(-1, d, states)
     kernel = kernel_for(mesh, material)
@@ -145,8 +150,19 @@ def fields_at(
     if len(beyond) and outside is None:
         place = ", ".join(f"{value:g}" for value in points[beyond[0]])
         raise InputError(f"points: ({place}) does not lie inside the body ({len(beyond)} of {len(points)} do not)")
+    displacement += motion(points)
     displacement[beyond] = stress[beyond] = outside
     return displacement, kernel.traction_scale * stress
+
+
+def _rigid_motion(mesh: BoundaryMesh, u: Array) -> Callable[[Array], Array]:
+    """The rigid motion that is most of displacements (n, d, s), if one is, as a function of points (m, d)."""
+    centre = mesh.x.mean(axis=0)
+    size = np.abs(mesh.x - centre).max()
+    modes = rigid_motions((mesh.x - centre) / size)
+    amplitudes = np.linalg.lstsq(modes.reshape(-1, modes.shape[2]), u.reshape(modes.shape[0] * mesh.dim, -1), rcond=None)[0]
+    amplitudes *= np.abs(u - modes @ amplitudes).max(axis=(0, 1)) < LEFT * np.abs(u).max(axis=(0, 1))
+    return lambda x: np.asarray(rigid_motions((x - centre) / size) @ amplitudes)
 
 
 @functools.singledispatch

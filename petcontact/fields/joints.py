@@ -8,12 +8,11 @@ elsewhere the data as they are do better (their nodal values are more accurate t
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from ..geometry.arcs import end_tangents
 from ..mesh.basis import gauss, lagrange, lagrange_coefficients
 from ..mesh.curve_mesh import CurveMesh
@@ -29,7 +28,7 @@ CUBIC = 3
 """Order of elements that take up a value and a slope at one end, and none at the other."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Neighbourhood:
     """A joint, some points next to it, and the change of the data on its two elements.
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array
+from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
 
@@ -18,7 +18,7 @@ NEAR = 0.02
 SMOOTH = float(np.cos(np.radians(10.0)))
 
 
-@dataclass(frozen=True)
+@frozen
 class Peak:
     """The largest of a stress among the points of a field.
 

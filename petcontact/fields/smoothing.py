@@ -34,14 +34,13 @@ def _(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Arr
     ----------
     mesh : CurveMesh
         n nodes.
-    u, traction : (n, 2 s) arrays
-        Displacement [length] and traction [stress] at the nodes, in s states.
+    u, traction : (n, k), (n, l) arrays
+        Displacement, or what is as smooth [length], and traction [stress] at the nodes.
 
     Returns
     -------
     mesh : CurveMesh
-        k nodes.
-    u, traction : (k, 2 s) arrays
+    u, traction : arrays of as many columns
         The displacement is continuous, also round corners; the traction is so inside parts, where the outline is smooth.
     """
     constant = mesh.order == 0
@@ -54,7 +53,7 @@ def _(mesh: CurveMesh, u: Array, traction: Array) -> tuple[CurveMesh, Array, Arr
     u_ends = _continuous(u_ends, before, after)
     numbers = np.flatnonzero(constant)
     nodes = finer.first_node[numbers][:, None] + np.arange(3)
-    new_u, new_t = np.empty((2, finer.n_nodes, u.shape[1]))
+    new_u, new_t = (np.empty((finer.n_nodes, values.shape[1])) for values in (u, traction))
     kept_new, kept_old = ~constant[finer.element], ~constant[mesh.element]
     new_u[kept_new], new_t[kept_new] = u[kept_old], traction[kept_old]
     s = finer.xi[nodes[0]]

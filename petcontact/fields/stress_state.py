@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class StressState:
     """Displacement and stress at points.
 
@@ -68,7 +67,7 @@ class StressState:
         return np.linalg.eigvalsh(self.tensor)[:, ::-1]
 
 
-@dataclass(frozen=True)
+@frozen
 class Field(StressState):
     """Displacement and stress at points of a body, and triangles (k, 3), counter-clockwise, or cells (k, 8) between them."""
 

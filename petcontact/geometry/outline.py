@@ -7,13 +7,13 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
 from ..arrays import LARGEST_COORDINATE, Array, Index
 from ..errors import InputError
+from ..frozen import frozen
 from .arcs import arc_lengths, divided, half_angles, on_arcs, perimeter, signed_area, turns_left_once
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ HULL = 24.0
 """Perimeter of the convex hull over the unit of length of logarithms."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Side:
     """A straight line or a circular arc from `start` to `end`, the body on its left.
 
@@ -99,7 +99,7 @@ def arc(start: Array, end: Array, alpha: float, part: str) -> list[Side]:
     return [Side(a, b, part, curvature) for a, b in itertools.pairwise(points)]
 
 
-@dataclass(frozen=True)
+@frozen
 class Outline:
     """The boundary of a body: loops of sides, the outer one counter-clockwise, holes clockwise.
 

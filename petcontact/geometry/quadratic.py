@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Mask
+from ..frozen import frozen
 
 REFERENCE = {3: np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]),
              4: np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])}  # fmt: skip
@@ -70,7 +70,7 @@ def position(shape: Array, local: Array) -> tuple[Array, Array]:
     return parts[0], np.stack(parts[1:], axis=-2)
 
 
-@dataclass(frozen=True)
+@frozen
 class QuadraticCells:
     """Quadratic cells of one shape; local coordinates are those of the reference element.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import ClassVar, Protocol
 
 import numpy as np
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from .surface import BOX_PARTS, SolidSurface, face_axes
 
 FEWEST = 2
@@ -45,7 +45,7 @@ class RoundSurface(Protocol):
     def cells(self, size: float) -> Iterator[tuple[int, Array]]: ...
 
 
-@dataclass(frozen=True)
+@frozen
 class SphereSurface(SolidSurface):
     """A sphere in six parts, named like the faces of the box around it [length]."""
 
@@ -85,7 +85,7 @@ class SphereSurface(SolidSurface):
         return np.asarray(self.centre + self.radius * away / np.linalg.norm(away, axis=-1, keepdims=True))
 
 
-@dataclass(frozen=True)
+@frozen
 class CylinderSurface(SolidSurface):
     """A cylinder between the centres of two discs, `bottom` and `top`, with its `side` [length]."""
 

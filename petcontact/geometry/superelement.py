@@ -6,7 +6,6 @@ The archive is data: numpy's own format without pickled objects. `read_superelem
 from __future__ import annotations
 
 import zipfile
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -14,6 +13,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..errors import InputError
+from ..frozen import frozen
 
 LARGEST = 16_000_000_000
 """Bytes of the arrays."""
@@ -21,7 +21,7 @@ SYMMETRIC = 1e-6
 """Difference of a stiffness from its transpose, over its largest entry, that is taken for round-off of who made it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class CondensedSurface:
     """The contact surface of a body, and its condensed stiffness or compliance.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import ClassVar, Protocol
 
 import numpy as np
@@ -10,6 +10,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..errors import InputError
+from ..frozen import frozen
 from .crossings import first_crossing, winding
 from .quadratic import QuadraticCells
 
@@ -75,7 +76,7 @@ class SolidSurface:
         return points
 
 
-@dataclass(frozen=True)
+@frozen
 class BoxSurface(SolidSurface):
     """The six faces of [lower, upper], parts left x-, right x+, front y-, back y+, bottom z-, top z+ [length]."""
 
@@ -90,7 +91,7 @@ class BoxSurface(SolidSurface):
         return float(np.linalg.norm(self.upper - self.lower))
 
 
-@dataclass(frozen=True)
+@frozen
 class FacetSurface(SolidSurface):
     """Facets, counter-clockwise seen from outside.
 

@@ -205,8 +205,10 @@ class LinearSolver:
         if self.reason < 0:
             name = f"KSP {self.ksp.getType()} ended with {reason_name(self.reason)} after {self.iterations} iterations"
             ours = f"-{self._prefix}"
-            raise SolverError(self.stage, name, f"try {ours}ksp_type preonly {ours}pc_type lu, or look with "
-                                                f"{ours}ksp_monitor_true_residual")  # fmt: skip
+            # what is known by its products only has no LU
+            by_products = self.ksp.getOperators()[0].getType() == "python"
+            other = "-bem_mat_type dense" if by_products else f"{ours}ksp_type preonly {ours}pc_type lu"
+            raise SolverError(self.stage, name, f"try {other}, or look with {ours}ksp_monitor_true_residual")
         if solution is not None and not np.isfinite(solution.norm()):
             raise SolverError(
                 self.stage, "the solution is not finite (KSP_DIVERGED_NANORINF)", "look at the data and the mesh"

@@ -4,16 +4,16 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from .pairs.ray_casting import Faces
 
 
-@dataclass(frozen=True)
+@frozen
 class Batch:
     """Elements of one kind as the kernels see them, with the numbers of their nodes (element after element)."""
 
@@ -30,6 +30,8 @@ class BoundaryMesh(Protocol):
         d.
     x, normal : (n, d) arrays
         Nodes [length] and outward unit normals.
+    smooth_normal : (n, d) array
+        Normals of the smooth surface that the elements stand for, along which bodies touch.
     weight : (n,) array
         Quadrature weights: the sum of weight·f(x) is the integral of f over the boundary [length^(d-1)].
     element : (n,) array
@@ -52,6 +54,8 @@ class BoundaryMesh(Protocol):
     def x(self) -> Array: ...
     @property
     def normal(self) -> Array: ...
+    @property
+    def smooth_normal(self) -> Array: ...
     @property
     def weight(self) -> Array: ...
     @property
@@ -134,6 +138,12 @@ class Collocated:
     part: Index
     part_names: tuple[str, ...]
     element: Index
+    normal: Array
+
+    @property
+    def smooth_normal(self) -> Array:
+        """The normals themselves, where elements know them exactly."""
+        return self.normal
 
     @property
     def n_nodes(self) -> int:

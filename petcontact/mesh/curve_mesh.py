@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,6 +13,7 @@ import scipy
 
 from ..arrays import Array, Index
 from ..errors import InputError
+from ..frozen import frozen
 from ..geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..geometry.outline import Outline, Side, hull_scale, round_loops
 from .basis import COINCIDE, gauss, lagrange, legendre
@@ -21,7 +22,7 @@ from .elements import Elements, Targets
 from .pairs.curves import Curves
 
 
-@dataclass(frozen=True)
+@frozen
 class CurveMesh(Collocated):
     """Discontinuous elements on an outline, collocated at their Gauss points: the `BoundaryMesh` of a plane body.
 

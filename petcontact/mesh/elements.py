@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array, Index, Mask
+from ..frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Elements:
     """Elements of one order.
 
@@ -46,7 +45,7 @@ class Elements:
         return np.not_equal(self.curvature, 0.0)
 
 
-@dataclass(frozen=True)
+@frozen
 class Targets:
     """Points at which the potentials of elements are wanted.
 

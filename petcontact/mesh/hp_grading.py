@@ -10,12 +10,12 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from ..geometry.outline import Outline
 from ..linalg.nearest import FEW, squares
 from .curve_mesh import CurveMesh, build_mesh
@@ -37,7 +37,7 @@ CHUNK = 2048
 """Elements whose distances from other sides are looked for at once, so that memory stays small."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Grading:
     """How elements shrink towards marks.
 
@@ -56,7 +56,7 @@ class Grading:
     largest: float = 1.0
 
 
-@dataclass(frozen=True)
+@frozen
 class Marks:
     """Marked points of one side.
 

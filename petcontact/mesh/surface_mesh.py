@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+import functools
+from dataclasses import field
 from typing import ClassVar
 
 import numpy as np
 import scipy
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 from ..geometry.surface import CUTS
 from .basis import COINCIDE
 from .boundary_mesh import Batch, Collocated
-from .curved_panels import CurvedPanels, make_curved_panels
+from .curved.panels import CurvedPanels, make_curved_panels
+from .curved.smooth_normals import smooth_normals
 from .pairs.panel_faces import PanelFaces
 from .panels import Panels, make_panels, monomials, reference_nodes
 
@@ -20,7 +23,7 @@ TRIANGLE, CURVED = 4, 8
 """Are added to the order of triangles, and of curved panels: the kind of a panel."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SurfaceMesh(Collocated):
     """Discontinuous panels on the surface of a body (see `boundary_mesh.BoundaryMesh`).
 
@@ -75,6 +78,15 @@ class SurfaceMesh(Collocated):
                   "first_node": first, "kind": kind, "_groups": groups}  # fmt: skip
         for name, value in values.items():
             object.__setattr__(self, name, value)
+
+    @functools.cached_property
+    def smooth_normal(self) -> Array:
+        """See `BoundaryMesh`: those of `smooth_normals` on curved panels, (n, 3)."""
+        normal = self.normal.copy()
+        curved = [group for group in self._groups.values() if isinstance(group, CurvedPanels)]
+        for group, found in zip(curved, smooth_normals(curved), strict=True):
+            normal[self.first_node[group.index][:, None] + np.arange(group.n_nodes)] = found
+        return normal
 
     @property
     def boxes(self) -> tuple[Array, Array]:

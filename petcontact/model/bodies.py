@@ -68,8 +68,8 @@ class Material(Model):
     def _admissible(self) -> Material:
         upper = self.poisson_ratio < 0.5 or (self.plane == "stress" and self.poisson_ratio == 0.5)
         if not (self.poisson_ratio > -1.0 and upper):
-            bounds = "(-1, 1/2)" if self.plane == "strain" else "(-1, 1/2]"
-            raise ValueError(f"poisson_ratio must lie in {bounds} in plane {self.plane}, got {self.poisson_ratio:g}")
+            bounds = "(-1, 1/2)" if self.plane == "strain" else "(-1, 1/2] in plane stress"
+            raise ValueError(f"poisson_ratio must lie in {bounds}, got {self.poisson_ratio:g}")
         return self
 
     @property

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +15,7 @@ from ..compliance.body.base import ElasticBody
 from ..compliance.interface import slices
 from ..errors import InputError
 from ..fields.stress_state import StressState
+from ..frozen import frozen
 from ..geometry.superelement import CondensedSurface
 from ..linalg.dense_matrix import distributed
 from ..mesh.boundary_mesh import BoundaryMesh
@@ -29,7 +29,7 @@ from .discrete.discretise import Discrete, discretise
 from .eliminate import eliminated, eliminated_alone
 
 
-@dataclass(frozen=True)
+@frozen
 class BodyOperators:
     """One body: ½u + Hu = Gt at its n nodes, and what follows from it for contact tractions at m of them.
 
@@ -112,7 +112,7 @@ class BodyOperators:
                            comm)  # fmt: skip
 
 
-@dataclass(frozen=True)
+@frozen
 class Operators:
     """What the bodies of a problem do at its M contact nodes: v = u_0 + Sσ + Mα - gap, Eσ + f = 0.
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ from ..arrays import Array, Index
 from ..compliance.interface import Interface
 from ..contact.laws import Tresca
 from ..errors import InputError
+from ..frozen import frozen
 from ..geometry.surface import Boundary
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.curve_mesh import CurveMesh
@@ -29,7 +29,7 @@ from .eliminate import eliminated_alone
 FORMATS = (".npz", ".inp")
 
 
-@dataclass(frozen=True)
+@frozen
 class CondensedBody:
     """u = u_0 + S t + R α and RᵀW t + F = 0 at the n nodes of a body's contact parts; component c of node i is d i + c.
 
@@ -135,7 +135,7 @@ def condensed_body(solution: SolutionData, name: str | None = None, comm: Any = 
     faces = []
     for part in parts:
         nodes = mesh.nodes_of(part)
-        normal = mesh.normal[nodes]
+        normal = mesh.smooth_normal[nodes]
         faces.append(Interface(part, number, nodes, normal, mesh.tangents_to(normal), np.zeros(len(nodes))))
     data = [boundary_data(problem, b, solution.meshes[other], faces) for b, other in enumerate(bodies)]
     meshes = [solution.meshes[other] for other in bodies]

@@ -6,15 +6,14 @@ usual approximation.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array
+from ..frozen import frozen
 from .hertz import LineContact, PointContact, elliptic
 
 
-@dataclass(frozen=True)
+@frozen
 class LinePartialSlip:
     """Cylinders under P, then Q.
 
@@ -64,7 +63,7 @@ class LinePartialSlip:
         return found
 
 
-@dataclass(frozen=True)
+@frozen
 class PointPartialSlip:
     """Spheres under P, then Q.
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array
+from ..frozen import frozen
 
 
 def contact_modulus(young: float, poisson: float, young_2: float = np.inf, poisson_2: float = 0.0) -> float:
@@ -20,7 +19,7 @@ def contact_modulus(young: float, poisson: float, young_2: float = np.inf, poiss
     return 1.0 / ((1.0 - poisson**2) / young + (1.0 - poisson_2**2) / young_2)
 
 
-@dataclass(frozen=True)
+@frozen
 class RoundContact:
     """A round body on a flat one.
 

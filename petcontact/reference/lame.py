@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ..arrays import Array
+from ..frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Hollow:
     """A hollow body a <= r <= b under pressures inside and outside: σ_r = A - B/rⁿ, σ_θ = A + B/((n-1) rⁿ).
 
@@ -45,7 +45,7 @@ class Hollow:
         return mean - part / r**self.power, mean + part / ((self.power - 1) * r**self.power)
 
 
-@dataclass(frozen=True)
+@frozen
 class Cylinder(Hollow):
     """A tube in plane strain, or a ring in plane stress; `plane` is "strain" or "stress", the others see `Hollow`.
 
@@ -87,7 +87,7 @@ class Sphere(Hollow):
         return u
 
 
-@dataclass(frozen=True)
+@frozen
 class RotatingDisc:
     """A disc (a = 0) or ring a <= r <= b of constant thickness that rotates, free of pressure on its rims.
 

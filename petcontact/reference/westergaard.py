@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..arrays import Array
+from ..frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class WavyContact:
     """Waves of the gap Δ(1 - cos 2πx/λ), frictionless.
 

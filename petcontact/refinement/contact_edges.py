@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 
 SPECK = 4e-3
 """Zones narrower than this fraction of all that is closed have no edges of their own on coarse meshes."""
@@ -25,7 +25,7 @@ SKIPPED, FITTED = 2, 4
 """Nodes next to an edge that do not show it, and those after them that do."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Edge:
     """Where the state changes along an interface.
 

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 import functools
 import itertools
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from ..arrays import Array, Index
+from ..frozen import frozen
 
 PEAK_SAMPLES = 9
 """Points of an element at which the largest displacement is looked for, its ends included."""
@@ -23,7 +24,7 @@ SMALLEST_ZONE = 1e-8
 """Width of slip zones at the end of a side, relative to the side, below which they are left alone."""
 
 
-@dataclass(frozen=True)
+@frozen
 class ContactLine:
     """u_t and σ_t at the nodes of one contact side, by arc length along the side.
 

@@ -9,11 +9,11 @@ from __future__ import annotations
 import ast
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..arrays import Array, Mask
+from ..frozen import frozen
 from ..model.expressions import Value, parse_expression, plain_value
 
 _SMOOTH_AT_ZERO = frozenset({"sin", "cos", "tan", "atan", "sinh", "cosh", "tanh", "exp"})
@@ -32,7 +32,7 @@ CONSTANT = frozenset({"pi", "e", "nx", "ny"})
 Variables = Callable[[Array], dict[str, Array]]
 
 
-@dataclass(frozen=True)
+@frozen
 class Features:
     """What one expression shows on one side, as fractions of the side.
 

@@ -6,12 +6,13 @@ from __future__ import annotations
 import functools
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal
 
 import numpy as np
 
 from ..arrays import Array, Index, Mask
+from ..frozen import frozen
 from ..geometry.arcs import on_arcs
 from ..geometry.outline import Outline, Side
 from ..mesh.basis import gauss, lagrange
@@ -35,7 +36,7 @@ SMALLEST = 1e-13
 """Smallest element as a fraction of its side."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Field:
     """Data of one kind that vary along one side.
 

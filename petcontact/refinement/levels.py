@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import itertools
 import math
-from dataclasses import dataclass
 
+from ..frozen import frozen
 from ..mesh.hp_grading import Grading
 
 MOST_GAIN = 40.0
@@ -16,7 +16,7 @@ MARGIN = 1.3
 """How far below the wanted error a level's typical error is when it is tried first."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Level:
     """One refinement level: a grading.
 
@@ -60,7 +60,7 @@ CONTACT_REFINEMENT_LEVELS = (
 or better, and those of the next one are ten times smaller."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Ladder:
     """Levels to climb, and what takes the place of the second where a rough accuracy is wanted.
 

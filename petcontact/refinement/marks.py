@@ -6,12 +6,13 @@ import functools
 import itertools
 import math
 import operator
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 
 from ..arrays import Array, Index
 from ..errors import InputError
+from ..frozen import frozen
 from ..geometry.outline import Outline
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..mesh.grading import LARGEST_MESH, points_on_sides, singular_ends
@@ -54,7 +55,7 @@ ON_KINK = 1e-3
 """Distance of a transition point from a kink of the data, in smallest elements, below which the kink is its mark."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Body:
     """What all meshes of an adaptive solve share.
 
@@ -185,7 +186,7 @@ class Body:
         return LevelMesh(mesh, max(missed))
 
 
-@dataclass(frozen=True)
+@frozen
 class LevelMesh:
     """A mesh, and the largest defect of the data that it leaves beyond what was asked (or 0)."""
 

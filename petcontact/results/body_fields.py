@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +17,7 @@ from ..fields.boundary.places import ON, located, sizes
 from ..fields.boundary.stress import BoundaryField
 from ..fields.interior import Progress, fields_at, normal_stress_out_of_plane, points_in
 from ..fields.stress_state import StressState
+from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..model.problem import Problem
@@ -59,7 +59,7 @@ CLOSE = 0.03
 twice that they pass into those inside."""
 
 
-@dataclass(frozen=True)
+@frozen
 class BodyFields:
     """What `SolutionData` evaluates of a body after an increment.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Self
 
 import numpy as np
@@ -13,6 +13,7 @@ from ..bem.particular.volume import VolumeSolution
 from ..contact.law_protocol import OPEN, SLIP
 from ..contact.state import History
 from ..errors import InputError
+from ..frozen import frozen
 from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.cycle import cycle_steps
 from ..model.problem import Contact, Problem
@@ -21,7 +22,7 @@ from .evaluated import Evaluated
 from .records import BodyResult, ContactFields, PairResult, StepResult, WearHistory
 
 
-@dataclass(frozen=True, repr=False)
+@frozen
 class SolutionData(Evaluated):
     """What a solve found and a result file holds; `Solution` adds what can be done with it.
 

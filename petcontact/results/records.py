@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from ..arrays import Array, Index, Names, States
 from ..contact.friction_law import lengths
 from ..contact.state import History
+from ..frozen import frozen
 from ..geometry.rotation import Axial, moment
 
 
-@dataclass(frozen=True)
+@frozen
 class PairResult:
     """Nodal fields of one interface after an increment; the secondary's nodes.
 
@@ -118,7 +119,7 @@ class PairResult:
         return float(self.weight[self.pressure < -level].sum() / self.weight.sum())
 
 
-@dataclass(frozen=True)
+@frozen
 class BodyResult:
     """Displacement [length] and traction [stress] (n, d) on the boundary of one body."""
 
@@ -126,7 +127,7 @@ class BodyResult:
     traction: Array
 
 
-@dataclass(frozen=True)
+@frozen
 class ObstacleResult:
     """Where an obstacle is, and the force and moment about its centre that act on it from outside.
 
@@ -139,7 +140,7 @@ class ObstacleResult:
     moment: Axial
 
 
-@dataclass(frozen=True)
+@frozen
 class StepResult:
     """One increment.
 
@@ -201,7 +202,7 @@ class StepResult:
         return {origin: 1.0 - self.load_factor, self.step: self.load_factor}
 
 
-@dataclass(frozen=True)
+@frozen
 class WearHistory:
     """Wear over cycles, at the ends of those that were computed.
 
@@ -218,7 +219,7 @@ class WearHistory:
     depth: dict[str, Array]
 
 
-@dataclass(frozen=True)
+@frozen
 class ContactFields:
     """Nodal fields on the contact parts of one body, by number of the node.
 

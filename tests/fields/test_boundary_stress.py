@@ -9,10 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from smooth_field import STEEL, boundary_data, exact, meshed
 
-from petcontact import Box, Contact, Material, MeshOptions, Polygon, Problem, Sphere
+from petcontact import Box, Contact, Cylinder, Material, MeshOptions, Polygon, Problem, Sphere
 from petcontact.fields.boundary.gradients import surface_gradient
 from petcontact.fields.boundary.places import best_places, located, nodal_places
 from petcontact.fields.boundary.stress import BoundaryField, components, hooke
+from petcontact.fields.interior import field_at
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.grading import mesh_outline
 from petcontact.mesh.panelling import box_mesh
@@ -23,6 +24,7 @@ from petcontact.results.records import BodyResult
 
 CUBE = BoxSurface(np.full(3, -1.0), np.ones(3))
 SOFT = Material(2.6, 0.3)
+CYLINDER = Cylinder(**{"from": (0, 0, -1), "to": (0, 0, 1), "radius": 1})
 
 
 def at(mesh, element, place):
@@ -118,10 +120,11 @@ def test_next_to_panels_stress_is_as_accurate_as_on_them(depth):
 
 
 def triangles(mesh):
-    """Every panel cut in two."""
+    """Every panel cut in two, the curved ones through the points in their middles."""
     corners = np.concatenate([mesh.corners[:, [0, 1, 2, 3]], mesh.corners[:, [0, 2, 3, 3]]])
-    corners[:, 3] = np.nan
-    return SurfaceMesh(corners, np.tile(mesh.order, 2), np.tile(mesh.part, 2), mesh.part_names)
+    middles = np.concatenate([mesh.middles[:, [0, 1, 4, 4, 4]], mesh.middles[:, [4, 2, 3, 4, 4]]])
+    corners[:, 3] = middles[:, 3:] = np.nan
+    return SurfaceMesh(corners, np.tile(mesh.order, 2), np.tile(mesh.part, 2), mesh.part_names, middles)
 
 
 def hanging(order, levels, shrink):
@@ -206,6 +209,49 @@ def test_uniform_stress_is_exact_everywhere_and_rigid_motions_add_none(seed, ord
     found = field.stress(*everywhere(mesh, 3, rng))
     wanted = components(stress[None])
     assert np.abs(found - wanted).max() < 1e-11 * max(np.abs(wanted).max(), np.abs(u).max())
+
+
+def curved(kind, order, rng):
+    """A curved body somewhere, of random shape."""
+    if kind == "curve":
+        return meshed(order=order, element_size=rng.uniform(0.3, 1.0))
+    shape = Sphere(centre=(0, 0, 0), radius=1) if rng.integers(2) else CYLINDER
+    mesh = mesh_of(Problem(material=SOFT, geometry=shape, mesh=MeshOptions(1.0, order=order), boundary=[Contact("top")]))
+    mesh = triangles(mesh) if kind == "triangles" else mesh
+    stretched, away = np.diag(rng.uniform(0.5, 2.0, 3)) + rng.uniform(-0.2, 0.2, (3, 3)), rng.uniform(-3.0, 3.0, 3)
+    points = (values @ stretched + away for values in (mesh.corners, mesh.middles))
+    return SurfaceMesh(next(points), mesh.order, mesh.part, mesh.part_names, next(points))
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 10**6), order=st.integers(0, 3), kind=st.sampled_from(["curve", "quads", "triangles"]))
+def test_rotations_strain_no_curved_body(seed, order, kind):
+    """Elements of order 1 told von Mises stresses of a tenth of E times the angle; those of order 3 of a hundredth."""
+    rng = np.random.default_rng(seed)
+    mesh = curved(kind, order, rng)
+    turn, material = rng.normal(size=(mesh.dim, mesh.dim)), Material(1.0, rng.uniform(-0.5, 0.45))
+    shift = rng.normal(size=mesh.dim)
+    u = mesh.x @ (turn - turn.T) + shift
+    field = BoundaryField(mesh, u, np.zeros_like(u), material, rng.integers(-1, 3, mesh.n_nodes))
+    places = everywhere(mesh, 3, rng)
+    assert np.abs(field.stress(*places)).max() < 1e-10 * np.abs(turn).max()
+    assert (
+        np.abs(field.displacement(*places) - at(mesh, *places) @ (turn - turn.T) - shift).max() < 1e-10 * np.abs(turn).max()
+    )
+    within = mesh.x[:1] - 0.1 * mesh.normal[:1]
+    _, stress = field_at(mesh, u, np.zeros_like(u), material, within)
+    assert np.abs(stress).max() < 1e-10 * np.abs(turn).max()
+
+
+@pytest.mark.parametrize("kind", ["curve", "quads", "triangles"])
+def test_linear_fields_on_constant_elements(kind):
+    """The slope next to the middle of an element comes from its neighbours; in space none was taken, and no stress told."""
+    rng = np.random.default_rng(0)
+    mesh, slope = curved(kind, 0, rng), rng.normal(size=(3, 3))[: 2 + (kind != "curve"), : 2 + (kind != "curve")]
+    strain, d = 0.5 * (slope + slope.T), len(slope)
+    stress = 2.0 * SOFT.shear_modulus * (strain + 0.3 / 0.4 * np.trace(strain) * np.eye(d))
+    field = BoundaryField(mesh, mesh.x @ slope.T, mesh.normal @ stress, SOFT)
+    assert np.abs(field.stress(*best_places(mesh)) - components(stress[None])).max() < 1e-11
 
 
 @settings(max_examples=15, deadline=None)

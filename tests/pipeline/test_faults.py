@@ -220,9 +220,11 @@ value = ["free", -0.02]\n"""
     assert kept.status == "failed" and [step.name for step in kept.steps] == ["press"]
 
 
-@pytest.mark.parametrize("level", [2, 3])
-@pytest.mark.parametrize("where", ["elimination", "iteration"])
-def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(tmp_path, monkeypatch, capsys, level, where):
+@pytest.mark.parametrize(("where", "level", "asked"), [
+    ("elimination", 2, ["--accuracy", "1e-5"]), ("elimination", 3, ["--accuracy", "1e-5"]), ("elimination", 2, []),
+    ("iteration", 2, ["--accuracy", "1e-5"]), ("iteration", 3, ["--accuracy", "1e-5"]), ("iteration", 2, []),
+])  # fmt: skip
+def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(tmp_path, monkeypatch, capsys, where, level, asked):
     """At once in an elimination, which may take long, and after the iteration under way: all steps of the mesh before."""
     made, original = [], {"elimination": climb.prepare, "iteration": newton.linear_solve}
 
@@ -242,7 +244,7 @@ def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(tmp_path, monkeypat
     monkeypatch.setattr(newton, "linear_solve", solved)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "stack.toml").write_text(BLOCKS)
-    assert main(["solve", "stack.toml", "--no-figures", "--accuracy", "1e-5"]) == 143
+    assert main(["solve", "stack.toml", "--no-figures", *asked]) == 143
     assert "interrupted by SIGTERM; the solution is saved in stack.h5" in capsys.readouterr().err
     kept = read_result(tmp_path / "stack.h5")
     assert kept.status == "not converged" and kept.reason.startswith("interrupted by SIGTERM")

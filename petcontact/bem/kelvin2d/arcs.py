@@ -13,11 +13,11 @@ Gauss points suffice at every distance.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Complex, Index, Mask
+from ...frozen import frozen
 from ...geometry.arcs import half_angles
 from ...mesh.basis import gauss, product_weights
 from . import moments
@@ -28,7 +28,7 @@ MIDDLE, CLOSE_SUM = 24, 2.9
 """As in `moments.PointCounts`, for arcs of every order: what the series of close targets asks for."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Arcs:
     """Arcs of at most half a circle, arrays (n,).
 

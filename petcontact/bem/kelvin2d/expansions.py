@@ -14,11 +14,10 @@ and 1/ζ = -Σ s^k z^(-k-1) turns both into Laurent series; the free constant of
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Complex
+from ...frozen import frozen
 from ...mesh.basis import gauss, product_weights
 from ...mesh.elements import Elements
 from .integrals import shape_of
@@ -31,7 +30,7 @@ POINTS = 32
 """Gauss points an element: the moments are polynomials of degree TERMS on a group that is one straight element."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Expansion:
     """The field of one group of elements.
 

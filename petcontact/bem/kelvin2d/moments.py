@@ -6,15 +6,14 @@ Every integral over a straight element is a linear combination of ∫ L_b ln|s-z
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Complex, Mask
+from ...frozen import frozen
 from ...mesh.basis import lagrange_coefficients, product_weights
 
 
-@dataclass(frozen=True)
+@frozen
 class PointCounts:
     """How the moments of one order are taken at every distance, each to about 1e-13.
 
@@ -39,7 +38,7 @@ RULES = {
 }  # fmt: skip
 
 
-@dataclass(frozen=True)
+@frozen
 class Moments:
     """What both kernels ask of an element, arrays of one shape (..., p+1, m).
 
@@ -67,7 +66,7 @@ class Moments:
     dipole_im: Array
 
 
-@dataclass(frozen=True)
+@frozen
 class Parts:
     """Integrals over elements of half the angle α, one target each, arrays (p+1, n); x = α(s-z)/2.
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Complex, Index, Mask
+from ...frozen import frozen
 from ...mesh.basis import gauss
 from . import moments
 from .moments import RULES, Moments, Parts
@@ -14,7 +13,7 @@ from .moments import RULES, Moments, Parts
 Pairs = tuple[Index, Index]
 
 
-@dataclass(frozen=True)
+@frozen
 class Segments:
     """Straight elements, arrays (n,).
 

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Complex, Index
+from ...frozen import frozen
 from .moments import Moments
 
 
-@dataclass(frozen=True)
+@frozen
 class Result:
     """The arrays (2, 2, n, p+1, m) that take G and H, and the constants of the kernels."""
 

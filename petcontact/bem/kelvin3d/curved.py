@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ...arrays import Array, Index
-from ...mesh.curved_panels import CurvedPanels, reference_rule
+from ...mesh.curved.panels import CurvedPanels, reference_rule
 from .polar import Rule, digits, polar_rule, warp
 from .rules import MOST_POINTS, fewest, point_counts
 from .tensors import Result, kernels

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Index
-from ...mesh.curved_panels import CurvedPanels
+from ...mesh.curved.panels import CurvedPanels
 from ...mesh.panels import Panels
 from . import curved
 from .compiled import available, compiled_integrals

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ...arrays import Array
-from ...mesh.curved_panels import CurvedPanels
+from ...mesh.curved.panels import CurvedPanels
 from ...mesh.panels import Panels
 from ..kelvin import KelvinSolution
 from .compiled import compiled_field

@@ -14,18 +14,17 @@ lost like (distance/shortest height)^(a+b).
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Mask
+from ...frozen import frozen
 
 FLAT = 1e-12
 """Heights over the plane below this fraction of the polygon's size are zero."""
 Table = dict[tuple[int, int], Array]
 
 
-@dataclass(frozen=True)
+@frozen
 class Edges:
     """Edges of polygons as their targets see them, arrays (c, n)."""
 
@@ -121,7 +120,7 @@ def solid_angle(edges: Edges) -> Array:
     return np.asarray(np.sign(edges.w) * total)
 
 
-@dataclass(frozen=True)
+@frozen
 class Moments:
     """M_1, M_3 (without [0, 0]), P = w M_3 and Q = 3w M_5 (without [0, 0], but w² Q[0, 0]), each {(a, b): (n,)}."""
 

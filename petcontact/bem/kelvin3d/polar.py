@@ -12,14 +12,15 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from ...arrays import Array
+from ...frozen import frozen
 from ...geometry.quadratic import REFERENCE
 from ...mesh.basis import gauss
-from ...mesh.curved_panels import CurvedPanels
+from ...mesh.curved.panels import CurvedPanels
 
 MOST = 40
 """Gauss points in s or v at most."""
@@ -41,7 +42,7 @@ FLATTEST = 1e-10
 """Height of a side over the panel's size below which the foot is on the side."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Rule:
     """Points that stand for one panel.
 

@@ -8,7 +8,7 @@ import math
 import numpy as np
 
 from ...arrays import Array, Index
-from ...mesh.curved_panels import CurvedPanels, reference_rule
+from ...mesh.curved.panels import CurvedPanels, reference_rule
 from ...mesh.panels import Panels
 
 TOLERANCE = {Panels: 1e-11, CurvedPanels: 1e-9}

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import AnyArray, Array, Index
-from ...mesh.curved_panels import CurvedPanels
+from ...mesh.curved.panels import CurvedPanels
 from ...mesh.panels import Panels
 from ..kelvin import COMPONENTS
 from .curved import quadrature, sources

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 
 
-@dataclass(frozen=True)
+@frozen
 class Result:
     """The arrays (3, 3, n, k, m) that take G and H, and ν."""
 

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array
+from ...frozen import frozen
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.loads import forces_by_step
 from ...model.problem import Problem
@@ -15,7 +14,7 @@ from ..kernels import kernel_for
 from .volume import VolumeSolution
 
 
-@dataclass(frozen=True)
+@frozen
 class InsideLoads:
     """Loads inside a body in a load state."""
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
+from ...frozen import frozen
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.expressions import evaluate
 from ...model.loads import VolumeLoads, loads_by_step
@@ -20,7 +21,7 @@ EXACT = 1e-10
 """Error of a polynomial, over the largest value, up to which it is not reported."""
 
 
-@dataclass(frozen=True)
+@frozen
 class VolumeSolution:
     """Particular solutions in K load states, None where nothing acts.
 

@@ -12,14 +12,13 @@ P. B. Bochev, Int. J. Numer. Meth. Fluids 46, 2004). It vanishes with the size o
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
 from ...arrays import Array
 from ...bem.operators import BoundaryOperators
 from ...errors import InputError
+from ...frozen import frozen
 from ...geometry.rotation import rigid_motions
 from ...geometry.superelement import CondensedSurface, expect
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -30,7 +29,7 @@ RESISTED = 1e-8
 """Stiffness against a motion, over the largest against any, from which it is resisted."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Condensed:
     """u = free + S t + R α and RᵀW t + F = 0 at n nodes, in K load states; component c of node i is d i + c.
 

@@ -15,7 +15,7 @@ Where nodes stick u = o and y is the traction; where they are open y is u, and t
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -23,6 +23,7 @@ import scipy
 
 from ...arrays import Array
 from ...errors import InputError
+from ...frozen import frozen
 from ..body.base import ElasticBody
 from ..interface import ContactMaps, Interface
 from .rows import BodyRows
@@ -32,7 +33,7 @@ Sparse = Any
 matrix_of: Any = scipy.sparse.csr_array
 
 
-@dataclass(frozen=True)
+@frozen
 class Relation:
     """A linear law at M nodes.
 
@@ -81,7 +82,7 @@ class Relation:
         return np.concatenate([self.of_v, self.of_sigma], axis=1)
 
 
-@dataclass(frozen=True)
+@frozen
 class Expansion:
     """Factors of all columns by the unknowns, and the traction in contact.
 
@@ -217,6 +218,12 @@ class Coupling:
         left = (sigma - relation.sigma_0) / self.scale[:, None]
         eta = self._by(relation.of_v, (v - relation.v_0).ravel(), True) + self._by(relation.of_sigma, left.ravel(), True)
         return eta + self._by(relation.of_v, opposite, True)
+
+    def uncoupled(self, z: Array) -> Array:
+        """Unknowns (N, r) of displacements (N, r) of open contact: those of secondaries are along its directions."""
+        unknowns = z.copy()
+        unknowns[self.secondary] = self._turn @ (self._pick @ z[self.met])
+        return unknowns
 
     def tractions(self, sigma: Array) -> Array:
         """Factors of all columns, on the right, of the tractions on all bodies by σ (M, k)."""

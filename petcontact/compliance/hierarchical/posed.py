@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array
+from ...frozen import frozen
 from .coupling import Expansion
 
 
-@dataclass(frozen=True)
+@frozen
 class Balance:
     """Rows for rigid motions of bodies, then of free obstacles: q combinations in equilibrium, p that are where they are.
 
@@ -41,7 +40,7 @@ class Balance:
         return len(self.load) + len(self.amplitude)
 
 
-@dataclass(frozen=True)
+@frozen
 class Posed:
     """A linear problem.
 
@@ -63,7 +62,7 @@ class Posed:
     balance: Balance
 
 
-@dataclass(frozen=True)
+@frozen
 class State:
     """A solution.
 

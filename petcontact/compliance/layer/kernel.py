@@ -10,13 +10,13 @@ sum of their layers.
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...bem.kelvin2d.moments import powers
 from ...bem.operators import BoundaryOperators
+from ...frozen import frozen
 from ...mesh.basis import gauss, product_weights
 from ...mesh.curve_mesh import CurveMesh, as_curve
 from ...mesh.pairs.clipping import cross
@@ -30,7 +30,7 @@ FAR_POINTS, NEAR_POINTS = 4, 12
 """Gauss points over the order of an element, for its kernel from afar and for the smooth part of it close by."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Strip:
     """A contact part as a layer: a stretch of nodes that see each other through the layer's kernel only.
 

@@ -12,6 +12,7 @@ import numpy as np
 
 from ... import native
 from ...arrays import Array, Index
+from ...frozen import frozen
 from .aca import low_rank
 from .block_tree import Blocks, Clusters, divided
 from .entries import Callback, Entries, block
@@ -28,7 +29,7 @@ FULL = 16
 """Compiled code fills rows and columns up with zeros to multiples of so many numbers."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Layout:
     """How rows of U and V and columns of whole blocks are kept: in 16 bits each after its scale in single precision.
 

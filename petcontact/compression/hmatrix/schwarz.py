@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
@@ -22,6 +21,7 @@ from numpy.typing import NDArray
 
 from ... import native
 from ...arrays import Array, Index, Mask
+from ...frozen import frozen
 from .build import FULL
 
 Single = NDArray[np.float32]
@@ -40,7 +40,7 @@ class Source(Protocol):
         ...
 
 
-@dataclass(frozen=True)
+@frozen
 class Patch:
     """Unknowns that are solved for together.
 
@@ -62,7 +62,7 @@ class Patch:
     coupled: bool
 
 
-@dataclass(frozen=True)
+@frozen
 class Inverted:
     """A patch's matrix A, inverted for some P, from which the inverse for another P follows.
 

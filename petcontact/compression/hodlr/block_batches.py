@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ... import native
 from ...arrays import Array, Index
+from ...frozen import frozen
 
 _multiply = native.function("petcontact_multiply", "ipppdp")
 
 GROWTH = 1.12  # blocks of one stack differ by less than this factor in rows and in columns
 
 
-@dataclass(frozen=True)
+@frozen
 class Block:
     """A dense block (p, q) with the places of its p rows and q columns in the vectors it connects."""
 
@@ -24,7 +24,7 @@ class Block:
     values: Array
 
 
-@dataclass(frozen=True)
+@frozen
 class _Stack:
     """c blocks: places of rows (c, p) and of columns (c, q), values (c, p, q), or (1, p, q) where they are the same."""
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 from .block_batches import Batches, Block
 from .levels import TOGETHER, Level, Stack
 from .translations import Cluster
@@ -16,7 +15,7 @@ GROWTH = 100.0  # largest |entry of E⁻¹| times the norm of its column; beyond
 UNSAFE = 1e6  # beyond it what is left is inverted anew, not updated: the update loses as many digits
 
 
-@dataclass(frozen=True)
+@frozen
 class Schur:
     """What is left of a cluster: a block between its kept unknowns, which come first, and those that wait."""
 
@@ -24,7 +23,7 @@ class Schur:
     values: Array
 
 
-@dataclass(frozen=True)
+@frozen
 class Elimination:
     """One level of a factorisation.
 
@@ -194,7 +193,7 @@ def _eliminate(level: Level, below: list[Schur], use_up: bool) -> tuple[Eliminat
     return Elimination(level, *slots, inverse_blocks, forth_blocks, back_blocks), left
 
 
-@dataclass(frozen=True)
+@frozen
 class _Eliminated:
     """Of a cluster of some size: what is left, E⁻¹, E⁻¹F, G, and the places of R, of C and of those that wait."""
 

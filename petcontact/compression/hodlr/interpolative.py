@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 
 OVERSAMPLING = 12  # rows of a sketch beyond the rank it is expected to show
 SPARE = 6  # rows that must be left over for the rank to be believed
@@ -23,7 +23,7 @@ def _next_power(count: int) -> int:
     return 1 << max(9, (count - 1).bit_length())
 
 
-@dataclass(frozen=True)
+@frozen
 class PivotedQR:
     """Pivoted QR of a block or of a sketch of it: triangle r (l, n), pivots (n,), numerical rank, largest column."""
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Hashable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TypeVar
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 from .block_batches import Batches, Block
 from .skeleton import Operator
 from .translations import Cluster
@@ -17,7 +18,7 @@ from .translations import Cluster
 TOGETHER = 256  # clusters whose arrays are packed together
 
 
-@dataclass(frozen=True)
+@frozen
 class Level:
     """All clusters of one level, their active rows and columns one after another.
 

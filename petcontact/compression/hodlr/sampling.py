@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...frozen import frozen
 from .clusters import Boxes, Curves, halved
 
 CELL = 8  # nodes of the finest cell: next to a cluster all of them are taken
@@ -19,7 +18,7 @@ FEW = 2  # a cell that gives no more nodes than this is not probed for certain
 SHARED = 0.7  # of the nodes by which a cluster sees what is far away, the part that one distant cell must give
 
 
-@dataclass(frozen=True)
+@frozen
 class Sample:
     """Nodes outside a cluster, increasing, each with the square root of the number of nodes that it stands for.
 
@@ -33,7 +32,7 @@ class Sample:
     complete: bool
 
 
-@dataclass(frozen=True)
+@frozen
 class _Cells:
     """Places first..last of cells outside clusters `owner`, and the nodes wanted from each for one digit."""
 

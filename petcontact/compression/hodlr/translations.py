@@ -16,6 +16,7 @@ import numpy as np
 import scipy
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 from .block_batches import Block
 from .clusters import halved
 from .sampling import Sample
@@ -28,7 +29,7 @@ TOGETHER = 32
 """Clusters sampled in one pass."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Stretch:
     """Nodes start..stop on a straight line: shifted by `period` of them, entries between them are the same again.
 
@@ -44,7 +45,7 @@ class Stretch:
     beside: bool = True
 
 
-@dataclass(frozen=True)
+@frozen
 class Basis:
     """Active rows (or columns) `kept` (k,) and `rest` (m-k,) that outside a cluster are combinations of those.
 

@@ -6,30 +6,32 @@ on the active components, those of τ on which Π' depends (one of two on Coulom
 that only these are solved for. The new τ = ρv - σ says which nodes are on a wrong piece: a step of the semismooth Newton
 method, also known as primal-dual active set. In the plane the pieces are linear and the right set gives the solution itself.
 
-Full exchanges may cycle. Block principal pivoting (Júdice and Pires, Comput. Oper. Res. 21 (1994) 587-596) cannot: where
-the number of wrong nodes has not fallen for some steps, only the last of them moves until it falls, which ends for
-every P-matrix; S is one for Tresca's law, its symmetric part being positive definite in the inner product of the weights.
+Full exchanges may cycle, as where bodies that only contact holds roll to and fro. Where the number of wrong nodes has not
+fallen for some steps, damped ones follow (`line_search`). Block principal pivoting (Júdice and Pires, Comput. Oper. Res. 21
+(1994) 587-596) cannot cycle: where damped steps end only the last of the wrong nodes moves until their number falls, which
+ends for every P-matrix; S is one for Tresca's law, its symmetric part being positive definite in the inner product of the
+weights.
 """
 
 from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Generator
-from dataclasses import dataclass
 
 import numpy as np
 
 from ... import native
 from ...arrays import Array
+from ...frozen import frozen
 from ..friction_law import lengths
 from ..law_protocol import ContactLaw
 from ..linearisation import Linearisation
 from ..system import EQUILIBRIUM, Modes
+from .line_search import LineSearch
 from .monolithic import MonolithicSolver
 from .solvers import ActiveSetSolver
 
 _NEXT_TAU = native.function("petcontact_next_tau", "iiippppdddpp")
-_FIRST_TRACTION = native.function("petcontact_first_traction", "iippppppppp")
 LinearSolver = ActiveSetSolver | MonolithicSolver
 """Who solves the equations of a linearised law."""
 Predictor = Callable[["Pivot"], tuple[Array, Array]]
@@ -52,7 +54,7 @@ PULL = 0.1
 """ρ|v| over |σ| where a node slips: small, so that a node that moves along its σ sticks before it slips the other way."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Pivot:
     """One step.
 
@@ -115,7 +117,7 @@ def next_tau(
 
 def pivots(
     solver: LinearSolver, law: ContactLaw, base: Array, modes: Modes | None, tau: Array, *,
-    sigma: Array | None = None, alpha: Array | None = None, predict: Predictor | None = None,
+    sigma: Array | None = None, alpha: Array | None = None, predict: Predictor | None = None, to_the_end: bool = True,
 ) -> Generator[Pivot, None, str]:  # fmt: skip
     """Steps until no node is wrong; returns why there is none to come.
 
@@ -133,6 +135,8 @@ def pivots(
         Where an iterative solve starts from.
     predict : callable, optional
         Gives a better next (τ, σ) than the plain exchange from a pivot, as long as full exchanges are allowed.
+    to_the_end : bool
+        Whether random and single exchanges follow where damped steps no longer help.
     """
     rank = 0 if modes is None else len(modes.load)
     sigma = np.zeros_like(base) if sigma is None else sigma
@@ -141,6 +145,7 @@ def pivots(
     fewest, patience, seen_sets = len(base) + 1, PATIENCE, set[bytes]()
     farthest, largest, begun = np.inf, 0.0, float(np.abs(sigma).max(initial=0.0))
     shuffle: np.random.Generator | None = None
+    search: LineSearch | None = None
     while True:
         linearised = Linearisation.at(law, tau)
         sigma, v, alpha, push = linear_solve(solver, linearised, base, modes, sigma, alpha, rho)
@@ -162,12 +167,16 @@ def pivots(
         if len(wrong) < fewest:
             fewest, patience = len(wrong), PATIENCE
             seen_sets.clear()
-        else:
+        elif patience > 0 or not (search is None or search.goes_on):
             patience -= 1
         if patience > 0 or len(wrong) == 0:
-            tau = revised
-            if predict is not None:
-                tau, sigma = predict(step)
+            tau, sigma = (revised, sigma) if predict is None else predict(step)
+        elif search is None or search.goes_on:
+            search = search or LineSearch(law, base, modes)
+            tau, rho = search.after(sigma, v, alpha)
+            sigma, alpha = search.sigma, search.alpha
+        elif not to_the_end:
+            return "the sets repeat"
         elif patience > -SHUFFLES:
             shuffle = shuffle or np.random.default_rng(2019)
             tau = np.where((shuffle.random(len(tau)) < 0.5)[:, None], revised, tau)
@@ -187,7 +196,7 @@ def linear_solve(
     if isinstance(solver, MonolithicSolver):
         sigma, v, alpha, free = solver.linear_solve(linearised, rho, sigma, alpha)
         return sigma, v, alpha, _push(modes, sigma, free)
-    sigma, slack = _first_traction(linearised, sigma, rho)
+    sigma, slack = linearised.first_traction(sigma, rho)
     v = base + solver.apply(sigma)
     if modes is not None:
         v = v + modes.motion @ alpha
@@ -199,27 +208,6 @@ def linear_solve(
         if modes is not None:
             v = v + modes.motion @ dalpha
     return sigma, v, alpha, _push(modes, sigma, free)
-
-
-def _first_traction(linearised: Linearisation, so_far: Array, rho: Array) -> tuple[Array, Array]:
-    """σ of a linearised law with y = σ so far where nodes stick and y = -τ elsewhere, and the slack (y - σ)/ρ there."""
-    if _FIRST_TRACTION is not None:
-        given = (
-            linearised.derivative,
-            linearised.constant,
-            linearised.tau,
-            rho,
-            linearised.active,
-            linearised.stick,
-            so_far,
-        )
-        arrays = [np.ascontiguousarray(array) for array in given]
-        sigma, slack = np.empty(so_far.shape), np.empty(so_far.shape)
-        _FIRST_TRACTION(*so_far.shape, *map(native.pointer, (*arrays, sigma, slack)))
-        return sigma, slack
-    y = np.where(linearised.stick, so_far, -linearised.tau)
-    sigma = linearised.traction(y) + linearised.constant
-    return sigma, np.where(linearised.stick, 0.0, (y - sigma) / rho)
 
 
 def _push(modes: Modes | None, sigma: Array, free: Array) -> Array:

@@ -3,20 +3,22 @@
 Each iteration solves the linear equations of `active_set`. Which nodes stick, slip or open is foretold, where a solve with
 S costs more than T, by the contact problem of T through the last iterate, v + T(q - σ): its set is nearly the right
 one, so that two to four solves with S do. Without prediction those nodes that break an inequality are exchanged, which
-takes some ten steps. Where the sets of Coulomb's law cycle the iteration starts again from other ones.
+takes some ten steps. Where the sets of Coulomb's law cycle
+steps are damped, then the iteration starts again from other sets.
 """
 
 from __future__ import annotations
 
-import math
+import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 
 import numpy as np
 import scipy
 
 from ...arrays import Array
+from ...frozen import frozen
 from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
 from ..active_set.monolithic import MonolithicSolver
@@ -30,6 +32,7 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem, RigidModeConstraint, Surrogate, is_monolithic
+from .starts import Guess, everywhere, frictionless, tau_of
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
@@ -49,13 +52,11 @@ STIFF = 1e4
 """ρ|v| over |σ| by which contact stops a free motion: large, so that slip turns where it vanishes."""
 AHEAD = 1e-9
 """Motion of a node, over the largest, that is none."""
-FAR = 1e150
-"""τ_t that is outside of every ball."""
 ROUND_OFF = 1e-10
 """Relative residual below which sets that still change do so by round-off."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SemismoothNewton:
     """Newton's method on the contact law; it ends when no node is wrong, exact up to round-off.
 
@@ -94,8 +95,8 @@ class SemismoothNewton:
         else:
             solver = active_set_solver(system, surrogate, self.factors)
         try:
-            first = _first_guess(system, law, iteration, solver, foretell)
-            return _Run(system, law, iteration, solver, foretell).state(first)
+            run = _Run(system, law, iteration, solver, foretell)
+            return run.at_rest() or run.state(_first_guess(system, law, iteration, solver, foretell))
         finally:
             solver.close()
 
@@ -162,10 +163,6 @@ def steps_before(unknowns: int) -> int:
     return min(max(round(price), LATE[0]), LATE[1])
 
 
-Guess = tuple[Array, Array, Array]
-"""τ, σ and v."""
-
-
 def _first_guess(
     system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: LinearSolver, foretell: _Foresight | None
 ) -> Guess:
@@ -177,28 +174,11 @@ def _first_guess(
         start = base, np.zeros_like(base)
     if start is not None:
         v, sigma = start
-        return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
-    if system.modes is not None and not system.modes.load.any() and not law_residual(law, base, 0.0 * base, 1.0).any():
-        return base, 0.0 * base, base  # nothing is loaded and nothing touches: no motion is the least
+        return next_tau(Linearisation.at(law, tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
     if foretell is not None and foretell.surrogate is not None:
         sigma, v = first_guess(system, foretell.surrogate, solver)
         return *foretell.through(foretell.surrogate, sigma, v, stuck), v
     return stuck, np.zeros_like(base), base
-
-
-def _tau_of(law: ContactLaw, v: Array, sigma: Array) -> Array:
-    """ρv - σ with a ρ that gives both a weight."""
-    size = math.sqrt(np.vdot(v, v)), math.sqrt(np.vdot(sigma, sigma))
-    return (size[1] / size[0] if min(size) > 0.0 else 1.0) * v - sigma
-
-
-def everywhere(like: Array, law: ContactLaw, slip: float) -> Array:
-    """τ of contact everywhere: sticking, or slipping one way along the first tangent."""
-    tau = np.zeros(like.shape)
-    if len(law.groups) > 1:
-        tau[:, law.groups[1]] = 1.0
-    tau[:, 0] = slip * FAR
-    return tau
 
 
 class _Run:
@@ -210,12 +190,23 @@ class _Run:
     ) -> None:  # fmt: skip
         self.system, self.law, self.iteration, self.solver, self.foretell = system, law, iteration, solver, foretell
         self.recorder = Recorder(law, system, iteration)
-        self.ended = ""
+        self.ended, self.to_the_end = "", True
+
+    def at_rest(self) -> ContactState | None:
+        """Bodies that contact holds where they are, if nothing is loaded and nothing touches: no motion is the least."""
+        modes, v = self.system.modes, self.system.u_0
+        sigma = np.zeros_like(v)
+        if modes is None or modes.load.any() or law_residual(self.law, v, sigma, 1.0).any():
+            return None
+        still = np.zeros(len(modes.load))
+        return self._told(Pivot(sigma, v, still, Linearisation.at(self.law, v), v, 0, still), sigma, v)
 
     def state(self, first: Guess) -> ContactState:
         """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
         state = None
-        for tau, sigma, v in self._starts(first):
+        # another start is found sooner than the way out of a cycle
+        for to_the_end, (tau, sigma, v) in itertools.product((False, True), self._starts(first)):
+            self.to_the_end = to_the_end
             state = self._attempt(tau, sigma, v)
             if state.converged or state.stopped or self.recorder.exhausted or self._overloaded:
                 break
@@ -229,10 +220,12 @@ class _Run:
     def _starts(self, first: Guess) -> Iterator[Guess]:
         yield first
         tau, sigma, v = first
-        closed = self.law.states(tau) != OPEN
+        opened = self.law.states(tau) == OPEN
         stuck = everywhere(tau, self.law, 0.0)
         # of a law without normal components, or in plane Tresca friction, no attempt fails
-        yield np.where(closed[:, None], stuck, tau), sigma, v
+        yield from frictionless(self.solver, self.law, self.system, stuck)
+        if opened.any():
+            yield np.where(opened[:, None], tau, stuck), sigma, v
         for slip in (0.0, 1.0, -1.0):
             yield everywhere(tau, self.law, slip), np.zeros_like(sigma), self.system.u_0
 
@@ -267,8 +260,9 @@ class _Run:
     def _steps(self, tau: Array, sigma: Array, alpha: Array | None) -> Iterator[Pivot]:
         system = self.system
         self.ended = yield from pivots(
-            self.solver, self.law, system.u_0, system.modes, tau, sigma=sigma, alpha=alpha, predict=self.foretell
-        )
+            self.solver, self.law, system.u_0, system.modes, tau, sigma=sigma, alpha=alpha, predict=self.foretell,
+            to_the_end=self.to_the_end,
+        )  # fmt: skip
 
     def _touching(self, step: Pivot) -> Array | None:
         """τ further along the motion on which the loads push, where friction that turns or nodes that close stop it."""

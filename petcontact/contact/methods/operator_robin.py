@@ -8,9 +8,8 @@ where the law is that of a potential.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from ...errors import InputError
+from ...frozen import frozen
 from ...model.solver_options import Method
 from ..active_set.pivots import box_problem
 from ..active_set.solvers import SurrogateActiveSetSolver, active_set_solver
@@ -21,11 +20,12 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
-from .newton import everywhere, first_guess
+from .newton import first_guess
 from .settling import settled
+from .starts import everywhere
 
 
-@dataclass(frozen=True)
+@frozen
 class OperatorRobin:
     """Relaxed Douglas-Rachford iteration in the metric of T.
 

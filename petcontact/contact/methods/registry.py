@@ -7,12 +7,12 @@ from __future__ import annotations
 
 import importlib
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
+from ...frozen import frozen
 from ...model.solver_options import METHODS, Method
 from ..iteration import ContactMethod
 from ..law_protocol import ContactLaw
@@ -75,7 +75,7 @@ def _name_of(kind: type) -> str | None:
     return next((name for name, module in METHODS.items() if kind.__module__ == f"{__package__}.{module}"), None)
 
 
-@dataclass(frozen=True)
+@frozen
 class ContactNodes:
     """All contact nodes of a problem, which a function makes a law for.
 

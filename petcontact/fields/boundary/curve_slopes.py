@@ -25,13 +25,20 @@ class CurveSlopes:
     mesh : CurveMesh
         n nodes, no element of order 0.
     values : (n, k) array
+    x : (n, 2) array
+        Position that goes with the values [length].
+    linear : (n_elements, k, 2) array
+        Linear parts, see `linear_parts` [1/length].
     label : (n_elements,) array
         Only elements with one label are neighbours.
     """
 
-    def __init__(self, mesh: CurveMesh, values: Array, label: Index) -> None:
-        self._mesh = mesh
+    def __init__(self, mesh: CurveMesh, values: Array, x: Array, linear: Array, label: Index) -> None:
+        self._mesh, self._count = mesh, values.shape[1]
         before, after = mesh.neighbours()
+        self._linear = linear
+        if linear.any():
+            values = np.hstack([values, x])
         runs_on = _runs_on(mesh, label, after)
         joined_before, joined_after = runs_on[before], runs_on
         count, half = mesh.n_elements, 0.5 * mesh.length
@@ -44,6 +51,7 @@ class CurveSlopes:
             mine, z = np.flatnonzero(mesh.order == order), best_slopes(order)
             nodes = mesh.first_node[mine][:, None] + np.arange(order + 1)
             found = np.einsum("bz,ebk->ezk", lagrange_slopes(order, z), values[nodes]) / half[mine, None, None]
+            found = self._with_linear(found, *np.broadcast_arrays(mine[:, None], 0.5 * (1.0 + z)))
             self._s[mine, :order], self._slope[mine, :order] = z * half[mine, None], found
             near = min(order, BEYOND)
             distance[:, mine, :near] = (1.0 + z[:near]) * half[mine, None]  # the zeros are symmetric
@@ -73,8 +81,16 @@ class CurveSlopes:
             others[:, j] = False
             step = np.where(others, s - s[:, j, None], 1.0)
             basis *= np.where(others, (x - s[:, j])[:, None] / step, 1.0)
-        slope = np.einsum("qj,qjk->qk", basis, self._slope[element])
-        return np.asarray(slope[:, :, None] * tangents(mesh, element, place)[:, None])
+        slope = self._with_linear(np.einsum("qj,qjk->qk", basis, self._slope[element]), element, place)
+        return np.asarray(slope[:, : self._count, None] * tangents(mesh, element, place)[:, None])
+
+    def _with_linear(self, found: Array, element: Index, place: Array) -> Array:
+        """Interpolated slopes (..., k + 2) of the values and of the position, made exact for the linear parts."""
+        if found.shape[-1] == self._count:
+            return found
+        along = tangents(self._mesh, element.ravel(), place.ravel()).reshape((*found.shape[:-1], 2))
+        lost = np.einsum("...ka,...a->...k", self._linear[element], along - found[..., -2:])
+        return np.concatenate([found[..., :-2] + lost, along], axis=-1)
 
 
 def _runs_on(mesh: CurveMesh, label: Index, after: Index) -> Mask:

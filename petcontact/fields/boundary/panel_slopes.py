@@ -33,14 +33,19 @@ class PanelSlopes:
     mesh : SurfaceMesh
         n nodes.
     values : (n, k) array
+    x : (n, 3) array
+        Position that goes with the values [length].
+    linear : (n_elements, k, 3) array
+        Linear parts, see `linear_parts` [1/length].
     label : (n_elements,) array
         Only elements with one label are neighbours.
     """
 
-    def __init__(self, mesh: SurfaceMesh, values: Array, label: Index) -> None:
-        self._mesh, self._values, self._label = mesh, values, label
+    def __init__(self, mesh: SurfaceMesh, values: Array, x: Array, linear: Array, label: Index) -> None:
+        self._mesh, self._values, self._label = mesh, np.hstack([values, x]), label
+        self._linear = linear
         self._owner, place = best_places(mesh)
-        self._sample = surface_gradient(mesh, values, self._owner, place).reshape(len(self._owner), -1)
+        self._sample = self._own(self._owner, place)
         self._x, self._normal = _points(mesh, self._owner, place)
         self._middle, self._middle_normal = _points(mesh, *middles(mesh))
         self._level = np.floor(np.log2(sizes(mesh)) + 0.5).astype(np.int64)
@@ -48,7 +53,7 @@ class PanelSlopes:
     def at(self, element: Index, place: Array) -> Array:
         """See `Slopes.at`."""
         mesh = self._mesh
-        result = surface_gradient(mesh, self._values, element, place)
+        result = self._own(element, place)
         groups = np.column_stack([mesh.part, self._label, mesh.order, self._level])
         asked = np.unique(element)
         for part, label, order, level in np.unique(groups[asked], axis=0).tolist():
@@ -59,7 +64,18 @@ class PanelSlopes:
             while degree > 0 and len(mine):
                 mine = self._fit(result, element, place, mine, of, degree)
                 degree -= 1
-        return result
+        return result[:, :-3]
+
+    def _own(self, element: Index, place: Array) -> Array:
+        """Slopes by the nodes of the panels alone, and below them those of the position, (q, k + 3, 3)."""
+        found = surface_gradient(self._mesh, self._values, element, place)
+        return self._with_linear(found, element, place)
+
+    def _with_linear(self, found: Array, element: Index, place: Array) -> Array:
+        """Interpolated slopes of the values and of the position, made exact for the linear parts, (q, k + 3, 3)."""
+        normal = _points(self._mesh, element, place)[1]
+        plane = np.eye(3) - normal[:, :, None] * normal[:, None]
+        return np.concatenate([found[:, :-3] + self._linear[element] @ (plane - found[:, -3:]), plane], axis=1)
 
     def _thinned(self, of: Index, level: int, order: int) -> Index:
         """Samples as far apart as those on panels of a level and order: of those on smaller panels one a cube.
@@ -96,8 +112,8 @@ class PanelSlopes:
         rows = np.flatnonzero(np.isin(element, mine[known]))
         panel = np.searchsorted(mine, element[rows])
         at = self._local(mine[panel], _points(self._mesh, element[rows], place[rows])[0][:, None])[:, 0]
-        fitted = np.einsum("qj,qjg->qg", _powers(at, exponents), (fit @ samples)[panel])
-        result[rows] = fitted.reshape(len(rows), *result.shape[1:])
+        fitted = np.einsum("qj,qjg->qg", _powers(at, exponents), (fit @ samples.reshape(*chosen.shape, -1))[panel])
+        result[rows] = self._with_linear(fitted.reshape(len(rows), *result.shape[1:]), element[rows], place[rows])
         return mine[~known]
 
     def _local(self, element: Index, x: Array) -> Array:

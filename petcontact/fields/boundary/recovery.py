@@ -4,7 +4,8 @@ Between the nodes of an element there are places at which the slope of its polyn
 elsewhere (superconvergent points: Zienkiewicz and Zhu, IJNME 33, 1992). A polynomial through the slopes there, and through
 those at the nearest such places of the neighbours, has that accuracy on the whole element, its ends too. Neighbours count
 that belong to the same part and to the same state of contact, and to which the boundary runs on smoothly: the slope is
-smooth over no other. Along curves the polynomial interpolates; on panels, which need not match, it is fitted.
+smooth over no other. Along curves the polynomial interpolates; on panels, which need not match, it is fitted. Of linear
+fields the slopes are exact, on curved elements too: see `linear`.
 """
 
 from __future__ import annotations
@@ -28,8 +29,9 @@ class Slopes(Protocol):
 
 
 @functools.singledispatch
-def slopes_of(mesh: Any, values: Array, label: Index) -> Slopes:
-    """Recovered slopes of nodal values (n, k), over neighbours of one label (n_elements,) only."""
+def slopes_of(mesh: Any, values: Array, x: Array, linear: Array, label: Index) -> Slopes:
+    """Recovered slopes of nodal values (n, k) at positions (n, d), linear parts (n_elements, k, d), over neighbours of one
+    label (n_elements,) only."""
     raise TypeError(f"no slopes on {type(mesh).__name__}")
 
 

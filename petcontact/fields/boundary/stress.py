@@ -16,6 +16,7 @@ from ...arrays import Array, Index
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Material
 from ..smoothing import smoothed
+from .linear import linear_parts
 from .recovery import Slopes, slopes_of
 
 
@@ -46,15 +47,23 @@ class BoundaryField:
             # an element of several states stands alone
             label = np.where(low == high, low, -2 - np.arange(mesh.n_elements) + min(0, int(low.min(initial=0))))
         self._label = label
-        self._mesh, self._u, self._traction = smoothed(mesh, u, traction)
+        # the position is made smooth like the displacement, so that linear fields of it can be told
+        self._mesh, moved, self._traction = smoothed(mesh, np.hstack([u, mesh.x]), traction)
+        self._u, self._x = np.hsplit(moved, 2)
 
     @functools.cached_property
     def _slopes(self) -> Slopes:
-        return slopes_of(self._mesh, self._u, self._label)
+        return slopes_of(self._mesh, self._u, self._x, self._linear, self._label)
+
+    @functools.cached_property
+    def _linear(self) -> Array:
+        return linear_parts(self._mesh, self._x, self._u)
 
     def displacement(self, element: Index, place: Array) -> Array:
         """At places of elements, as `Hits` has them, (q, d) [length]."""
-        return np.asarray(self._mesh.basis_at(element, place) @ self._u)
+        basis, at = self._mesh.basis_at(element, place), self._mesh.variables_at(element, place)
+        x = np.column_stack([at[axis] for axis in "xyz"[: self._mesh.dim]])
+        return np.asarray(basis @ self._u + np.einsum("qij,qj->qi", self._linear[element], x - basis @ self._x))
 
     def stress(self, element: Index, place: Array) -> Array:
         """At places of elements, (q, d(d+1)/2), components as of `field_at` [stress]."""

@@ -7,13 +7,13 @@ import importlib.util
 import json
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
+from ...frozen import frozen
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
 from ..surface import FacetSurface, SolidSurface
@@ -34,7 +34,7 @@ def is_cad(file: str) -> bool:
     return Path(file).suffix.lower() in worker.FORMATS
 
 
-@dataclass(frozen=True)
+@frozen
 class CadFace:
     """A surface of a CAD file: its number in the file, its name there or "", kind, area [length²] and centre [length]."""
 
@@ -50,7 +50,7 @@ class CadFace:
         return self.name or str(self.number)
 
 
-@dataclass(frozen=True)
+@frozen
 class CadSurface(SolidSurface):
     """The surface of one solid of a CAD file, which is meshed where a size is known.
 

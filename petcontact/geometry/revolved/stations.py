@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...errors import InputError
+from ...frozen import frozen
 from ..outline import Outline, Side, shown
 
 TURN = 0.25 * math.pi
@@ -20,7 +20,7 @@ ON_AXIS = 1e-9
 """Distance from the axis, over the size of the section, that counts as none."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Stations:
     """The pieces of all loops of a section, in order, and the sectors of a revolved surface.
 

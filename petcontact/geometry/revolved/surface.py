@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...errors import InputError
+from ...frozen import frozen
 from ..outline import Outline
 from ..round_surfaces import RIM
 from ..surface import SolidSurface
@@ -45,7 +45,7 @@ TIP = np.array([[(0.5, 0), (1, 1), (0, 1), (1, 0.5), (0.5, 1), (0, 0.5)]])
 many, or the start on the axis."""
 
 
-@dataclass(frozen=True)
+@frozen
 class RevolvedSurface(SolidSurface):
     """A section in (r, z), the body on the left of its sides, turned about an axis [length].
 

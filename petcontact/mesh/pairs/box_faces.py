@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 from ...geometry.surface import BOX_PARTS, BoxSurface, face_axes
 from ..panelling import box_of_lines
 from ..surface_mesh import SurfaceMesh
@@ -34,7 +33,7 @@ def mesh_of_lines(box: BoxSurface, sides: list[SideMesh]) -> SurfaceMesh:
     return box_of_lines(box, [side.breaks for side in sides], [side.order for side in sides])
 
 
-@dataclass(frozen=True)
+@frozen
 class FaceProjection:
     """Two parallel faces (see `joints.Projection`): side k of the primary has the axis of the secondary's `partner[k]`.
 

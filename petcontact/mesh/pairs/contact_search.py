@@ -6,12 +6,11 @@ secondary's outward normal, or one that is given). Action is reaction: the maps 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy
 
 from ...arrays import Array, Index, Mask
+from ...frozen import frozen
 from ..boundary_mesh import BoundaryMesh
 from .mortar import balanced, projection, rounded
 from .ray_casting import Segments, along
@@ -25,7 +24,7 @@ WHOLE = 0.95
 """Share of an element beyond which the secondary covers all of it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Facing:
     """What a pair needs to know of two meshes, m nodes of the secondary and k of the primary.
 
@@ -74,7 +73,7 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     a, b = secondary.nodes_of(part), primary.nodes_of(other)
     elements, own = secondary.faces(part)
     others, opposite = primary.faces(other)
-    normal = np.array(along(direction, secondary.normal[a]))
+    normal = np.array(along(direction, secondary.smooth_normal[a]))
     there = opposite.cast(secondary.x[a], normal)
     segments = own.segments(opposite, secondary.order[elements], primary.order[others], direction)
     y = opposite.at(segments.other, segments.opposite)[0]

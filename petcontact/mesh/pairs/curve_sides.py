@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 from ...geometry.outline import Outline
 from ..curve_mesh import CurveMesh, build_mesh
 from .common_breakpoints import SideMesh
@@ -40,7 +40,7 @@ def mesh_of_sides(outline: Outline, sides: Sequence[SideMesh]) -> CurveMesh:
     return build_mesh(outline, [side.breaks for side in sides], [side.order for side in sides])
 
 
-@dataclass(frozen=True)
+@frozen
 class CurveProjection:
     """The sides of two parts that face one another (see `joints.Projection`) as curves, and the direction if given."""
 

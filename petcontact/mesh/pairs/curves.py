@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from typing import ClassVar
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...frozen import frozen
 from ...geometry.arcs import arc_lengths, half_angles, on_arcs
 from ..basis import gauss
 from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
@@ -19,7 +19,7 @@ MARGIN = 1.0 + 1e-6
 """Of lengths by which that is done."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Curves(Faces):
     """Straight lines and arcs, the body on their left; arrays over n of them.
 

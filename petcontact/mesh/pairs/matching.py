@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 from ...arrays import Array
+from ...frozen import frozen
 from ...geometry.outline import Outline, as_outline
 from ...geometry.surface import Boundary, BoxSurface
 from ..boundary_mesh import BoundaryMesh
@@ -21,7 +21,7 @@ KINDS: dict[type, tuple[Callable[..., Any], Callable[..., Any], Callable[..., An
 """Joints of a mesh, the mesh with given joints, and the projection of a pair; other boundaries keep their elements."""
 
 
-@dataclass(frozen=True)
+@frozen
 class PairParts:
     """Two parts that face one another, (body, part) each, and the direction if it is given; or of which one is the other of
     the same body moved along."""

@@ -4,14 +4,15 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...frozen import frozen
 from ...geometry.quadratic import position
-from ..curved_panels import CurvedPanels
+from ..curved.panels import CurvedPanels
 from ..panels import Panels, make_panels
 from .clipping import area, clip, cross, fan_rule
 from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
@@ -33,7 +34,7 @@ STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
 """Newton's steps to where a line meets a curved panel, the relative step that ends them, and how far they may leave it."""
 
 
-@dataclass(frozen=True)
+@frozen
 class PanelFaces(Faces):
     """Convex panels with the body behind them; arrays over n of them.
 

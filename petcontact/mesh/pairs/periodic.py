@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array, Index
 from ...errors import InputError
+from ...frozen import frozen
 from ...geometry.outline import Outline
 from ..boundary_mesh import BoundaryMesh
 
@@ -15,7 +14,7 @@ APART = 1e-6
 """Distance of points that are taken for one, over the length of the part."""
 
 
-@dataclass(frozen=True)
+@frozen
 class TranslatedSides:
     """A `Projection` from the sides of a part to those of its partner, which the body lies on the other side of."""
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
 from ...arrays import Array, Index, Mask
+from ...frozen import frozen
 
 SLACK = 1e-9
 """Fractions beyond an end by less still meet it."""
@@ -21,7 +21,7 @@ def along(direction: Array | None, normal: Array) -> Array:
     return normal if direction is None else np.broadcast_to(direction / np.linalg.norm(direction), normal.shape)
 
 
-@dataclass(frozen=True)
+@frozen
 class Hits:
     """Where m points meet the faces of a part.
 
@@ -40,7 +40,7 @@ class Hits:
     distance: Array
 
 
-@dataclass(frozen=True)
+@frozen
 class Segments:
     """Quadrature points on a part where it faces another one; each segment lies on one face of either.
 

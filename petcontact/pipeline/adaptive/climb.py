@@ -79,6 +79,8 @@ class AdaptiveSolve:
     missed, left : float
         What its mesh leaves of the given data beyond what is asked (or 0), and what a method of the problem's own leaves on
         it, by the quantity's difference [-].
+    broken_off : bool
+        Whether a signal, a monitor or a failure ended the solve on the mesh after the last.
     """
 
     def __init__(
@@ -94,6 +96,7 @@ class AdaptiveSolve:
         self.solutions: list[Solution] = []
         self.discrete: Discrete | None = None
         self.missed = self.left = 0.0
+        self.broken_off = False
         self._tolerance = math.nan
         self._tried: PreparedProblem | None = None
         self._kept: PreparedProblem | None = None
@@ -108,10 +111,12 @@ class AdaptiveSolve:
                 try:
                     solution = self._solved(level)
                 except (SolverError, BrokenOff) as error:
+                    self.broken_off = isinstance(error, BrokenOff)
                     if not self.solutions:
                         raise
                     return f"{error} (on the mesh after the last)"
                 if solution.status == "failed" and self.solutions:
+                    self.broken_off = True
                     return f"{solution.reason} (on the mesh after the last)"
                 if solution.status != "converged":
                     more = quantity.goes_on(solution)
@@ -266,8 +271,7 @@ def adapt(
     work = AdaptiveSolve(problem, comm, monitor, law, announce, reached)
     given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
     work.quantity.asked = accuracy is not None or bool(given)
-    if accuracy is None:
-        accuracy = min(given, default=work.quantity.accuracy)
+    accuracy = min(given, default=work.quantity.accuracy) if accuracy is None else accuracy
     check_accuracy(accuracy)
     try:
         trouble, solution = work.climb(accuracy), work.last()
@@ -282,7 +286,7 @@ def adapt(
         finally:
             prepared.close()
         work.left = work.quantity.apart(solution) if solution.converged else 0.0
-    if trouble and math.isinf(work.quantity.estimate):  # as of a mesh that the user fixed
+    if trouble and math.isinf(work.quantity.estimate) and not work.broken_off:  # as of a mesh that the user fixed
         solution = with_estimate(solution, comm, law)
     return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
 
@@ -295,7 +299,6 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
         "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
         **(quantity.info() if shown else {}),
     }  # fmt: skip
-    short = estimate > accuracy
     estimate = info.get("estimated_error", estimate) if math.isinf(estimate) else estimate
     info |= {"estimated_error": estimate} if carries_something(solution) else {}
     reached = short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
@@ -304,14 +307,11 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
     elif status == "converged" and quantity.estimate <= accuracy < estimate:
         status, reason = "not converged", (f"{solution.info['method']} leaves an error of {work.left:.1e} on the last mesh, "
                                            f"which semismooth-newton solves to {quantity.estimate:.1e}")  # fmt: skip
-    elif status == "converged" and short and trouble and not quantity.asked:
-        if math.isinf(estimate):
-            reason += f"; {reached}"
-        else:
-            info["warnings"] = [*info.get("warnings", []), reached]
+    elif status == "converged" and accuracy < estimate < math.inf and trouble and not (quantity.asked or work.broken_off):
+        info["warnings"] = [*info.get("warnings", []), reached]
     elif status == "not converged" and quantity.exhausted and not (shown or quantity.asked):
         reason += f"; {quantity.exhausted}"
-    elif status == "converged" and short:
+    elif status == "converged" and estimate > accuracy:
         status, reason = "not converged", reached
     timings: dict[str, float] = {}
     for seconds_of in {id(each.timings): each.timings for each in (*work.solutions, solution)}.values():

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 from ...geometry.outline import Outline, as_outline
 from ...mesh.basis import lagrange
 from ...mesh.curve_mesh import CurveMesh, as_curve
@@ -22,7 +23,7 @@ GROWS = 1.1
 """Ratio of the largest tractions beside such a place on two meshes from which on they count as infinite there."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Difference:
     """Between tractions, relative to p in L2, the largest over interfaces and step ends.
 

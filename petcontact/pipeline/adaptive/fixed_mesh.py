@@ -32,6 +32,8 @@ LARGE = 0.1
 """Estimate that is warned of."""
 MOST_INCREMENTS = 12
 """That are solved once more."""
+MOST = 100
+"""Iterations of an increment on another mesh: more of them say nothing of the error."""
 
 
 def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
@@ -131,7 +133,7 @@ def _again(solution: Solution, make: MeshMaker, comm: Any, law: Any) -> Solution
     """The solution of the same problem on other meshes."""
     problem = solution.problem
     method = problem.method.model_copy(update={
-        "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed"
+        "name": "semismooth-newton", "rule": None, "start": "zero", "formulation": "condensed", "max_iterations": MOST
     })  # fmt: skip
     problem = problem.model_copy(update={"method": method})
     prepared = prepare(problem, comm, discretise(problem, make, law))

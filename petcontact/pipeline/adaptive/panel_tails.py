@@ -273,11 +273,13 @@ class PanelTails:
 
     def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
         """What meshes cost beyond the budget or the memory; nothing where they fit."""
-        budget, bem = BUDGETS[self.asked], resolved_bem(self._problem.bem)
+        given, bem, pairs = BUDGETS[self.asked], resolved_bem(self._problem.bem), max(1.0, 0.5 * len(meshes))
+        budget = Budget(int(pairs * given.nodes), pairs * given.seconds)
         nodes = sum(mesh.n_nodes for mesh in meshes)
         seconds = solve_seconds(bem, meshes, len(solution.steps))
         if nodes > budget.nodes or seconds > budget.seconds:
-            allowed = f"--accuracy {self.wanted:g} allows {BUDGETS[True]}"
+            most = BUDGETS[True]
+            allowed = f"--accuracy {self.wanted:g} allows {Budget(int(pairs * most.nodes), pairs * most.seconds)}"
             more = "a [mesh] of your own may have more" if self.asked else allowed
             return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, at most {budget} are allowed; {more}"
         faces = [(side.body, side.part) for side in self._sides]

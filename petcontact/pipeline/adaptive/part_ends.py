@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 
 from ...arrays import Array
+from ...frozen import frozen
 from ...geometry.outline import Outline
 from ...mesh.grading import singular_ends
 from ...mesh.pairs.curve_sides import curve_projection
@@ -17,7 +18,7 @@ AT_END = 1e-6
 """Distance from the ends of a side, relative to it, below which a corner faces that end and not the side."""
 
 
-@dataclass(frozen=True)
+@frozen
 class PressedSides:
     """Of one body.
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from typing import Any, Protocol
 
 from ...contact.state import Start
+from ...frozen import frozen
 from ...geometry.surface import Boundary
 from ...model.problem import Problem
 from ...refinement.levels import growing
@@ -16,7 +16,7 @@ from ...results.solution import Solution
 from ..steps.increment import PreparedProblem
 
 
-@dataclass(frozen=True)
+@frozen
 class Reached:
     """A mesh of an adaptive solve that has been solved on.
 
@@ -38,7 +38,7 @@ class Reached:
     seconds: float
 
 
-@dataclass(frozen=True)
+@frozen
 class Budget:
     """What a mesh may cost: nodes of all bodies, and predicted processor seconds of a solve on it."""
 

@@ -67,7 +67,7 @@ def contact_interface(
             notes.append(f"pair {side.name!r}: elements of the two sides do not match: forces pass exactly, the pressure is "
                          f"about twice as far off as on elements that do{advice}")  # fmt: skip
     else:
-        normal, present = along(side.direction, mesh.normal[nodes]).copy(), np.ones(len(nodes), dtype=bool)
+        normal, present = along(side.direction, mesh.smooth_normal[nodes]).copy(), np.ones(len(nodes), dtype=bool)
     if side.law.gap == "geometry":
         gap = facing.distance if facing is not None and side.law.normal == "unilateral" else np.zeros(len(nodes))
     else:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sized
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
+from ...frozen import frozen
 from ...geometry.superelement import CondensedSurface
 from ...geometry.surface import Boundary
 from ...model.base import nearest
@@ -17,7 +17,7 @@ from ...model.loads import loads_by_step
 from ...model.problem import ONE_BODY, Body, Contact, Periodic, Problem, Traction
 
 
-@dataclass(frozen=True)
+@frozen
 class InterfaceSpec:
     """One interface as the config has it.
 

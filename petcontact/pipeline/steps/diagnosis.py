@@ -245,8 +245,11 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
     text = "residuals " + ", ".join(f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value)
     if all(np.all(pair.state == 2) for pair in results[-1].pairs.values()):
         gaps = {name: pair.gap[np.isfinite(pair.gap)].min(initial=np.inf) for name, pair in results[-1].pairs.items()}
-        apart = "; ".join(f"pair {name!r} lies {gap:.3g} apart" if np.isfinite(gap) else f"pair {name!r} faces nothing"
-                          for name, gap in gaps.items())  # fmt: skip
+        apart = "; ".join(
+            f"pair {name!r} " + (
+                "faces nothing" if np.isinf(gap) else f"lies {gap:.3g} apart" if gap > 0.0 else "touches without pressure"
+            ) for name, gap in gaps.items()
+        )  # fmt: skip
         text += f"; no contact anywhere ({apart})"
     for side, d in zip(discrete.sides, discrete.distance, strict=True):
         if np.isfinite(d) and abs(d) > FAR * discrete.boundaries[side.body].diameter:

@@ -17,13 +17,13 @@ from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...model.load_steps import Obstacle, Step
-from ...refinement.panels.edges import rim_powers
 from ...refinement.panels.tail import Tails
 from ..discrete.discretise import Discrete
 from ..trust.between_nodes import Places, places_between
+from .tails import contact_tails
 
-UNLOADED = 1e-11
-"""Tractions and displacements, over those of the increment before, below which they are round-off of unloading."""
+UNLOADED, NOTHING = 1e-11, 1e-14
+"""Tractions and displacements, over those of the increment before, below which they are round-off; of a pair over all."""
 Monitor = Callable[[ContactState], str | None]
 """Called with the state so far after each iteration, which says where it is; a reason that it returns ends the solve."""
 
@@ -129,10 +129,7 @@ class PreparedProblem:
     @functools.cached_property
     def tails(self) -> list[Tails]:
         """What estimates of errors need of the mesh of each contact."""
-        discrete, bodies = self.discrete, self.discrete.problem.body
-        faces = zip(discrete.sides, discrete.interfaces, (discrete.meshes[s.body] for s in discrete.sides), strict=True)
-        return [Tails(mesh, i.nodes, rim_powers(mesh, bodies[s.body], s.part, bodies[s.primary[0]] if s.primary else None,
-                                                s.law.friction_coefficient or 0.0)) for s, i, mesh in faces]  # fmt: skip
+        return contact_tails(self.discrete)
 
     @functools.cached_property
     def contact_nodes(self) -> list[tuple[Array, Array, Array]]:
@@ -252,7 +249,6 @@ class Increment:
             If there is no iterate to keep.
         """
         options, last = self.problem.discrete.problem.method, list[ContactState]()
-
         stepped = bool(self.problem.discrete.problem.step)
         where = f"step {self.number} ({self.name}), load factor {self.target:.4g}" if stepped else ""
         where += f", cycle {self.cycle}" if self.cycle > 1 else ""
@@ -274,12 +270,16 @@ class Increment:
             return replace(last[0], reason=str(error), converged=False, stopped=True, error=True)
 
     def _without_round_off(self, outcome: ContactState) -> ContactState:
-        """An outcome where nothing acts any more: what is left of tractions and overlaps has no digit to be judged by."""
-        acted, left = (np.abs(sigma).max(initial=0.0) for sigma in (self.before.sigma, outcome.sigma))
-        if not outcome.converged or left >= UNLOADED * acted:
-            return outcome
-        noise = UNLOADED * np.abs(self.system.apply(self.before.sigma)).max()
-        return replace(outcome, sigma=np.zeros_like(outcome.sigma), v=np.where(np.abs(outcome.v) < noise, 0.0, outcome.v))
+        """An outcome where nothing acts any more, or nothing in some pairs, as at a ball that no race loads: what is left of
+        tractions and overlaps there has no digit to be judged by."""
+        acted, left = (float(np.abs(sigma).max(initial=0.0)) for sigma in (self.before.sigma, outcome.sigma))
+        over, share = (self.before, UNLOADED) if (gone := left < UNLOADED * acted) else (outcome, NOTHING)
+        sigma, v, least = outcome.sigma.copy(), outcome.v.copy(), share * max(acted, left)
+        for where in self.problem.system.slices if outcome.converged else ():
+            if np.abs(sigma[where]).max(initial=0.0) < least and (gone or sigma[where].any()):
+                noise = UNLOADED * np.abs(self.system.apply(over.sigma)).max()
+                sigma[where], v[where] = 0.0, np.where(np.abs(v[where]) < noise, 0.0, v[where])
+        return replace(outcome, sigma=sigma, v=v)
 
     def _start(self) -> Start | None:
         """Where a method starts from: the state before, and in a step that has begun what it has changed by so far. Its sets

@@ -10,13 +10,14 @@ and add up to 1: depths never fall, and the volume is k times the force times th
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ...arrays import Array
 from ...contact.friction_law import lengths
 from ...contact.state import ContactState, Start
+from ...frozen import frozen
 from .increment import Increment, IncrementState, Monitor
 
 GAMMA = 1.0 - np.sqrt(0.5)
@@ -24,7 +25,7 @@ Tried = tuple[Increment, ContactState, IncrementState]
 """An increment, where its method ended, and what it hands to the next."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Earlier:
     """What an increment was one cycle before, which says how far it slips and where to start.
 

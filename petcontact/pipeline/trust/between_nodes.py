@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy
@@ -12,6 +11,7 @@ import scipy
 from ...arrays import Array, Index, Mask, States
 from ...compliance.bodies import Interface
 from ...contact.law_protocol import OPEN
+from ...frozen import frozen
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.ray_casting import Faces, along
 from ...model.expressions import evaluate
@@ -25,7 +25,7 @@ GapAt = Callable[[Index, Array, Array, Array], Array]
 """Initial gap (q,) at places of elements, with their points and normals (q, d), infinite where nothing is faced [length]."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Places:
     """What lies between the nodes of one unilateral contact.
 

@@ -9,7 +9,7 @@ import numpy as np
 from ...errors import InputError
 from ...geometry.surface import Boundary, FacetSurface
 from ...mesh.boundary_mesh import BoundaryMesh
-from ...mesh.curved_panels import CurvedPanels
+from ...mesh.curved.panels import CurvedPanels
 from ...mesh.surface_mesh import SurfaceMesh
 from .thickness import slenderness
 

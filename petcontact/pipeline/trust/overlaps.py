@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
-from ...compliance.bodies import BodiesSystem
+from ...compliance.bodies import BodiesSystem, Interface
 from ...contact.law_protocol import ContactLaw, law_residual
 from ...contact.state import ContactState
-from ...contact.system import ContactSystem
+from ...contact.system import ContactSystem, is_monolithic
 from .between_nodes import Places
 from .increments import BETWEEN
 
-ROUND_OFF = 1e-11
-"""Of displacements that add up to a gap."""
+ROUND_OFF, SOLVED = 1e-11, 1e-9
+"""Of displacements that add up to a gap, and where these are solved by a Krylov method: of what only moves nothing else is
+left."""
 NEGLIGIBLE = 1e-2
 """Part of what tractions displace that an overlap between nodes may be off by."""
 
@@ -36,7 +37,9 @@ def overlaps(
     both = outcome.v - system.u_0
     moved = both if system.modes is None else system.apply(outcome.sigma)
     rigid = both - moved
-    noise = ROUND_OFF * (np.abs(system.u_0) + np.abs(rigid) + np.abs(moved).max(initial=0.0))[:, -1]
+    noise = (SOLVED if is_monolithic(system) else ROUND_OFF) * (
+        np.abs(system.u_0) + np.abs(rigid) + np.abs(moved).max(initial=0.0)
+    )[:, -1]
     # R_ρ/ρ is what the law forbids of v, but for σ/ρ, which is to be less than round-off
     least = noise.min(initial=np.inf)
     rho = float(np.abs(outcome.sigma).max(initial=0.0) / least) if 0.0 < least < np.inf else 0.0
@@ -52,12 +55,28 @@ def overlaps(
             continue
         depth, found = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale)
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
+        if share > BETWEEN and _yields(bodies, outcome, face, depth):
+            share = 0.0
         if share > max(worst, BETWEEN) and found is not None:
             x = between.point(*found)
             place = ", ".join(f"{coordinate:.6g}" for coordinate in x)
             text = f"pair {face.name!r} by {depth:.3g} at ({place})"
         worst = max(worst, share)
     return at_nodes, worst, text
+
+
+def _yields(bodies: BodiesSystem, outcome: ContactState, face: Interface, depth: float) -> bool:
+    """Whether a free body of a pair carries nothing and has room to move away by as much: then no traction is missed."""
+    for number in (face.body, face.primary):
+        if number is None or bodies.bodies[number].modes.shape[2] < bodies.dim * (bodies.dim + 1) // 2:
+            continue
+        beside = [(w, i) for w, i in zip(bodies.slices, bodies.interfaces, strict=True) if number in (i.body, i.primary)]
+        carries = any(outcome.sigma[where].any() for where, _ in beside)
+        if not carries and all(
+            outcome.v[where, -1].max(initial=-np.inf) < -depth for where, other in beside if other is not face
+        ):
+            return True
+    return False
 
 
 def _share(depth: float, scale: float) -> float:

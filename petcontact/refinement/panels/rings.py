@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Mask
+from ...frozen import frozen
 from ...geometry.quadratic import QuadraticCells
 from ...mesh.surface_mesh import SurfaceMesh
 
@@ -35,7 +35,7 @@ POINTS = ((0, 0), (2, 0), (2, 2), (0, 2), (1, 0), (2, 1), (1, 2), (0, 1), (1, 1)
 """Of a panel on a grid with the middles of its sides, in the order of `QuadraticCells`."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Zone:
     """An ellipse: x = centre + axes z, |z| <= 1.
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +13,7 @@ from ...arrays import Array
 from ...errors import InputError
 from ...fields.peak import peak_of
 from ...fields.stress_state import Field
+from ...frozen import frozen
 from ...mesh.curve_mesh import as_curve
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.base import nearest
@@ -91,7 +91,7 @@ def deformed_figure(
     return Path(path)
 
 
-@dataclass(frozen=True)
+@frozen
 class Picture:
     """What is shown, and how: see `deformed_figure`."""
 

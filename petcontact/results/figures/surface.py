@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...contact.law_protocol import OPEN
+from ...frozen import frozen
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...runtime.figure_style import label, plain
 from ..data import SolutionData
@@ -37,7 +37,7 @@ Sample = Callable[[str, SurfaceMesh, Places], Array]
 """Values (q,) of a body of a name at places."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Sampled:
     """A body's surface in small triangles."""
 

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array
+from ...frozen import frozen
 from ...runtime.figure_style import round_number
 from ..data import SolutionData
 from ..records import StepResult
@@ -16,7 +16,7 @@ MAGNIFIED = 0.08
 """Largest displacement drawn, as a fraction of the size of the bodies."""
 
 
-@dataclass(frozen=True)
+@frozen
 class View:
     """Magnification and window of one drawing, or of all that are to be compared.
 

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ...arrays import Array
 from ...fields.peak import corner_at
+from ...frozen import frozen
 from ...model.problem import ONE_BODY
 from ...runtime.terminal import printable
 from ..data import SolutionData
@@ -18,7 +17,7 @@ QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}
 """Of `StressState`, by their names in the verdict."""
 
 
-@dataclass(frozen=True)
+@frozen
 class BoundaryPeak:
     """The largest value of a stress on the boundaries at the ends of the steps.
 

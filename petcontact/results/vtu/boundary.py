@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +11,7 @@ import numpy as np
 
 from ...arrays import Array, Index
 from ...fields.stress_state import StressState
+from ...frozen import frozen
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curve_mesh import CurveMesh
 from ...mesh.surface_mesh import SurfaceMesh
@@ -27,7 +27,7 @@ TURN = 0.1
 """Largest angle of the lines that arcs are cut into."""
 
 
-@dataclass(frozen=True)
+@frozen
 class _Values:
     """Nodal values on a body: u and traction (n, d), state (n,), -1 off the contact, bound (n,) of the shear, what evaluates
     the stress, and the estimated error of the traction (n_elements,)."""

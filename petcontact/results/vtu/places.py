@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 from ...geometry.quadratic import REFERENCE
 from ...mesh.surface_mesh import CURVED, TRIANGLE, SurfaceMesh
 
@@ -19,7 +19,7 @@ FINEST = 4
 """Pieces along a side of a panel at most."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Places:
     """Points on the panels of a surface.
 

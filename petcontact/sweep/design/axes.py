@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Hashable, Mapping, Sequence
-from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
 from ...errors import InputError
+from ...frozen import frozen
 from ...model.case import KEYS, whole_key
 from .sweep_file import Sample, SweepFile
 
@@ -19,7 +19,7 @@ LONGEST_VALUE = 24
 """Characters of a value in an id; where an axis has a longer one, or values look alike, its entries are numbered."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Axis:
     """Keys that change together.
 

@@ -8,13 +8,13 @@ import functools
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
+from ...frozen import frozen
 from ...model.base import parse
 from ...model.case import parse_problem
 from ...model.problem import Problem
@@ -27,7 +27,7 @@ CONTACT_KEPT = 1000
 """Cases up to which the fields on Γ_C are kept unless something else is asked for."""
 
 
-@dataclass(frozen=True)
+@frozen
 class SweepCase:
     """One case of a sweep.
 
@@ -45,7 +45,7 @@ class SweepCase:
     coordinates: dict[str, Any]
 
 
-@dataclass(frozen=True)
+@frozen
 class Base:
     """A problem in a variant: what the axes are crossed with.
 

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
+from ...frozen import frozen
 from ..design.axes import short_number
 from ..store.case_table import CaseTable
 
@@ -17,7 +17,7 @@ ITERATIONS = "iterations"
 """What cells hold unless something else is asked for; the one quantity with published values."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Cell:
     """Some cases in one place of a table.
 
@@ -53,7 +53,7 @@ class Cell:
         return f"{value:.0f}" if value == round(value) else f"{value:.1f}"
 
 
-@dataclass(frozen=True)
+@frozen
 class Table:
     """One table: cells by row and column key, both in the order of the sweep.
 

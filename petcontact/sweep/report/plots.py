@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ...errors import InputError
+from ...frozen import frozen
 from ...runtime.figure_style import save
 from ..store.case_table import CaseTable
 from .pivot import grouped
@@ -20,7 +20,7 @@ SCATTERED = 60
 MOST_LINES = 12
 
 
-@dataclass(frozen=True)
+@frozen
 class Plot:
     """What a plot shows.
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import astuple, dataclass
+from dataclasses import astuple
 from typing import Any
 
 import numpy as np
 
 from ...errors import PetcontactError
+from ...frozen import frozen
 from ...model.problem import Problem
 from ...pipeline.choice import is_compressed, resolved_bem
 from ...refinement.meshes import mesh_of
@@ -25,7 +26,7 @@ PROCESS_MEMORY = 1.35e8
 """Bytes of a rank before it has read a case: Python, numpy, PETSc and HDF5."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Cost:
     """Size of a prepared problem, and what it takes.
 

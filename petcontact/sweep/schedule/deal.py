@@ -10,12 +10,12 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from ...arrays import Index
+from ...frozen import frozen
 from .cost import Cost
 
 SHARES = 32
@@ -51,7 +51,7 @@ class Counters:
             return 0
 
 
-@dataclass(frozen=True)
+@frozen
 class Part:
     """What one team begins.
 

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from ...arrays import Index
 from ...errors import PetcontactError
+from ...frozen import frozen
 from ...geometry.outline import Outline
 from ...model.problem import Problem
 from ..design.sweep import Sweep
@@ -25,7 +25,7 @@ ESTIMATED = 64
 """Meshes that are made to know what they cost; of more, as many are, and the others cost what the nearest one does."""
 
 
-@dataclass(frozen=True)
+@frozen
 class Groups:
     """All groups of a sweep.
 

@@ -9,7 +9,6 @@ import functools
 import importlib
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +16,7 @@ import h5py
 import numpy as np
 
 from ...errors import InputError, OutputError, ResultError
+from ...frozen import frozen
 from ...results.format.container import write_atomically
 from ...results.solution import Solution, read_solution
 from ..design.identity import Identity
@@ -33,7 +33,7 @@ OF_RECORDS = ("id", "keep", "bytes", "sum")
 TABLE = "cases"
 
 
-@dataclass(frozen=True)
+@frozen
 class CaseTable:
     """The cases of a sweep in its order.
 

@@ -17,7 +17,7 @@ from petcontact.bem.kelvin3d.stress import stress_integrals
 from petcontact.bem.kelvin3d.tensors import kernels
 from petcontact.bem.kernels import field_of
 from petcontact.geometry.quadratic import REFERENCE
-from petcontact.mesh.curved_panels import CurvedPanels, make_curved_panels
+from petcontact.mesh.curved.panels import CurvedPanels, make_curved_panels
 from petcontact.mesh.panelling import facet_mesh
 from petcontact.mesh.panels import make_panels, rule_points
 from petcontact.model.problem import Material

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import functools
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any
 
 import numpy as np
 
-from ..arrays import Array, Index
-from ..geometry.quadratic import REFERENCE, WALLS, QuadraticCells, samples
-from .panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
+from ...arrays import Array, Index
+from ...frozen import frozen
+from ...geometry.quadratic import REFERENCE, WALLS, QuadraticCells, samples
+from ..panels import Panels, make_panels, monomial_slopes, monomials, reference_nodes, rule_points
 
 WEIGHT_POINTS = 12
 """Gauss points in each direction for the integrals of the basis: the area factor is no polynomial."""
@@ -23,7 +24,7 @@ def reference_rule(corners: int, points: tuple[int, int]) -> tuple[Array, Array]
     return local[0], weight[0]
 
 
-@dataclass(frozen=True)
+@frozen
 class CurvedPanels(QuadraticCells):
     """Quadratic panels of one shape and order; local coordinates are those of the reference element.
 
@@ -62,6 +63,12 @@ class CurvedPanels(QuadraticCells):
     def nodes(self) -> Array:
         """Nodes in local coordinates, (n, k, 2)."""
         return self.each(reference_nodes(self.n_corners, self.order)[0])
+
+    @property
+    def places(self) -> Array:
+        """Local coordinates of `points`, (6 or 9, 2)."""
+        corner = REFERENCE[self.n_corners]
+        return np.concatenate([corner, 0.5 * (corner + np.roll(corner, -1, axis=0)), np.zeros((self.n_corners - 3, 2))])
 
     @property
     def polygon(self) -> Array:
@@ -108,6 +115,12 @@ class CurvedPanels(QuadraticCells):
         """Derivatives (n, q, 2, 3) of the position by the local coordinates at points (n, q, 2) [length]."""
         return self.at(local)[1]
 
+    def normals(self, local: Array) -> Array:
+        """Outward unit normals (n, q, 3) at points (n, q, 2) of local coordinates."""
+        along = self.tangent_vectors(local)
+        normal = np.cross(along[:, :, 0], along[:, :, 1])
+        return np.asarray(normal / np.linalg.norm(normal, axis=2, keepdims=True))
+
     def mapped(self, reference: Array) -> Array:
         """Local coordinates (n, q, 2) of places (q, 2) of the reference square or triangle."""
         return self.each(reference)
@@ -147,9 +160,7 @@ def make_curved_panels(points: Array, order: int, index: Index) -> tuple[CurvedP
         Outward unit normals.
     """
     panels = CurvedPanels(points, order, index)
-    x, along = panels.at(panels.nodes)
-    normal = np.cross(along[:, :, 0], along[:, :, 1])
-    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    x, normal = panels.at(panels.nodes)[0], panels.normals(panels.nodes)
     local, weight = reference_rule(panels.n_corners, (WEIGHT_POINTS, WEIGHT_POINTS))
     _, along = panels.at(panels.each(local))
     area = np.linalg.norm(np.cross(along[:, :, 0], along[:, :, 1]), axis=2) * weight

@@ -1,0 +1,70 @@
+"""Normals of the smooth surfaces that quadratic panels stand for."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from curved_bodies import as_surface, icosphere
+
+from petcontact import Problem
+from petcontact.mesh.panelling import facet_mesh
+from petcontact.model.base import parse
+from petcontact.pipeline.discrete.discretise import discretise
+
+
+def unit(vectors: np.ndarray) -> np.ndarray:
+    return vectors / np.linalg.norm(vectors, axis=1, keepdims=True)
+
+
+def of_cylinder(x: np.ndarray) -> np.ndarray:
+    return unit(x * [1.0, 1.0, 0.0])
+
+
+def of_torus(x: np.ndarray) -> np.ndarray:
+    """About z; its tube has the middle line of radius 2."""
+    return unit(x - 2.0 * of_cylinder(x))
+
+
+def error(mesh, part, true) -> tuple[float, float]:
+    """Of the normals of the panels, and of the smooth ones."""
+    nodes = mesh.nodes_of(part)
+    wanted = true(mesh.x[nodes])
+    return tuple(np.sqrt((np.sum((n[nodes] - wanted) ** 2, axis=1)).mean()) for n in (mesh.normal, mesh.smooth_normal))
+
+
+def revolved(loops, size, order=2):
+    parts = {side["part"] for side in loops} - {"axis"}
+    boundary = [{"part": part, "condition": "displacement", "value": [0.0, 0.0, 0.0]} for part in parts]
+    body = {"material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": {"shape": "revolved", "loops": [loops]},
+            "mesh": {"element_size": size, "order": order}, "boundary": boundary}  # fmt: skip
+    return discretise(parse(Problem, body, "test")).meshes[0]
+
+
+def test_of_spheres_they_converge_faster():
+    errors = np.array([error(facet_mesh(as_surface({"all": icosphere(n)}), 2), "all", unit) for n in (1, 2, 4)])
+    assert np.all(errors[:, 1] < 0.15 * errors[:, 0])
+    assert np.log2(errors[1, 1] / errors[2, 1]) > 3.5
+
+
+def test_of_ellipsoids():
+    axes = np.array([1.0, 0.6, 0.4])
+    mesh = facet_mesh(as_surface({"all": axes * icosphere(3)}), 2)
+    panels, smooth = error(mesh, "all", lambda x: unit(x / axes**2))
+    assert smooth < 0.5 * panels
+
+
+CAN = [{"part": "caps", "to": [1, 0]}, {"part": "round", "to": [1, 2]}, {"part": "caps", "to": [0, 2]},
+       {"part": "axis", "to": [0, 0]}]  # fmt: skip
+RING = [{"part": "round", "to": [3, 0], "through": [2, -1]}, {"part": "round", "to": [1, 0], "through": [2, 1]}]
+
+
+@pytest.mark.parametrize(("true", "share", "loops"), [(of_cylinder, 0.05, CAN), (of_torus, 1.0, RING)])
+def test_of_other_round_surfaces(true, share, loops):
+    errors = np.array([error(revolved(loops, size), "round", true) for size in (1.0, 0.5)])
+    assert np.all(errors[:, 1] < share * errors[:, 0])
+
+
+def test_edges_stay_edges():
+    mesh = revolved(CAN, 1.0)
+    caps = mesh.nodes_of("caps")
+    np.testing.assert_allclose(mesh.smooth_normal[caps], mesh.normal[caps], atol=1e-13)

@@ -1,0 +1,50 @@
+"""Classes of `frozen` behave as those of `dataclass(frozen=True)`."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import pickle
+
+import pytest
+
+from petcontact.frozen import frozen
+
+
+@frozen
+class Load:
+    part: str
+    values: list[float] = dataclasses.field(default_factory=list, compare=False)
+    name: str = dataclasses.field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "name", self.part.upper())
+
+
+@frozen
+class Named(Load):
+    factor: float = 1.0
+
+    def __repr__(self) -> str:
+        return f"<{self.name}>"
+
+
+LIKE = dataclasses.make_dataclass("Load", [("part", str), ("values", list)], frozen=True)
+
+
+def test_values_compare_hash_and_print_as_those_of_dataclasses():
+    one, other, child = Load("top", [1.0]), Load("top"), Named("top", [1.0], 2.0)
+    assert one == other and hash(one) == hash(other) and one != Load("left") and one != child
+    assert repr(one) == repr(LIKE("top", [1.0])) and repr(child) == "<TOP>"
+    assert pickle.loads(pickle.dumps(child)) == copy.deepcopy(child) == child
+    assert dataclasses.replace(child, factor=3.0) == Named("top", [1.0], 3.0) and dataclasses.asdict(child)["factor"] == 2.0
+
+
+@pytest.mark.parametrize("name", ["part", "name", "missing"])
+def test_no_field_is_set_again_and_none_is_added_or_deleted(name):
+    load = Named("top")
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        setattr(load, name, "left")
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        delattr(load, name)
+    assert load == Named("top")
