@@ -32,7 +32,7 @@ from ..discrete.interfaces import interfaces_of
 from ..eliminate import Announce
 from ..run import prepare, reported, run, unreported, with_paths
 from ..steps.increment import Monitor, PreparedProblem
-from .fixed_mesh import carries_something
+from .fixed_mesh import MOST, carries_something
 from .panel_tails import PanelTails
 from .quantity import Quantity, Reached, short_of
 from .slip import Slip
@@ -55,15 +55,10 @@ def quantity_for(problem: Problem) -> Quantity:
     """
     if not interfaces_of(problem):
         raise InputError("contact: no part is in contact, which adaptive meshes follow; set mesh.element_size")
-    if not in_plane(problem):
+    if not all(isinstance(body.geometry.outline(), Outline) for body in problem.body):
         return PanelTails(problem)
     slip = len(problem.body) == 1 and not problem.step and all(side.holds_normal for side in interfaces_of(problem))
     return Slip() if slip else Tractions(problem)
-
-
-def in_plane(problem: Problem) -> bool:
-    """Whether all bodies are plane ones."""
-    return all(isinstance(body.geometry.outline(), Outline) for body in problem.body)
 
 
 class AdaptiveSolve:
@@ -80,7 +75,7 @@ class AdaptiveSolve:
         What its mesh leaves of the given data beyond what is asked (or 0), and what a method of the problem's own leaves on
         it, by the quantity's difference [-].
     broken_off : bool
-        Whether a signal, a monitor or a failure ended the solve on the mesh after the last.
+        Whether a signal, a monitor or a failure ended the last solve.
     """
 
     def __init__(
@@ -215,9 +210,12 @@ class AdaptiveSolve:
         changes: dict[str, Any] = {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
         if self.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
             changes["mat_type"] = "dense"
-        if changes:
-            bem = self.problem.bem.model_copy(update=changes)
-            discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": bem}))
+        bem, method = self.problem.bem.model_copy(update=changes), self.problem.method
+        if self.solutions:
+            # where sets cycle there may be no solution
+            needed = max((step.iterations for step in self.solutions[-1].steps), default=0)
+            method = method.model_copy(update={"max_iterations": min(method.max_iterations, max(MOST, 10 * needed))})
+        discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": bem, "method": method}))
         seconds = time.perf_counter() - began
         problem = prepare(discrete.problem, self.comm, discrete, announce=self._announce)
         problem.timings["mesh"] += seconds
