@@ -20,6 +20,7 @@ from ...model.load_steps import Obstacle, Step
 from ...refinement.panels.tail import Tails
 from ..discrete.discretise import Discrete
 from ..trust.between_nodes import Places, places_between
+from .tails import contact_tails
 
 UNLOADED, NOTHING = 1e-11, 1e-14
 """Tractions and displacements, over those of the increment before, below which they are round-off; of a pair over all."""
@@ -127,8 +128,7 @@ class PreparedProblem:
     @functools.cached_property
     def tails(self) -> list[Tails]:
         """What estimates of errors need of the mesh of each contact."""
-        discrete = self.discrete
-        return [Tails(discrete.meshes[s.body], i.nodes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
+        return contact_tails(self.discrete)
 
     @functools.cached_property
     def contact_nodes(self) -> list[tuple[Array, Array, Array]]:
