@@ -98,7 +98,10 @@ class SemismoothNewton:
             solver = active_set_solver(system, surrogate, self.factors)
         try:
             run = _Run(system, law, iteration, solver, foretell)
-            return run.at_rest() or run.state(_first_guess(system, law, iteration, solver, foretell))
+            state = run.at_rest() if iteration.start is None else None
+            state = state or run.state(_first_guess(system, law, iteration, solver, foretell))
+            # what jams keeps its tractions
+            return state if state.sigma.any() else run.at_rest() or state
         finally:
             solver.close()
 

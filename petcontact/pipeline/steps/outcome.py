@@ -12,7 +12,7 @@ from ...compliance.bodies import Interface
 from ...compliance.body.base import NEGLIGIBLE
 from ...contact.criterion import equilibrium_defect, natural_residuals
 from ...contact.friction_law import contact_norm
-from ...contact.law_protocol import OPEN, WITHIN, bound_excess, friction_bound, law_residual
+from ...contact.law_protocol import OPEN, SLIP, WITHIN, bound_excess, friction_bound, law_residual
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
@@ -177,8 +177,8 @@ def with_errors(problem: PreparedProblem, result: StepResult) -> StepResult:
     """A result with the estimated errors of its tractions."""
     pairs = {}
     for (name, pair), tails in zip(result.pairs.items(), problem.tails, strict=True):
-        opened = pair.state == OPEN
-        errors = tails.of_pressure(pair.pressure, opened), tails.of_contact(pair.sigma_t, opened)
+        states = pair.state == OPEN, pair.state == SLIP
+        errors = tails.of_pressure(pair.pressure, *states), tails.of_contact(pair.sigma_t, *states)
         pairs[name] = replace(pair, pressure_error=errors[0], sigma_t_error=errors[1])
     return replace(result, pairs=pairs)
 
