@@ -71,9 +71,8 @@ class MixedEquations:
         self._solver: LinearSolver | None = None
         self._used: tuple[Posed, Preconditioner] | None = None
         self.at_rest = State(np.zeros(n), np.zeros(coupling.shape), np.zeros(coupling.shape), np.zeros(r), np.zeros(r))
-        relation = Relation.given_traction(coupling.shape)
         free = Balance.at_rest(coupling.shape, r)
-        self._free = coupling.expansion(relation, free.motion), free
+        self._free = coupling.expansion(Relation.given_traction(coupling.shape), free.motion), free
         with one_blas_thread(), together(comm):
             self._open = Preconditioner(
                 rows, coupling, (self.motions, self._dual), self.sum, (self.rank, ranks), self._free[0]
@@ -105,12 +104,16 @@ class MixedEquations:
         relation, count = posed.expansion.relation, posed.balance.count
         known, sigma = self.coupling.known(relation, posed.offset)
         known -= posed.factors
+        given = known, sigma, posed.rows, posed.balance.load, posed.balance.amplitude
+        if not self.sum(np.array([any(values.any() for values in given)])).any():
+            self.iterations, self.defect = 0, 0.0
+            return self._state(posed, known, sigma, np.zeros(self.coupling.size + posed.balance.count))
         x = self._start(posed, start)
-        sizes, rest = self._sizes(start.z), np.zeros(self.coupling.size + count)
+        strained = self._sizes(start.z - self.motions @ (self._dual.T @ start.z))  # rigid motions have no residual
+        sizes, rest = np.maximum(strained, NEGLIGIBLE * self._sizes(start.z)), np.zeros(self.coupling.size + count)
         if not sizes.all():
             self._weight[:] = 1.0
-            right = self.whole(self._residual(posed, known, sigma, rest))
-            sizes = np.where(sizes > 0.0, sizes, self._sizes(right))
+            sizes = np.where(sizes > 0.0, sizes, self._sizes(self.whole(self._residual(posed, known, sigma, rest))))
         # each body's residual is one over its own size, however stiff others are
         sizes = np.maximum(sizes, NEGLIGIBLE * sizes.max()) if sizes.any() else np.ones(len(sizes))
         self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))

@@ -12,13 +12,13 @@ from ...compliance.bodies import Interface
 from ...compliance.body.base import NEGLIGIBLE
 from ...contact.criterion import equilibrium_defect, natural_residuals
 from ...contact.friction_law import contact_norm
-from ...contact.law_protocol import OPEN, WITHIN, bound_excess, friction_bound, law_residual
+from ...contact.law_protocol import OPEN, SLIP, WITHIN, bound_excess, friction_bound, law_residual
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ..eliminate import ELASTIC_LIMIT
-from ..trust.increments import BLOCKS, imbalance, objection
+from ..trust.increments import BLOCKS, OVERLAPPING, imbalance, objection
 from ..trust.overlaps import overlaps
 from ..trust.warnings import absurd
 from .diagnosis import failure, unheld_at_the_end
@@ -82,10 +82,11 @@ def _step_result(
     status, reason = _judged(increment, outcome, absurd(discrete, moved), elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
-    if increment.step.increments == "auto" and increment.target < 1.0:
-        between = 0.0  # where a contact begins to grow no mesh has its nodes; what is asked for is the end of the step
-    if status == "converged" and (doubt := objection(residuals, between, place)):
+    within = increment.target < 1.0  # where a contact begins to grow no mesh has its nodes; the end of the step is asked for
+    if status == "converged" and (doubt := objection(residuals, 0.0 if within else between, place)):
         status, reason = "not converged", doubt
+    elif status == "converged" and place:
+        reason = f"{reason}; {OVERLAPPING}: {place}"
     obstacles = {
         o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],
                                axial(after.loads[k, d:]))
@@ -176,8 +177,8 @@ def with_errors(problem: PreparedProblem, result: StepResult) -> StepResult:
     """A result with the estimated errors of its tractions."""
     pairs = {}
     for (name, pair), tails in zip(result.pairs.items(), problem.tails, strict=True):
-        opened = pair.state == OPEN
-        errors = tails.of_pressure(pair.pressure, opened), tails.of_contact(pair.sigma_t, opened)
+        states = pair.state == OPEN, pair.state == SLIP
+        errors = tails.of_pressure(pair.pressure, *states), tails.of_contact(pair.sigma_t, *states)
         pairs[name] = replace(pair, pressure_error=errors[0], sigma_t_error=errors[1])
     return replace(result, pairs=pairs)
 
