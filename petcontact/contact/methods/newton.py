@@ -46,6 +46,8 @@ LATE = (2, 8)
 stopped gaining (`pivots.PATIENCE`)."""
 LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
+IN_VAIN = 3
+"""Predictions in turn that may fail to reduce the number of wrong nodes, where a step costs less."""
 TRIES = 3
 """Times that nodes are made to stick or to close because the loads are not in equilibrium."""
 STIFF = 1e4
@@ -96,7 +98,10 @@ class SemismoothNewton:
             solver = active_set_solver(system, surrogate, self.factors)
         try:
             run = _Run(system, law, iteration, solver, foretell)
-            return run.at_rest() or run.state(_first_guess(system, law, iteration, solver, foretell))
+            state = run.at_rest() if iteration.start is None else None
+            state = state or run.state(_first_guess(system, law, iteration, solver, foretell))
+            # what jams keeps its tractions
+            return state if state.sigma.any() else run.at_rest() or state
         finally:
             solver.close()
 
@@ -126,17 +131,20 @@ def _prediction(system: ContactSystem) -> Surrogate | None:
 
 class _Foresight:
     """Sets by the contact problem of T through an iterate; where T is still to be made, once the steps so far have cost as
-    much as that will."""
+    much as that will, and then as long as fewer nodes are wrong after it."""
 
     def __init__(self, system: ContactSystem, law: ContactLaw, surrogate: Surrogate | None) -> None:
         self.surrogate, self._system, self._law = surrogate, system, law
         self._wait = 0 if surrogate is not None else steps_before(system.u_0.size)
+        self._late, self._fewest, self._vain = surrogate is None, len(system.u_0) + 1, 0
 
     def __call__(self, step: Pivot) -> tuple[Array, Array]:
         """τ and σ of the prediction."""
         self._wait -= 1
-        if self._wait > 0 or step.wrong == 0:
+        if self._wait > 0 or step.wrong == 0 or (self._late and self._vain > IN_VAIN):
             return step.tau, step.sigma
+        self._vain = 0 if step.wrong < self._fewest else self._vain + 1
+        self._fewest = min(self._fewest, step.wrong)
         if self.surrogate is None:
             self.surrogate = _prediction(self._system)
         if self.surrogate is None:

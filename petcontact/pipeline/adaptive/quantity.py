@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
@@ -35,6 +36,17 @@ class Reached:
     nodes: int
     estimate: float
     seconds: float
+
+
+@frozen
+class Budget:
+    """What a mesh may cost: nodes of all bodies, and predicted processor seconds of a solve on it."""
+
+    nodes: int
+    seconds: float
+
+    def __str__(self) -> str:
+        return f"{self.nodes} nodes and {self.seconds:g} s of processor time"
 
 
 class Quantity(Protocol):
@@ -76,11 +88,12 @@ class Quantity(Protocol):
 
 
 def short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity, differ: str) -> str:
-    """Why the estimate is above the accuracy; `differ`: where the last meshes do most, if that is known."""
-    if trouble and not quantity.exhausted:
+    """What was reached and wanted, and why there is no more; `differ`: where the last meshes do most, if that is known."""
+    if trouble and quantity.asked and not quantity.exhausted:
         return trouble
-    where = f": {quantity.exhausted}" if quantity.exhausted else " on the finest mesh"
+    known = f"the error is estimated to be {estimate:.2g}" if math.isfinite(estimate) else "the error is not known"
+    where = trouble or "on the finest mesh"
     if growing(quantity.differences):
         where += f"; the differences of the meshes grow: {', '.join(f'{d:.1e}' for d in quantity.differences[-3:])}"
     where += f"; {differ}" if differ else ""
-    return f"estimated error {estimate:.1e} > {accuracy:g}{where}"
+    return f"{known}, {accuracy:g} was wanted: {where}"

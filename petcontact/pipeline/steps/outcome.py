@@ -12,7 +12,7 @@ from ...compliance.bodies import Interface
 from ...compliance.body.base import NEGLIGIBLE
 from ...contact.criterion import equilibrium_defect, natural_residuals
 from ...contact.friction_law import contact_norm
-from ...contact.law_protocol import OPEN, WITHIN, bound_excess, friction_bound, law_residual
+from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
@@ -170,7 +170,7 @@ def _pairs(
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
-            functools.partial(errors, pressure, sigma_t, states[where] == OPEN),
+            functools.partial(errors, pressure, sigma_t, states[where]),
         )  # fmt: skip
     return pairs
 
