@@ -77,7 +77,7 @@ class PanelTails:
         Why there is no next mesh, or nothing.
     """
 
-    levels, attempts, accuracy, dense_nodes, reads_errors = range(40), 1, 2e-2, 0, True
+    levels, attempts, accuracy, dense_nodes = range(40), 1, 2e-2, 0
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
