@@ -19,8 +19,8 @@ LEFT = 0.1
 """Of known displacements, beyond their common rigid motion and over their size, from which on no large one is taken out."""
 ROUND_OFF = 1e-14
 """Of the same, below which nothing is left."""
-TURNED = 1e-12
-"""Displacements by their common rotation, over their size, below which there is none."""
+RIGID = 1e-12
+"""Of the same, below which they are a rigid motion; and of displacements by a rotation, over their size, if there is one."""
 
 
 @frozen
@@ -159,8 +159,9 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     """Known displacements without the rigid motion that they have in common, where that costs digits.
 
     Large motions swallow what strains the body: of tractions on elements of size h all those below their round-off over h.
-    Rotations are held by no element that is constant or curved, whose tractions would strain the body by their rest. Motions
-    that leave known normals of contact at rest are taken out only; none is of an infinite plate, which is at rest far away.
+    Curved elements do not hold a rotation, and are strained by what they miss of it: displacements that are nothing else
+    are taken out, on elements of order 1 or more, whose nodes tell a rotation from data that are constant on each of them.
+    Motions that leave known normals of contact at rest are taken out only; none is of an infinite plate, at rest far away.
     """
     given = ~data.traction_known
     extent, largest = float(np.ptp(mesh.x, axis=0).max()), np.abs(data.value[:, given]).max(initial=0.0)
@@ -177,9 +178,13 @@ def without_rigid_motion(data: BoundaryData, mesh: BoundaryMesh) -> BoundaryData
     amplitudes = free @ np.linalg.lstsq(along[elsewhere] @ free, data.value[:, elsewhere].T, rcond=None)[0]
     value, there = data.value.copy(), np.abs(data.value[:, elsewhere]).max(initial=0.0)
     left = data.value[:, elsewhere] - (along[elsewhere] @ amplitudes).T
-    large = (largest > extent or tiny) and np.abs(left).max(initial=0.0) <= LEFT * there
-    if not large and np.abs(amplitudes[mesh.dim :]).max() <= TURNED * there:
-        return data
+    if not ((largest > extent or tiny) and np.abs(left).max(initial=0.0) <= LEFT * there):
+        size, rest = (np.abs(values).max(axis=1, initial=0.0) for values in (data.value[:, elsewhere], left))
+        held = np.repeat((mesh.order > 0)[mesh.element][:, None], mesh.dim, axis=1)[elsewhere].all()
+        turned = held & (rest <= RIGID * size) & (np.abs(amplitudes[mesh.dim :]).max(axis=0) > RIGID * size)
+        if not turned.any():
+            return data
+        amplitudes, left = amplitudes * turned, np.where(turned[:, None], 0.0, data.value[:, elsewhere])
     value[:, elsewhere] = np.where(np.abs(left) > ROUND_OFF * there, left, 0.0)
     return replace(data, value=value, rigid=np.moveaxis(modes @ amplitudes, 2, 0))
 

@@ -115,9 +115,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 def _command(arguments: Sequence[str]) -> int:
     ours, theirs = split_arguments(arguments)
-    parser = build_parser()
     name = ours[0] if ours else ""
     if name not in COMMANDS:
+        parser = build_parser()
         if not name:
             parser.print_help()
             return 2

@@ -56,6 +56,7 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     if pictures.exists() and not pictures.is_dir():
         raise InputError(f"--figures {pictures}: is a file, and figures need a folder")
     adaptive = wants_adaptive(arguments, case)
+    from ..pipeline.solve import adapts_itself
     from ..results.hdf5 import write_solution
 
     status, tolerance = StatusLine(first and sys.stderr.isatty()), case.method.tolerance
@@ -69,7 +70,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
 
         try:
             with in_file(arguments.config):
-                shown = {"announce": announcer(status), "reached": mesh_line(status)} if first else {}
+                many = adaptive or adapts_itself(case)
+                shown = {"announce": announcer(status, many), "reached": mesh_line(status)} if first else {}
                 solution = solved(case, adaptive, arguments.accuracy, comm, monitor, **shown)
         finally:
             status.clear()
@@ -119,8 +121,8 @@ def solved(
     return solve(problem, comm=comm, monitor=monitor, **shown)
 
 
-def announcer(status: Any) -> Callable[[int, int, float, float], Callable[[float], None]]:
-    """Announces what will take a while, and shows on the status line how far it is."""
+def announcer(status: Any, adaptive: bool) -> Callable[[int, int, float, float], Callable[[float], None]]:
+    """Announces what will take a while, the whole solve or one of its meshes, and shows on the status line how far it is."""
     began = time.perf_counter()
 
     def progress(share: float) -> None:
@@ -132,7 +134,8 @@ def announcer(status: Any) -> Callable[[int, int, float, float], Callable[[float
         began = time.perf_counter()
         if seconds > SOON:
             size = f"{nodes} nodes, {unknowns} unknowns, about {memory / 1e9:.2g} GB"
-            print(f"petcontact: {size}: about {seconds:.0f} s of processor time in all", file=sys.stderr, flush=True)
+            what = "on this mesh, which others may follow" if adaptive else "in all"
+            print(f"petcontact: {size}: about {seconds:.0f} s of processor time {what}", file=sys.stderr, flush=True)
         return progress
 
     return announced

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import itertools
 from collections.abc import Sequence
 from typing import Protocol
@@ -106,7 +105,9 @@ def contact_maps(number: int, bodies: Sequence[ElasticBody], interfaces: Sequenc
             other, node = _places_of(face.loads)
             carried.append(_triples(face, where, body, node, face.primary_nodes[other], -face.loads.data))
     shape = (k * sum(len(face.nodes) for face in interfaces), body.data.contact_directions.size)
-    return _Combined(_sum_of(seen, shape), _sum_of(carried, shape))
+    displacement = _sum_of(seen, shape)
+    alike = all(face.primary != number for face in interfaces)
+    return _Combined(displacement, displacement if alike else _sum_of(carried, shape))
 
 
 _Triples = tuple[Array, Index, Index]
@@ -200,12 +201,8 @@ class _Combined:
     def seen(self, moved: Array) -> Array:
         return np.asarray(self.displacement @ moved)
 
-    @functools.cached_property
-    def _carried(self) -> scipy.sparse.csr_array:
-        return scipy.sparse.csr_array(self.traction.T)
-
     def carried(self, sigma: Array) -> Array:
-        return np.asarray(self._carried @ sigma)
+        return np.asarray(self.traction.T @ sigma)
 
     def felt(self, work: Array) -> Array:
         return np.asarray(self.traction @ work)

@@ -16,6 +16,8 @@ from .system import ContactSystem
 Stop = Literal["both", "displacement", "residual"]
 ROUND_OFF = 1e-12
 """Displacement over the largest below which it is round-off."""
+DIGITS = 1e-13
+"""The same of what tractions displace, and of residuals, over what v is the sum of: such tractions are none."""
 SLACK = 1e3
 """How much larger than the tolerance the relative friction residual may be when the change has met it: a change that is
 small only because ρ is far off is no convergence."""
@@ -92,18 +94,21 @@ def relative_residual(
     rho, _, traction = balanced(law, system, v, sigma, fallback)
     residual, weight = law_residual(law, v, sigma, rho), system.weight
     left = contact_norm(residual, weight)
-    return over_traction(left, rho * _digits(system, v), max(traction, scale), weight)
+    scaled = rho * digits(system, v)
+    return over_traction(left, scaled, scaled, max(traction, scale), weight)
 
 
-def over_traction(left: float, scaled_v: Array, traction: float, weight: Array) -> float:
-    """‖R_ρ‖/‖σ‖ of both norms; where σ = 0 the law holds, 0, or not, 1, but for round-off of ρ times
-    what v is the sum of: a gap is no measure of a light touch."""
+def over_traction(left: float, scaled: Array, scaled_v: Array, traction: float, weight: Array) -> float:
+    """‖R_ρ‖/‖σ‖ of both norms, 0 where ‖R_ρ‖ is the round-off of ρ times what v is the sum of; where σ = 0 the law holds, 0,
+    or not, 1, but for round-off of ρ times v, or that sum: a gap is no measure of a light touch."""
+    if left <= DIGITS * contact_norm(scaled, weight):
+        return 0.0
     if traction > 0.0:
         return left / traction
     return float(left > ROUND_OFF * contact_norm(scaled_v, weight))
 
 
-def _digits(system: ContactSystem, v: Array) -> Array:
+def digits(system: ContactSystem, v: Array) -> Array:
     """What v (m, k) is the sum of, whose round-off it has: of a body that only expands on a floor v is nothing else."""
     return np.asarray(np.abs(v) + np.abs(system.u_0))
 
@@ -131,11 +136,13 @@ def natural_residuals(
                 rho[pair, group] = np.broadcast_to(common, law.k)[group]
         sizes.append(size)
     residual = law_residual(law, v, sigma, rho)
-    digits = rho * _digits(system, v) if min(sizes, default=0.0) == 0.0 else v
+    scaled = rho * digits(system, v)
     for pair, size in zip(pairs, sizes, strict=True):
         weight = system.weight[pair]
         ((_, *left),) = group_norms(weight, law.groups, residual[pair])
-        found.append([over_traction(a, digits[pair, g], size, weight) for a, g in zip(left, law.groups, strict=True)])
+        found.append(
+            [over_traction(a, scaled[pair, g], scaled[pair, g], size, weight) for a, g in zip(left, law.groups, strict=True)]
+        )
     return tuple(max(column, key=lambda value: (value != value, value)) for column in zip(*found, strict=True))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from ..arrays import Array
 from ..errors import SolverError
 from ..frozen import frozen
-from .criterion import Criterion, balanced, equilibrium_defect, moves, over_traction, without_motions
+from .criterion import Criterion, balanced, digits, equilibrium_defect, moves, over_traction, without_motions
 from .friction_law import contact_norm, group_norms
 from .law_protocol import WITHIN, ContactLaw, bound_excess, law_residual
 from .rho_rules import usable_balance
@@ -138,7 +138,8 @@ class Recorder:
     def relative(self, v: Array, sigma: Array) -> float:
         """Residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
         known = self.judged(v, sigma)
-        return over_traction(known.left, known.rho * v, known.traction, self.system.weight)
+        scaled = known.rho * digits(self.system, v)
+        return over_traction(known.left, scaled, known.rho * v, known.traction, self.system.weight)
 
     def within_limits(self, v: Array, sigma: Array, rho: float | Array, tolerance: float) -> Start | None:
         """An iterate that is as good as solved with σ within what the law allows to WITHIN of the bound, and in equilibrium.

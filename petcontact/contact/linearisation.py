@@ -73,12 +73,23 @@ class Linearisation:
 
     def traction(self, y: Array) -> Array:
         """Π' y, (m, k): what y on the active components adds to σ."""
-        if _TRACTION is not None:
-            kept, result = [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)], np.empty(y.shape)
-            derivative, active, given = map(native.pointer, kept)
-            _TRACTION(*y.shape, derivative, None, None, None, active, None, given, native.pointer(result), None)
-            return result
-        return _times(self.derivative, np.where(self.active, y, 0.0))
+        if _TRACTION is None:
+            return _times(self.derivative, np.where(self.active, y, 0.0))
+        kept, result = [np.ascontiguousarray(x) for x in (self.derivative, self.active, y)], np.empty(y.shape)
+        derivative, active, given = map(native.pointer, kept)
+        _TRACTION(*y.shape, derivative, None, None, None, active, None, given, native.pointer(result), None)
+        return result
+
+    def first_traction(self, so_far: Array, rho: Array) -> tuple[Array, Array]:
+        """σ with y = σ so far where nodes stick and y = -τ elsewhere, and the slack (y - σ)/ρ there."""
+        if _TRACTION is None:
+            y = np.where(self.stick, so_far, -self.tau)
+            sigma = self.traction(y) + self.constant
+            return sigma, np.where(self.stick, 0.0, (y - sigma) / rho)
+        given = (self.derivative, self.constant, self.tau, rho, self.active, self.stick, so_far)
+        kept, sigma, slack = [*map(np.ascontiguousarray, given)], np.empty(so_far.shape), np.empty(so_far.shape)
+        _TRACTION(*so_far.shape, *map(native.pointer, (*kept, sigma, slack)))
+        return sigma, slack
 
 
 def _times(derivative: Array, y: Array) -> Array:

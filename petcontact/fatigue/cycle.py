@@ -10,7 +10,6 @@ from ..contact.law_protocol import OPEN
 from ..errors import InputError
 from ..fields.boundary.places import best_places, nodal_places
 from ..frozen import frozen
-from ..mesh.boundary_mesh import BoundaryMesh
 from ..model.base import nearest
 from ..results.body_fields import states_at
 from ..results.data import SolutionData
@@ -108,7 +107,7 @@ def sites_of(
     x = np.concatenate([surface, *(mesh.x[under] - depth * mesh.normal[under] for depth in below)])
     depth = np.concatenate([np.zeros(len(surface)), np.repeat(below, len(under))])
     owner = np.concatenate([mesh.part[element], np.tile(mesh.node_part[under], len(below))])
-    arc = _arc_length(mesh, under)
+    arc = mesh.variables(under).get("s", np.zeros(len(under)))
     along = np.concatenate([at.get("s", np.zeros(len(surface))), np.tile(arc, len(below))])
     stress = np.empty((len(increments), len(x), 3, 3))
     fields = [solution.body_fields(body, step) for step in increments]
@@ -140,7 +139,3 @@ def _next_to_contact(solution: SolutionData, increments: list[StepResult], body:
     if not len(touched) or reach == 0.0:
         return np.empty(0, dtype=np.int64)
     return np.flatnonzero(scipy.spatial.cKDTree(touched).query(x)[0] <= reach)
-
-
-def _arc_length(mesh: BoundaryMesh, nodes: Index) -> Array:
-    return np.asarray(mesh.variables(nodes).get("s", np.zeros(len(nodes))))

@@ -30,7 +30,7 @@ def gmsh_outline(mesh: Any, file: str) -> Outline:
     InputError
         If the mesh names no part somewhere, or its boundary lines do not close.
     """
-    points = _plane(mesh.points, file)
+    points = np.asarray(mesh.points[:, :2], dtype=float)
     lines = _lines(mesh, file)
     edges = _boundary_edges(mesh)
     if edges is not None:
@@ -75,11 +75,6 @@ def _damage(file: str) -> str:
     if sections and not sections[-1].startswith(b"End"):
         return f"it is cut off inside ${sections[-1].decode()}"
     return "its sections do not hold what they announce" if sections else "it has no sections"
-
-
-def _plane(points: Array, file: str) -> Array:
-    """The points (n, 2) of a mesh in a plane z = const."""
-    return np.asarray(points[:, :2], dtype=float)
 
 
 Line = tuple[int, int, int | None, str]

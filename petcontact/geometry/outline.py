@@ -51,7 +51,7 @@ class Side:
         """Half of the angle through which the side turns, signed [rad]."""
         return float(half_angles(self._chord, self.curvature))
 
-    @property
+    @functools.cached_property
     def _chord(self) -> Array:
         return np.asarray(np.hypot(*(self.end - self.start)))
 
@@ -73,7 +73,7 @@ class Side:
     def tangents(self, fraction: Array) -> Array:
         """Unit vectors (n, 2) along the side at fractions (n,) of the arc length."""
         if self.curvature == 0.0:
-            return np.broadcast_to((self.end - self.start) / self._chord, (len(fraction), 2))
+            return np.full((len(fraction), 2), (self.end - self.start) / self._chord)
         nx, ny = on_arcs(self.start, self.end, self.half_angle, 2.0 * fraction - 1.0)[1].T
         return np.column_stack([-ny, nx])
 

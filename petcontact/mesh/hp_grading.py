@@ -8,6 +8,7 @@ elements at the marks, moved or new marks.
 from __future__ import annotations
 
 import functools
+import itertools
 import math
 from collections.abc import Callable
 
@@ -168,10 +169,13 @@ def _orders(count: int, grading: Grading) -> Index:
 
 def _split(breaks: Array, orders: Index, count: Index) -> tuple[Array, Index]:
     """Each element cut into `count` equal ones."""
-    if not np.any(count > 1):
+    if count.max() == 1:
         return breaks, orders
-    cut = [a + (b - a) * np.arange(n) / n for a, b, n in zip(breaks[:-1], breaks[1:], count, strict=True)]
-    return np.append(np.concatenate(cut), breaks[-1]), np.repeat(orders, count)
+    begins, width, pieces, before = (
+        np.repeat(values, count) for values in (breaks[:-1], np.diff(breaks), count, np.cumsum(count) - count)
+    )
+    cut = begins + width * (np.arange(len(begins)) - before) / pieces
+    return np.append(cut, breaks[-1]), np.repeat(orders, count)
 
 
 def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:
@@ -182,9 +186,9 @@ def _smooth(outline: Outline, breaks: list[Array], orders: list[Index]) -> None:
         first += len(loop)
         while True:
             length = np.concatenate([np.diff(breaks[k]) * outline.sides[k].length for k in sides])
-            shorter = np.minimum(np.roll(length, 1), np.roll(length, -1))
-            count = np.where(length > NEIGHBOUR * (1.0 + 1e-9) * shorter, 2, 1)
-            if not np.any(count > 1):
+            around = np.concatenate([length[-1:], length, length[:1]])
+            count = np.where(length > NEIGHBOUR * (1.0 + 1e-9) * np.minimum(around[:-2], around[2:]), 2, 1)
+            if count.max() == 1:
                 break
             ends = np.cumsum([0, *(len(orders[k]) for k in sides)])
             for k, a, b in zip(sides, ends[:-1], ends[1:], strict=True):
@@ -197,15 +201,16 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
     middles = [side.point(0.5 * (b[1:] + b[:-1])) for side, b in zip(sides, breaks, strict=True)]
     ends = [side.point(b) for side, b in zip(sides, breaks, strict=True)]
     counts, numbers = [len(points) for points in middles], np.arange(len(sides))
-    cloud, points = np.vstack([*middles, *ends]), np.vstack(middles)
-    side = np.repeat(numbers, counts)
-    owner = np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])])
+    cloud, side = np.concatenate([*middles, *ends]), np.repeat(numbers, counts)
+    points, owner = cloud[: len(side)], np.concatenate([side, np.repeat(numbers, [len(b) for b in breaks])])
+    bounds = list(itertools.pairwise(itertools.accumulate(counts, initial=0)))
     before, after = outline.neighbours
     if len(points) * len(cloud) <= FEW:
         beside = np.eye(len(sides), dtype=bool)
         beside[numbers, before] = beside[numbers, after] = True
         apart = np.where(beside[side][:, owner], np.inf, squares(cloud, points))
-        return np.split(np.sqrt(apart.min(axis=1)), np.cumsum(counts)[:-1])
+        limits = np.sqrt(apart.min(axis=1))
+        return [limits[a:b] for a, b in bounds]
     tree, limits = scipy.spatial.cKDTree(cloud), np.full(len(points), np.inf)
     # most points next to an element are of its own side and of those next to it: look further until one is of another
     for first in range(0, len(points), CHUNK):
@@ -219,4 +224,4 @@ def _distance_limits(outline: Outline, breaks: list[Array]) -> list[Array]:
             away = points[left[seen]] - cloud[found[seen, np.argmax(other[seen], axis=1)]]
             limits[left[seen]] = np.sqrt(np.einsum("ij,ij->i", away, away))
             left = left[~seen] if k < len(cloud) else left[:0]
-    return np.split(limits, np.cumsum(counts)[:-1])
+    return [limits[a:b] for a, b in bounds]

@@ -7,13 +7,16 @@ around the corner, with Kolosov's κ = 3 - 4ν and potentials φ = a z^λ, ψ = 
     2µ (u_r + i u_θ)        = r^λ     [κ a e^{i(λ-1)θ} - λ conj(a e^{i(λ-1)θ}) - conj(b e^{i(λ+1)θ})],
     (σ_θθ + i σ_rθ)/λ       = r^(λ-1) [λ a e^{i(λ-1)θ} + conj(a e^{i(λ-1)θ}) + b e^{i(λ+1)θ}];
 
-two conditions on either side make a 4 x 4 matrix for Re a, Im a, Re b, Im b, singular at the exponents.
+two conditions on either side make a 4 x 4 matrix for Re a, Im a, Re b, Im b, singular at the exponents. Of two wedges
+that meet at θ = 0 it is 8 x 8: two conditions on either free side, and four between them (D. B. Bogy, Two edge-bonded
+elastic wedges of different materials and wedge angles under surface tractions, J. Appl. Mech. 38 (1971) 377-386).
 """
 
 from __future__ import annotations
 
 import functools
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -55,6 +58,50 @@ def corner_exponent(angle: float, kappa: float, first: SideKind, second: SideKin
         rows = np.concatenate([_conditions(power, 0.0, kappa, first), _conditions(power, angle, kappa, second)], axis=1)
         return np.asarray(np.linalg.det(rows))
 
+    return _least_root(determinant)
+
+
+@functools.lru_cache(maxsize=4096)
+def pair_exponent(angles: tuple[float, float], kappas: tuple[float, float], stiffer: float, friction: float) -> float:
+    """The smallest real part in (0, 1) of the exponents where the contact of two bodies ends at an edge, 1 if there is none.
+
+    Parameters
+    ----------
+    angles : (2,) floats
+        Interior ones of the bodies, from the contact to a free side [rad].
+    kappas : (2,) floats
+        As in `corner_exponent`.
+    stiffer : float
+        Shear modulus of the second body over that of the first.
+    friction : float
+        σ_rθ over σ_θθ where the contact slips, positive where it pulls the first body away from the edge; infinite where it
+        sticks.
+
+    Examples
+    --------
+    A block on a half space of the same material that sticks is a notch of 270 degrees:
+
+    >>> round(pair_exponent((math.pi / 2.0, math.pi), (1.8, 1.8), 1.0, math.inf), 3)
+    0.544
+    """
+    scales = stiffer / (1.0 + stiffer), 1.0 / (1.0 + stiffer)
+
+    def determinant(power: Complex) -> Complex:
+        one, other = (_fields(power, 0.0, kappa) for kappa in kappas)
+        matrix = np.zeros((len(power), 8, 8), dtype=np.complex128)
+        matrix[:, :2, :4] = _conditions(power, angles[0], kappas[0], FREE)
+        matrix[:, 2:4, 4:] = _conditions(power, -angles[1], kappas[1], FREE)
+        matrix[:, 4:6, :4], matrix[:, 4:6, 4:] = scales[0] * one[:, :2], -scales[1] * other[:, :2]
+        matrix[:, 6:, :4], matrix[:, 6:, 4:] = one[:, 2:], -other[:, 2:]
+        if math.isfinite(friction):  # in place of u_r that is the same
+            matrix[:, 4, :4], matrix[:, 4, 4:] = one[:, 2] - friction * one[:, 3], 0.0
+        return np.asarray(np.linalg.det(matrix))
+
+    return _least_root(determinant)
+
+
+def _least_root(determinant: Callable[[Complex], Complex]) -> float:
+    """The smallest real part in (0, 1) of the zeros of a function that is real on the real line, 1 where there is none."""
     found = [1.0]
     grid = np.linspace(LOWEST, HIGHEST, REAL_GRID)
     values = determinant(grid.astype(np.complex128)).real
@@ -74,20 +121,22 @@ def corner_exponent(angle: float, kappa: float, first: SideKind, second: SideKin
     return float(min(found + power.real[settled].tolist()))
 
 
-def _conditions(power: Complex, theta: float, kappa: float, kind: SideKind) -> Complex:
-    """The two rows (n, 2, 4) of a side for exponents (n,)."""
+def _fields(power: Complex, theta: float, kappa: float) -> Complex:
+    """Rows (n, 4, 4) of 2µ u_r, 2µ u_θ, σ_rθ/λ and σ_θθ/λ for exponents (n,)."""
     cosine, sine = np.cos((power - 1.0) * theta), np.sin((power - 1.0) * theta)
     cosine_b, sine_b = np.cos((power + 1.0) * theta), np.sin((power + 1.0) * theta)
     u_r = [(kappa - power) * cosine, -(kappa - power) * sine, -cosine_b, sine_b]
     u_theta = [(kappa + power) * sine, (kappa + power) * cosine, sine_b, cosine_b]
     t_theta = [(power + 1.0) * cosine, -(power + 1.0) * sine, cosine_b, -sine_b]
     t_r = [(power - 1.0) * sine, (power - 1.0) * cosine, sine_b, cosine_b]
-    if kind == CLAMPED:
-        rows = [u_r, u_theta]
-    elif kind == FREE:
-        rows = [t_r, t_theta]
-    else:
-        along, across = math.cos(float(kind)), math.sin(float(kind))
-        rows = [[along * a + across * b for a, b in zip(u_r, u_theta, strict=True)],
-                [along * b - across * a for a, b in zip(t_r, t_theta, strict=True)]]  # fmt: skip
-    return np.array(rows).transpose(2, 0, 1)
+    return np.array([u_r, u_theta, t_r, t_theta]).transpose(2, 0, 1)
+
+
+def _conditions(power: Complex, theta: float, kappa: float, kind: SideKind) -> Complex:
+    """The two rows (n, 2, 4) of a side for exponents (n,)."""
+    fields = _fields(power, theta, kappa)
+    if kind in (CLAMPED, FREE):
+        return fields[:, :2] if kind == CLAMPED else fields[:, 2:]
+    along, across = math.cos(float(kind)), math.sin(float(kind))
+    u_r, u_theta, t_r, t_theta = fields.transpose(1, 0, 2)
+    return np.stack([along * u_r + across * u_theta, along * t_theta - across * t_r], axis=1)

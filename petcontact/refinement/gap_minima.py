@@ -9,7 +9,7 @@ from .known_data import Field
 
 MOST = 4
 """Minima of one side, the lowest ones, that meshes are graded to."""
-PARTS, ROUNDS = 64, 7
+PARTS, ROUNDS = 1024, 4
 """Into how many parts the interval around a minimum is cut, and how often: all places of a round are looked at together."""
 
 

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import io
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,6 +13,7 @@ from ..contact.state import COLUMNS
 from ..errors import InputError
 from ..runtime.atomic_write import write_text
 from ..runtime.figure_style import STATES
+from ..runtime.text_table import as_csv
 from .data import SolutionData
 from .records import StepResult
 
@@ -138,12 +137,8 @@ def _below(parts: Sequence[Table]) -> Table:
 
 
 def csv_text(columns: Mapping[str, Any]) -> str:
-    """A table as CSV (RFC 4180, with line feeds): names first, numbers with all their digits."""
-    text = io.StringIO()
-    writer = csv.writer(text, lineterminator="\n")
-    writer.writerow(columns)
-    writer.writerows(zip(*(np.asarray(values).tolist() for values in columns.values()), strict=True))
-    return text.getvalue()
+    """A table as CSV (RFC 4180, with line feeds): names first, numbers with all their digits; texts as of `as_csv`."""
+    return as_csv(list(columns), zip(*(np.asarray(values).tolist() for values in columns.values()), strict=True))
 
 
 def write_tables(

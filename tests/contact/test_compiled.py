@@ -15,7 +15,7 @@ from petcontact.contact.methods.newton import SemismoothNewton
 
 KERNELS = {
     friction_law: ["_NORMS"], laws: ["_COULOMB", "_RESIDUAL"], linearisation: ["_LINEARISE", "_TRACTION"],
-    pivots: ["_NEXT_TAU", "_FIRST_TRACTION"], solvers: ["_BLOCK"],
+    pivots: ["_NEXT_TAU"], solvers: ["_BLOCK"],
 }  # fmt: skip
 
 

@@ -8,8 +8,11 @@ from conftest import example
 from scipy.interpolate import CubicSpline
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Rectangle, Traction, solve
+from petcontact.errors import PetcontactError, SolverError
 from petcontact.geometry.outline import as_outline
 from petcontact.mesh.grading import mesh_outline
+from petcontact.pipeline.adaptive import fixed_mesh
+from petcontact.pipeline.adaptive.climb import AdaptiveSolve
 from petcontact.pipeline.adaptive.fixed_mesh import CHEAP, joined, with_estimate
 
 
@@ -35,6 +38,33 @@ def test_pairs_are_joined_and_the_odd_one_left():
     coarse = joined(mesh, outline)
     assert mesh.n_elements == 5 + 3 + 5 + 3 and coarse.n_elements == 3 + 2 + 3 + 2
     assert coarse.length.sum() == pytest.approx(24.0) and coarse.length.max() == pytest.approx(3.2)
+
+
+@pytest.mark.parametrize("known", [True, False])
+def test_a_mesh_that_none_follows_is_compared_with_half_as_many_elements(known, comm, monkeypatch):
+    """Or the verdict says in its first line that the error is not known, and why."""
+    once, levels = AdaptiveSolve._once, []
+
+    def first_only(self, level):
+        levels.append(level)
+        if len(levels) > 1:
+            raise SolverError("iterate", "no second mesh", "no advice")
+        return once(self, level)
+
+    def refused(*args):
+        raise PetcontactError("no coarser mesh")
+
+    monkeypatch.setattr(AdaptiveSolve, "_once", first_only)
+    if not known:
+        monkeypatch.setattr(fixed_mesh, "_coarser", refused)
+    solution = solve(example(1, mesh=MeshOptions()), comm=comm)
+    error, said = solution.info["estimated_error"], "no second mesh"
+    assert len(levels) == 2 and solution.converged == known
+    if known:
+        assert 1e-4 < error < 0.1 and said in " ".join(solution.info["warnings"])
+    else:
+        assert error == np.inf and f"the error is not known, 0.0001 was wanted: iterate: {said}" in solution.reason
+        assert solution.verdict().startswith("  not converged: the error is not known")
 
 
 @pytest.mark.parametrize(

@@ -153,6 +153,15 @@ def test_overlap_between_nodes_is_found(loaded, push):
     assert not solution.converged and f"overlap between nodes: pair 'bottom' by {push:g} at (0.123457, 0)" in solution.reason
 
 
+@pytest.mark.parametrize(("increments", "warned"), [("20", True), ('"auto"', False)])
+def test_overlap_between_nodes_counts_at_the_end_of_a_step(loaded, increments, warned):
+    """Where a contact begins to grow from a point no mesh has its nodes, however its increments are chosen."""
+    mesh = f'[mesh]\nelement_size = 0.1\norder = 2\n[[step]]\nname = "press"\nincrements = {increments}'
+    solution = solve(light(loaded, 0.0014, mesh=mesh))
+    assert solution.converged and "overlap" not in solution.reason
+    assert any("before its end" in warning for warning in solution.info["warnings"]) == warned
+
+
 def test_overlap_between_nodes_is_found_in_space(loaded):
     """A sphere whose lowest point is no node, pushed by less than what lies between it and the nodes around it."""
     solution = solve(loaded(SPHERE))

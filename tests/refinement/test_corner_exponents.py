@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from petcontact.refinement.corner_exponents import CLAMPED, FREE, SLIDING, corner_exponent
+from petcontact.refinement.corner_exponents import CLAMPED, FREE, SLIDING, corner_exponent, pair_exponent
 
 KAPPA = 3.0 - 4.0 * 0.3
 
@@ -89,3 +89,22 @@ def test_skew_rollers_against_complex_potentials(first, kind):
              zip(itertools.pairwise(grid), itertools.pairwise(values), strict=True) if f * g < 0.0]  # fmt: skip
     found = corner_exponent(angle, KAPPA, first, kind)
     assert found == pytest.approx((roots or [1.0])[0], abs=1e-4)
+
+
+@pytest.mark.parametrize("friction", [-0.5, 0.0, 0.5])
+def test_a_rigid_punch_with_friction_on_a_half_plane(friction):
+    """α = 1/2 ∓ arctan(f (1-2ν)/(2(1-ν)))/π: K. L. Johnson, Contact mechanics (1985), ch. 2."""
+    power = 0.5 - math.atan(friction * 0.4 / 1.4) / math.pi
+    assert 1.0 - pair_exponent((math.pi / 2.0, math.pi), (KAPPA, KAPPA), 1e-6, friction) == pytest.approx(power, abs=1e-3)
+
+
+def test_two_wedges_have_their_limits():
+    """Alike and stuck a notch of their sum, on what is rigid the wedge alone; a flush joint of the same material is none."""
+    right = math.pi / 2.0
+    stuck, smooth = ({stiffer: pair_exponent((right, math.pi), (KAPPA, KAPPA), stiffer, way) for stiffer in (1.0, 1e6)}
+                     for way in (math.inf, 0.0))  # fmt: skip
+    assert stuck[1.0] == pytest.approx(corner_exponent(3.0 * right, KAPPA, FREE, FREE), abs=1e-4)
+    assert stuck[1e6] == pytest.approx(corner_exponent(right, KAPPA, CLAMPED, FREE), abs=1e-4)
+    assert smooth[1e6] == corner_exponent(right, KAPPA, SLIDING, FREE) == 1.0
+    assert smooth[1.0] == pytest.approx(0.774, abs=1e-3)  # Dundurs and Lee (1972), alike and without friction
+    assert pair_exponent((right, right), (KAPPA, KAPPA), 1.0, math.inf) == 1.0

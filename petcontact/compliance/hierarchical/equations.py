@@ -49,7 +49,6 @@ class MixedEquations:
         spans = [[np.arange(*body.bounds[r : r + 2]) + at for at, body in zip(coupling.first, rows, strict=False)]
                  for r in range(ranks)]  # fmt: skip
         self._order = np.concatenate([span for of_rank in spans for span in of_rank])
-        self._counts = np.array([sum(map(len, of_rank)) for of_rank in spans])
         self._mine, self._is_last = np.concatenate(spans[self.rank]), self.rank == ranks - 1
         self._weight = np.ones(coupling.size)
         self.ends = np.cumsum([0, *(body.motions.shape[1] for body in rows)])
@@ -71,9 +70,8 @@ class MixedEquations:
         self._solver: LinearSolver | None = None
         self._used: tuple[Posed, Preconditioner] | None = None
         self.at_rest = State(np.zeros(n), np.zeros(coupling.shape), np.zeros(coupling.shape), np.zeros(r), np.zeros(r))
-        relation = Relation.given_traction(coupling.shape)
         free = Balance.at_rest(coupling.shape, r)
-        self._free = coupling.expansion(relation, free.motion), free
+        self._free = coupling.expansion(Relation.given_traction(coupling.shape), free.motion), free
         with one_blas_thread(), together(comm):
             self._open = Preconditioner(
                 rows, coupling, (self.motions, self._dual), self.sum, (self.rank, ranks), self._free[0]
@@ -88,11 +86,11 @@ class MixedEquations:
         factors, rows = (np.concatenate(values) for values in zip(*parts, strict=True))
         return factors, rows
 
-    def elastic(self, loads: tuple[Array, Array], rtol: float, start: State | None = None) -> State:
+    def elastic(self, loads: tuple[Array, Array], rtol: float) -> State:
         """The bodies by themselves, moved by nothing but strain; given tractions are among the factors."""
         expansion, balance = self._free
         posed = Posed(expansion, np.zeros(self.coupling.shape), *loads, balance)
-        return self.solve(posed, start or self.at_rest, rtol, 0.0, self._open)
+        return self.solve(posed, self.at_rest, rtol, 0.0, self._open)
 
     def solve(
         self, posed: Posed, start: State, rtol: float, forcing: float, preconditioner: Preconditioner | None = None
@@ -105,12 +103,16 @@ class MixedEquations:
         relation, count = posed.expansion.relation, posed.balance.count
         known, sigma = self.coupling.known(relation, posed.offset)
         known -= posed.factors
+        given = known, sigma, posed.rows, posed.balance.load, posed.balance.amplitude
+        if not self.sum(np.array([any(values.any() for values in given)])).any():
+            self.iterations, self.defect = 0, 0.0
+            return self._state(posed, known, sigma, np.zeros(self.coupling.size + posed.balance.count))
         x = self._start(posed, start)
-        sizes, rest = self._sizes(start.z), np.zeros(self.coupling.size + count)
+        strained = self._sizes(start.z - self.motions @ (self._dual.T @ start.z))  # rigid motions have no residual
+        sizes, rest = np.maximum(strained, NEGLIGIBLE * self._sizes(start.z)), np.zeros(self.coupling.size + count)
         if not sizes.all():
             self._weight[:] = 1.0
-            right = self.whole(self._residual(posed, known, sigma, rest))
-            sizes = np.where(sizes > 0.0, sizes, self._sizes(right))
+            sizes = np.where(sizes > 0.0, sizes, self._sizes(self.whole(self._residual(posed, known, sigma, rest))))
         # each body's residual is one over its own size, however stiff others are
         sizes = np.maximum(sizes, NEGLIGIBLE * sizes.max()) if sizes.any() else np.ones(len(sizes))
         self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))

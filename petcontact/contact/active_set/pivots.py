@@ -32,7 +32,6 @@ from .monolithic import MonolithicSolver
 from .solvers import ActiveSetSolver
 
 _NEXT_TAU = native.function("petcontact_next_tau", "iiippppdddpp")
-_FIRST_TRACTION = native.function("petcontact_first_traction", "iippppppppp")
 LinearSolver = ActiveSetSolver | MonolithicSolver
 """Who solves the equations of a linearised law."""
 Predictor = Callable[["Pivot"], tuple[Array, Array]]
@@ -197,7 +196,7 @@ def linear_solve(
     if isinstance(solver, MonolithicSolver):
         sigma, v, alpha, free = solver.linear_solve(linearised, rho, sigma, alpha)
         return sigma, v, alpha, _push(modes, sigma, free)
-    sigma, slack = _first_traction(linearised, sigma, rho)
+    sigma, slack = linearised.first_traction(sigma, rho)
     v = base + solver.apply(sigma)
     if modes is not None:
         v = v + modes.motion @ alpha
@@ -209,27 +208,6 @@ def linear_solve(
         if modes is not None:
             v = v + modes.motion @ dalpha
     return sigma, v, alpha, _push(modes, sigma, free)
-
-
-def _first_traction(linearised: Linearisation, so_far: Array, rho: Array) -> tuple[Array, Array]:
-    """σ of a linearised law with y = σ so far where nodes stick and y = -τ elsewhere, and the slack (y - σ)/ρ there."""
-    if _FIRST_TRACTION is not None:
-        given = (
-            linearised.derivative,
-            linearised.constant,
-            linearised.tau,
-            rho,
-            linearised.active,
-            linearised.stick,
-            so_far,
-        )
-        arrays = [np.ascontiguousarray(array) for array in given]
-        sigma, slack = np.empty(so_far.shape), np.empty(so_far.shape)
-        _FIRST_TRACTION(*so_far.shape, *map(native.pointer, (*arrays, sigma, slack)))
-        return sigma, slack
-    y = np.where(linearised.stick, so_far, -linearised.tau)
-    sigma = linearised.traction(y) + linearised.constant
-    return sigma, np.where(linearised.stick, 0.0, (y - sigma) / rho)
 
 
 def _push(modes: Modes | None, sigma: Array, free: Array) -> Array:

@@ -10,7 +10,6 @@ steps are damped, then the iteration starts again from other sets.
 from __future__ import annotations
 
 import itertools
-import math
 from collections.abc import Iterator
 from dataclasses import field
 from functools import cached_property
@@ -33,6 +32,7 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem, RigidModeConstraint, Surrogate, is_monolithic
+from .starts import Guess, everywhere, frictionless, tau_of
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
@@ -46,14 +46,14 @@ LATE = (2, 8)
 stopped gaining (`pivots.PATIENCE`)."""
 LOOSE, FORESIGHT = 1e-5, 20
 """Tolerance and exchanges of a prediction, which need not be exact."""
+IN_VAIN = 3
+"""Predictions in turn that may fail to reduce the number of wrong nodes, where a step costs less."""
 TRIES = 3
 """Times that nodes are made to stick or to close because the loads are not in equilibrium."""
 STIFF = 1e4
 """ρ|v| over |σ| by which contact stops a free motion: large, so that slip turns where it vanishes."""
 AHEAD = 1e-9
 """Motion of a node, over the largest, that is none."""
-FAR = 1e150
-"""τ_t that is outside of every ball."""
 ROUND_OFF = 1e-10
 """Relative residual below which sets that still change do so by round-off."""
 
@@ -97,8 +97,11 @@ class SemismoothNewton:
         else:
             solver = active_set_solver(system, surrogate, self.factors)
         try:
-            first = _first_guess(system, law, iteration, solver, foretell)
-            return _Run(system, law, iteration, solver, foretell).state(first)
+            run = _Run(system, law, iteration, solver, foretell)
+            state = run.at_rest() if iteration.start is None else None
+            state = state or run.state(_first_guess(system, law, iteration, solver, foretell))
+            # what jams keeps its tractions
+            return state if state.sigma.any() else run.at_rest() or state
         finally:
             solver.close()
 
@@ -128,17 +131,20 @@ def _prediction(system: ContactSystem) -> Surrogate | None:
 
 class _Foresight:
     """Sets by the contact problem of T through an iterate; where T is still to be made, once the steps so far have cost as
-    much as that will."""
+    much as that will, and then as long as fewer nodes are wrong after it."""
 
     def __init__(self, system: ContactSystem, law: ContactLaw, surrogate: Surrogate | None) -> None:
         self.surrogate, self._system, self._law = surrogate, system, law
         self._wait = 0 if surrogate is not None else steps_before(system.u_0.size)
+        self._late, self._fewest, self._vain = surrogate is None, len(system.u_0) + 1, 0
 
     def __call__(self, step: Pivot) -> tuple[Array, Array]:
         """τ and σ of the prediction."""
         self._wait -= 1
-        if self._wait > 0 or step.wrong == 0:
+        if self._wait > 0 or step.wrong == 0 or (self._late and self._vain > IN_VAIN):
             return step.tau, step.sigma
+        self._vain = 0 if step.wrong < self._fewest else self._vain + 1
+        self._fewest = min(self._fewest, step.wrong)
         if self.surrogate is None:
             self.surrogate = _prediction(self._system)
         if self.surrogate is None:
@@ -165,10 +171,6 @@ def steps_before(unknowns: int) -> int:
     return min(max(round(price), LATE[0]), LATE[1])
 
 
-Guess = tuple[Array, Array, Array]
-"""τ, σ and v."""
-
-
 def _first_guess(
     system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: LinearSolver, foretell: _Foresight | None
 ) -> Guess:
@@ -180,28 +182,11 @@ def _first_guess(
         start = base, np.zeros_like(base)
     if start is not None:
         v, sigma = start
-        return next_tau(Linearisation.at(law, _tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
-    if system.modes is not None and not system.modes.load.any() and not law_residual(law, base, 0.0 * base, 1.0).any():
-        return base, 0.0 * base, base  # nothing is loaded and nothing touches: no motion is the least
+        return next_tau(Linearisation.at(law, tau_of(law, v, sigma)), law, sigma, v, 0.0)[0], sigma, v
     if foretell is not None and foretell.surrogate is not None:
         sigma, v = first_guess(system, foretell.surrogate, solver)
         return *foretell.through(foretell.surrogate, sigma, v, stuck), v
     return stuck, np.zeros_like(base), base
-
-
-def _tau_of(law: ContactLaw, v: Array, sigma: Array) -> Array:
-    """ρv - σ with a ρ that gives both a weight."""
-    size = math.sqrt(np.vdot(v, v)), math.sqrt(np.vdot(sigma, sigma))
-    return (size[1] / size[0] if min(size) > 0.0 else 1.0) * v - sigma
-
-
-def everywhere(like: Array, law: ContactLaw, slip: float) -> Array:
-    """τ of contact everywhere: sticking, or slipping one way along the first tangent."""
-    tau = np.zeros(like.shape)
-    if len(law.groups) > 1:
-        tau[:, law.groups[1]] = 1.0
-    tau[:, 0] = slip * FAR
-    return tau
 
 
 class _Run:
@@ -215,12 +200,23 @@ class _Run:
         self.recorder = Recorder(law, system, iteration)
         self.ended, self.to_the_end = "", True
 
+    def at_rest(self) -> ContactState | None:
+        """Bodies that contact holds where they are, if nothing is loaded and nothing touches: no motion is the least."""
+        modes, v = self.system.modes, self.system.u_0
+        sigma = np.zeros_like(v)
+        if modes is None or modes.load.any() or law_residual(self.law, v, sigma, 1.0).any():
+            return None
+        still = np.zeros(len(modes.load))
+        return self._told(Pivot(sigma, v, still, Linearisation.at(self.law, v), v, 0, still), sigma, v)
+
     def state(self, first: Guess) -> ContactState:
         """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
         state = None
-        # another start is found sooner than the way out of a cycle
-        for to_the_end, (tau, sigma, v) in itertools.product((False, True), self._starts(first)):
-            self.to_the_end = to_the_end
+        # another start is found sooner than the way out of a cycle; each is made when it is its turn, as it may be a solve
+        once, again = itertools.tee(self._starts(first))
+        for self.to_the_end, (tau, sigma, v) in itertools.chain(
+            ((False, one) for one in once), ((True, one) for one in again)
+        ):
             state = self._attempt(tau, sigma, v)
             if state.converged or state.stopped or self.recorder.exhausted or self._overloaded:
                 break
@@ -237,6 +233,7 @@ class _Run:
         opened = self.law.states(tau) == OPEN
         stuck = everywhere(tau, self.law, 0.0)
         # of a law without normal components, or in plane Tresca friction, no attempt fails
+        yield from frictionless(self.solver, self.law, self.system, stuck)
         if opened.any():
             yield np.where(opened[:, None], tau, stuck), sigma, v
         for slip in (0.0, 1.0, -1.0):

@@ -20,8 +20,9 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
-from .newton import everywhere, first_guess
+from .newton import first_guess
 from .settling import settled
+from .starts import everywhere
 
 
 @frozen

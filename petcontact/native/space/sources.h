@@ -16,24 +16,16 @@
         for (int l = 0; l < (int)(sizeof(TYPE) / sizeof(double)); l++) \
             over[l] = sqrt(square[l]); \
         over = 1.0 / over; \
-        TYPE cube = over * over * over, xx = x * x, yy = y * y, zz = z * z, xy = x * y, xz = x * z, yz = y * z; \
+        const TYPE cube = over * over * over, pairs[G] = {x * x, x * y, x * z, y * y, y * z, z * z}; \
         if (wants_g) { \
             const TYPE factor = curved ? area * cube : cube; \
-            out[0] = xx * factor; \
-            out[1] = xy * factor; \
-            out[2] = xz * factor; \
-            out[3] = yy * factor; \
-            out[4] = yz * factor; \
-            out[5] = zz * factor; \
+            for (int c = 0; c < G; c++) \
+                out[c] = pairs[c] * factor; \
         } \
         if (wants_h) { \
-            TYPE fifth = (x * normal[0] + y * normal[1] + z * normal[2]) * (cube * over * over); \
-            out[6] = xx * fifth; \
-            out[7] = xy * fifth; \
-            out[8] = xz * fifth; \
-            out[9] = yy * fifth; \
-            out[10] = yz * fifth; \
-            out[11] = zz * fifth; \
+            const TYPE fifth = (x * normal[0] + y * normal[1] + z * normal[2]) * (cube * over * over); \
+            for (int c = 0; c < G; c++) \
+                out[G + c] = pairs[c] * fifth; \
             out[12] = (curved ? x * normal[1] - y * normal[0] : x) * cube; \
             out[13] = (curved ? x * normal[2] - z * normal[0] : y) * cube; \
             out[14] = (curved ? y * normal[2] - z * normal[1] : z) * cube; \

@@ -32,7 +32,7 @@ from ..discrete.interfaces import interfaces_of
 from ..eliminate import Announce
 from ..run import prepare, reported, run, unreported, with_paths
 from ..steps.increment import Monitor, PreparedProblem
-from .fixed_mesh import carries_something
+from .fixed_mesh import MOST, carries_something, with_estimate
 from .panel_tails import PanelTails
 from .quantity import Quantity, Reached, short_of
 from .slip import Slip
@@ -55,15 +55,10 @@ def quantity_for(problem: Problem) -> Quantity:
     """
     if not interfaces_of(problem):
         raise InputError("contact: no part is in contact, which adaptive meshes follow; set mesh.element_size")
-    if not in_plane(problem):
+    if not all(isinstance(body.geometry.outline(), Outline) for body in problem.body):
         return PanelTails(problem)
     slip = len(problem.body) == 1 and not problem.step and all(side.holds_normal for side in interfaces_of(problem))
     return Slip() if slip else Tractions(problem)
-
-
-def in_plane(problem: Problem) -> bool:
-    """Whether all bodies are plane ones."""
-    return all(isinstance(body.geometry.outline(), Outline) for body in problem.body)
 
 
 class AdaptiveSolve:
@@ -80,7 +75,7 @@ class AdaptiveSolve:
         What its mesh leaves of the given data beyond what is asked (or 0), and what a method of the problem's own leaves on
         it, by the quantity's difference [-].
     broken_off : bool
-        Whether a signal, a monitor or a failure ended the solve on the mesh after the last.
+        Whether a signal, a monitor or a failure ended the last solve.
     """
 
     def __init__(
@@ -203,7 +198,7 @@ class AdaptiveSolve:
             self.discrete, self._tried = self._prepared(make)
         self._tried = problem = replace(self._tried, start=self.quantity.start(self._tried))
         solution = unreported(problem, self.monitor)
-        if self.quantity.reads_errors or _is_large(self.discrete):
+        if _is_large(self.discrete):
             solution = reported(problem, solution)
         return replace(solution, problem=self.problem)
 
@@ -215,9 +210,12 @@ class AdaptiveSolve:
         changes: dict[str, Any] = {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
         if self.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
             changes["mat_type"] = "dense"
-        if changes:
-            bem = self.problem.bem.model_copy(update=changes)
-            discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": bem}))
+        bem, method = self.problem.bem.model_copy(update=changes), self.problem.method
+        if self.solutions:
+            # where sets cycle there may be no solution
+            needed = max((step.iterations for step in self.solutions[-1].steps), default=0)
+            method = method.model_copy(update={"max_iterations": min(method.max_iterations, max(MOST, 10 * needed))})
+        discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": bem, "method": method}))
         seconds = time.perf_counter() - began
         problem = prepare(discrete.problem, self.comm, discrete, announce=self._announce)
         problem.timings["mesh"] += seconds
@@ -271,12 +269,10 @@ def adapt(
     work = AdaptiveSolve(problem, comm, monitor, law, announce, reached)
     given = [body.mesh.accuracy for body in problem.body if body.mesh.accuracy is not None]
     work.quantity.asked = accuracy is not None or bool(given)
-    if accuracy is None:
-        accuracy = min(given, default=work.quantity.accuracy)
+    accuracy = min(given, default=work.quantity.accuracy) if accuracy is None else accuracy
     check_accuracy(accuracy)
     try:
-        trouble = work.climb(accuracy)
-        solution = work.last()
+        trouble, solution = work.climb(accuracy), work.last()
     finally:
         work.close()
     own = rule is not None or method is not None or problem.method.resolved_name != "semismooth-newton"
@@ -288,6 +284,8 @@ def adapt(
         finally:
             prepared.close()
         work.left = work.quantity.apart(solution) if solution.converged else 0.0
+    if trouble and math.isinf(work.quantity.estimate) and not work.broken_off:  # as of a mesh that the user fixed
+        solution = with_estimate(solution, comm, law)
     return _finished(work, replace(solution, problem=problem), accuracy, trouble, time.perf_counter() - began)
 
 
@@ -299,19 +297,20 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
         "levels": [sum(mesh.n_elements for mesh in found.meshes.values()) for found in work.solutions],
         **(quantity.info() if shown else {}),
     }  # fmt: skip
+    estimate = info.get("estimated_error", estimate) if math.isinf(estimate) else estimate
     info |= {"estimated_error": estimate} if carries_something(solution) else {}
+    reached = short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
     if status == "converged" and work.missed > 0.0:
         status, reason = "not converged", f"no mesh resolves the given data: {work.missed:.1e} of them is missed"
     elif status == "converged" and quantity.estimate <= accuracy < estimate:
         status, reason = "not converged", (f"{solution.info['method']} leaves an error of {work.left:.1e} on the last mesh, "
                                            f"which semismooth-newton solves to {quantity.estimate:.1e}")  # fmt: skip
     elif status == "converged" and accuracy < estimate < math.inf and trouble and not (quantity.asked or work.broken_off):
-        text = f"estimated error {estimate:.1e} > {accuracy:g}: {trouble}; --accuracy asks for more"
-        info["warnings"] = [*info.get("warnings", []), text]
+        info["warnings"] = [*info.get("warnings", []), reached]
     elif status == "not converged" and quantity.exhausted and not (shown or quantity.asked):
-        reason += f"; {quantity.exhausted}, --accuracy asks for more"
+        reason += f"; {quantity.exhausted}"
     elif status == "converged" and estimate > accuracy:
-        status, reason = "not converged", short_of(estimate, accuracy, trouble, quantity, info.get("meshes_differ", ""))
+        status, reason = "not converged", reached
     timings: dict[str, float] = {}
     for seconds_of in {id(each.timings): each.timings for each in (*work.solutions, solution)}.values():
         timings |= {name: timings.get(name, 0.0) + value for name, value in seconds_of.items()}

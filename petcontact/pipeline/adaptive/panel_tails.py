@@ -13,7 +13,6 @@ import numpy as np
 from ...arrays import Array, Index, Mask
 from ...contact.state import Start
 from ...errors import InputError
-from ...frozen import frozen
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
@@ -33,6 +32,7 @@ from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from ..trust.increments import OVERLAP, is_unresolved
 from .elliptic import EllipticContacts
+from .quantity import Budget
 from .tails import TailErrors
 
 FIRST = 36
@@ -46,14 +46,6 @@ SHARE = 0.7
 DEEPEST, NARROW = 4, 1.0
 """Times that panels at a rim may be halved for one mesh, and their width over that of the strip there in which errors fade
 out: p may be infinite at a rim, and no panel wider than the strip sees an end of it."""
-
-
-@frozen
-class Budget:
-    """What a mesh may cost: nodes of all bodies, and predicted processor seconds of a solve on it."""
-
-    nodes: int
-    seconds: float
 
 
 BUDGETS = {False: Budget(2500, 4.0), True: Budget(30_000, 200.0)}
@@ -85,7 +77,7 @@ class PanelTails:
         Why there is no next mesh, or nothing.
     """
 
-    levels, attempts, accuracy, dense_nodes, reads_errors = range(40), 1, 2e-2, 0, True
+    levels, attempts, accuracy, dense_nodes = range(40), 1, 2e-2, 0
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []
@@ -284,13 +276,15 @@ class PanelTails:
 
     def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
         """What meshes cost beyond the budget or the memory; nothing where they fit."""
-        budget, bem = BUDGETS[self.asked], resolved_bem(self._problem.bem)
+        given, bem, pairs = BUDGETS[self.asked], resolved_bem(self._problem.bem), max(1.0, 0.5 * len(meshes))
+        budget = Budget(int(pairs * given.nodes), pairs * given.seconds)
         nodes = sum(mesh.n_nodes for mesh in meshes)
         seconds = solve_seconds(bem, meshes, len(solution.steps))
-        if nodes > budget.nodes:
-            return f"the next mesh has {nodes} nodes, the budget is {budget.nodes}"
-        if seconds > budget.seconds:
-            return f"the next mesh takes about {seconds:.0f} s, the budget is {budget.seconds:g} s"
+        if nodes > budget.nodes or seconds > budget.seconds:
+            most = BUDGETS[True]
+            allowed = f"--accuracy {self.wanted:g} allows {Budget(int(pairs * most.nodes), pairs * most.seconds)}"
+            more = "a [mesh] of your own may have more" if self.asked else allowed
+            return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, at most {budget} are allowed; {more}"
         faces = [(side.body, side.part) for side in self._sides]
         both = [*faces, *(side.primary for side in self._sides if side.primary is not None)]
         dense = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
@@ -37,6 +38,17 @@ class Reached:
     seconds: float
 
 
+@frozen
+class Budget:
+    """What a mesh may cost: nodes of all bodies, and predicted processor seconds of a solve on it."""
+
+    nodes: int
+    seconds: float
+
+    def __str__(self) -> str:
+        return f"{self.nodes} nodes and {self.seconds:g} s of processor time"
+
+
 class Quantity(Protocol):
     """What an adaptive solve refines for: `Slip` or `Tractions` in the plane, `PanelTails` in space.
 
@@ -50,8 +62,6 @@ class Quantity(Protocol):
         The accuracy, and whether somebody named it.
     exhausted : str
         Why there is no mesh after the last, or nothing.
-    reads_errors : bool
-        Whether it looks at the errors of tractions, which are estimated for the last mesh only otherwise.
     """
 
     differences: list[float]
@@ -59,7 +69,6 @@ class Quantity(Protocol):
     wanted: float
     asked: bool
     exhausted: str
-    reads_errors: bool
 
     @property
     def accuracy(self) -> float: ...
@@ -79,11 +88,12 @@ class Quantity(Protocol):
 
 
 def short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity, differ: str) -> str:
-    """Why the estimate is above the accuracy; `differ`: where the last meshes do most, if that is known."""
-    if trouble and not quantity.exhausted:
+    """What was reached and wanted, and why there is no more; `differ`: where the last meshes do most, if that is known."""
+    if trouble and quantity.asked and not quantity.exhausted:
         return trouble
-    where = f": {quantity.exhausted}" if quantity.exhausted else " on the finest mesh"
+    known = f"the error is estimated to be {estimate:.2g}" if math.isfinite(estimate) else "the error is not known"
+    where = trouble or "on the finest mesh"
     if growing(quantity.differences):
         where += f"; the differences of the meshes grow: {', '.join(f'{d:.1e}' for d in quantity.differences[-3:])}"
     where += f"; {differ}" if differ else ""
-    return f"estimated error {estimate:.1e} > {accuracy:g}{where}"
+    return f"{known}, {accuracy:g} was wanted: {where}"

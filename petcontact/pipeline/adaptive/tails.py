@@ -22,6 +22,9 @@ from .slip import displacement_scale
 
 OF_SLIP = (2.0, 0.29, 0.42, 1.3)
 """Error of u_t over its tail, for order 0, 1, 2, and above; these factors are fitted to the runs of scripts/verify_space."""
+LEAST = (0.26, 0.42)
+"""The next degrees over the last one, for order 2 and 3, of x ln x, which displacements are beside edges of loaded faces:
+Legendre coefficients fall as k^-3."""
 SECOND = 9.2
 """Of linear elements in contact, over the square of that error relative to u_t: h² as against the h of their tail."""
 BESIDE = 0.41
@@ -32,6 +35,9 @@ UNEVEN = 1.4
 """Error of u_t over what tractions lack of equilibrium."""
 LINEAR = 1.65
 """Factor on both of them, of linear panels: what bends them is of the next order, and not in their tails."""
+MOST = (1.3, 2.5)
+"""The same of panels of order 2 and 3, enough whatever the order below gives: where that is poor, the step from it says
+little of the next one."""
 SURELY = 2.0
 """Estimated errors of σ_t by which it lies below the friction bound where nothing slips."""
 
@@ -77,15 +83,17 @@ class TailErrors:
                     worst = max(worst, *(math.sqrt((weight @ error**2 + jumps) / size) for error in _errors(pair)))
         uneven = max((float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps), default=0.0)
         if not solution.bilateral:
-            return min(worst, 1.0), worst**2 + uneven
+            return min(worst, 1.0), min(worst**2 + uneven, 1.0)
         if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
             return 0.0, worst**2 + uneven
         squares, (mesh,) = self.slip_squares(solution.last), self._meshes
         contact = np.isin(np.arange(mesh.n_elements), mesh.element[solution.contact.nodes])
-        scale, linear = displacement_scale(solution), mesh.order[~contact].max(initial=0) == 1
+        scale, order = displacement_scale(solution), int(mesh.order[~contact].max(initial=0))
+        tails = math.hypot(math.sqrt(squares[~contact].sum()) / scale, UNEVEN * uneven)
         if math.isnan(beside):
-            beside = math.sqrt(squares[~contact].sum()) / scale
-        beside = math.hypot(beside, UNEVEN * uneven) * (LINEAR if linear else 1.0)
+            beside = tails * (LINEAR if order == 1 else 1.0)
+        else:
+            beside = math.hypot(min(beside, MOST[order - 2] * tails), UNEVEN * uneven)
         error = min(math.hypot(math.sqrt(squares[contact].sum()) / scale, beside), 1.0)
         return error, worst * error + uneven
 
@@ -144,9 +152,9 @@ class TailErrors:
         """Squared errors of u_t after a step that come from each element of a body in bilateral contact.
 
         In the contact that of the tail of u. Where all of an element slips u is smooth: its next degree is taken to be to
-        the tail as the tail is to the degree before, on linear elements to u_t. What other faces lack moves the contact,
-        too, its elements that slip somewhere: the tails of u the less the further away they are, those of tractions, which
-        are infinite along the edges of clamped faces, all alike.
+        the tail as the tail is to the degree before, on linear elements to u_t, and no less than `LEAST`. What other faces
+        lack moves the contact, too, its elements that slip somewhere: the tails of u the less the further away they are,
+        those of tractions, which are infinite along the edges of clamped faces, all alike.
 
         Returns
         -------
@@ -169,7 +177,8 @@ class TailErrors:
         of_u[linear] *= (SECOND / displacement_scale(solution)) ** 2 * of_u[linear].sum()
         if higher.any():
             last, two = (area[higher] * tails.left(body.u, less)[higher] ** 2 for less in (1, 2))
-            of_u[higher] = last * last.sum() / max(two.sum(), TINY)
+            least = np.array(LEAST)[np.minimum(mesh.order[higher], 3) - 2]
+            of_u[higher] = last * np.maximum(last.sum() / max(two.sum(), TINY), least**2)
         return np.where(contact, of_u, share * beside)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 
 import numpy as np
 
@@ -239,7 +240,7 @@ def reached(discrete: Discrete, results: list[StepResult]) -> str:
         return f"nothing is in contact, elastic residual {defect:.1e}"
     if discrete.holds_normals and not discrete.problem.step:
         return results[-1].reason
-    worst = {key: max(float(np.nan_to_num(r.residuals[key])) for r in results)
+    worst = {key: max(0.0 if math.isnan(r.residuals[key]) else float(r.residuals[key]) for r in results)
              for key in ("normal", "tangential", "balance", "elastic", "equilibrium")}  # fmt: skip
     # a balance of 0 is none: nothing is held by contact only
     text = "residuals " + ", ".join(f"{key} {value:.1e}" for key, value in worst.items() if key != "balance" or value)

@@ -17,6 +17,7 @@ OVERLAP = 1e-3
 """Overlap at nodes, over what contact displaces, that is not accepted."""
 BETWEEN = 0.1
 """The same between nodes."""
+OVERLAPPING = "surfaces overlap between nodes"
 BLOCKS = 5.0
 """Residual of a compressed body that is accepted, over the tolerance of its compression, which bounds each block by itself:
 three bolted bodies had 1 to 2.2 times that, at 1e-4 and 1e-5, one body alone or two blocks less than that."""
@@ -68,7 +69,7 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
     smallest = least * reach.max(axis=0) + np.finfo(float).tiny
     worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), smallest)).max())
     if body.modes.shape[2]:
-        strained = body.displaced(u - body.modes @ alpha, traction)
+        strained = max(body.displaced(u - body.modes @ alpha, traction), ROUND_OFF * float(np.abs(u).max(initial=0.0)))
         multipliers = body.unknowns(shares, sigma)[body.operators.n_unknowns :]
         drift = float(np.abs(body.modes @ multipliers).max(initial=0.0))
         worst = max(worst, drift / strained if strained > 0.0 else 0.0)
@@ -103,7 +104,7 @@ def objection(residuals: dict[str, float], between: float, where: str) -> str:
     if overlap > OVERLAP:
         return f"surfaces overlap by {overlap:.1e} of what contact displaces; choose a smaller tolerance"
     if between > BETWEEN:
-        return (f"surfaces overlap between nodes: {where}; refine the mesh there (smaller elements, --adapt, or no "
+        return (f"{OVERLAPPING}: {where}; refine the mesh there (smaller elements, --adapt, or no "
                 "[mesh] at all; in the plane mesh.graded_points with mesh.grading)")  # fmt: skip
     return ""
 

@@ -7,12 +7,13 @@ import numpy as np
 from ...compliance.bodies import BodiesSystem, Interface
 from ...contact.law_protocol import ContactLaw, law_residual
 from ...contact.state import ContactState
-from ...contact.system import ContactSystem
+from ...contact.system import ContactSystem, is_monolithic
 from .between_nodes import Places
 from .increments import BETWEEN
 
-ROUND_OFF = 1e-11
-"""Of displacements that add up to a gap."""
+ROUND_OFF, SOLVED = 1e-11, 1e-9
+"""Of displacements that add up to a gap, and where these are solved by a Krylov method: of what only moves nothing else is
+left."""
 NEGLIGIBLE = 1e-2
 """Part of what tractions displace that an overlap between nodes may be off by."""
 
@@ -36,7 +37,9 @@ def overlaps(
     both = outcome.v - system.u_0
     moved = both if system.modes is None else system.apply(outcome.sigma)
     rigid = both - moved
-    noise = ROUND_OFF * (np.abs(system.u_0) + np.abs(rigid) + np.abs(moved).max(initial=0.0))[:, -1]
+    noise = (SOLVED if is_monolithic(system) else ROUND_OFF) * (
+        np.abs(system.u_0) + np.abs(rigid) + np.abs(moved).max(initial=0.0)
+    )[:, -1]
     # R_ρ/ρ is what the law forbids of v, but for σ/ρ, which is to be less than round-off
     least = noise.min(initial=np.inf)
     rho = float(np.abs(outcome.sigma).max(initial=0.0) / least) if 0.0 < least < np.inf else 0.0

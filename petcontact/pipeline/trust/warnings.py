@@ -10,6 +10,7 @@ from ...contact.law_protocol import OPEN
 from ...geometry.rotation import rigid_motions
 from ...results.records import StepResult
 from ..discrete.discretise import Discrete
+from .increments import OVERLAPPING
 
 STRAIGHT = 1e-9
 """Largest difference of the normals of straight ground."""
@@ -57,13 +58,24 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
             # elements that are graded to nothing say nothing of what the surface is like further on
             _raise(slid, f"pair {side.name!r}", way.max(initial=0.0) / area.max() ** (1.0 / (mesh.dim - 1)))
     small = "; displacements are taken to be small"
+    rough = {result.name: None for result in results if OVERLAPPING in result.reason and _is_asked_for(discrete, result)}
     uneven = max((float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0)
     return [
         *[f"tractions are in equilibrium to {uneven:.1e} only; choose smaller elements"] * bool(uneven > UNEVEN),
+        *(
+            f"step {name!r}: {OVERLAPPING} before its end: tractions of those increments are rough; refine the mesh there"
+            for name in rough
+        ),
         *(f"{name} turns by {value:.2g} rad{small}" for name, value in turned.items() if value > TURN),
         *(f"{name} moves by {value:.2g} times its size{small}" for name, value in moved.items() if value > TRAVEL),
         *(f"{name} slips by {value:.2g} elements{small}" for name, value in slid.items() if value > 1.0),
     ]
+
+
+def _is_asked_for(discrete: Discrete, result: StepResult) -> bool:
+    """Whether the config asks for this increment, and not for what the path needs."""
+    steps = discrete.problem.step
+    return result.step <= len(steps) and steps[result.step - 1].increments != "auto"
 
 
 def _raise(largest: dict[str, float], key: str, value: float) -> None:

@@ -9,26 +9,32 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Collection
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from ...arrays import Array, Index
 from ...linalg.nearest import within
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh
 from ...model.problem import Body
-from ..corner_exponents import CLAMPED, SideKind, corner_exponent
+from ..corner_exponents import CLAMPED, SideKind, corner_exponent, pair_exponent
 from ..singular_points import kinds_of
+from .tail import POWER
 
 TOGETHER = 0.02
 """Distance from the middle of a panel's side to another side, over its length, up to which they are one edge."""
 INWARD = 0.02
 """Of the way from the middle of a side to the middle of its panel, to look into it."""
+RIGID = 1e6
+"""Stiffness of rigid ground over that of a body on it."""
 SMOOTH = math.radians(15.0)
 """Angle between panels of like conditions up to which they may be pieces of one curved surface."""
 
 
-def edge_exponent(mesh: SurfaceMesh, body: Body, slipping: Collection[str] = ()) -> float:
+def edge_exponent(mesh: SurfaceMesh, body: Body, kinds: Mapping[str, tuple[SideKind, ...]] = MappingProxyType({})) -> float:
     """The least λ in (0, 1] along the edges of a body: displacements behave like r^λ beside them.
 
     Parameters
@@ -36,8 +42,8 @@ def edge_exponent(mesh: SurfaceMesh, body: Body, slipping: Collection[str] = ())
     mesh : SurfaceMesh
     body : Body
         With conditions on its parts.
-    slipping : names of parts
-        Of those in contact that slip all over, and are not taken for clamped.
+    kinds : mapping
+        What parts in contact may be, in place of what their conditions say.
 
     Examples
     --------
@@ -52,14 +58,11 @@ def edge_exponent(mesh: SurfaceMesh, body: Body, slipping: Collection[str] = ())
     0.711
     """
     conditions = {condition.part: condition for condition in body.boundary}
-    kinds = [
-        tuple(kind for kind in kinds_of(conditions.get(part)) if not (part in slipping and kind == CLAMPED))
-        for part in mesh.part_names
-    ]
+    kind = [kinds.get(name) or kinds_of(conditions.get(name)) for name in mesh.part_names]
     kappa = 3.0 - 4.0 * body.material.plane_strain_ratio
     one, other, angle = edges(mesh)
-    degrees = np.rint(np.degrees(angle)).astype(int)
-    found = {(kinds[a], kinds[b], number) for a, b, number in zip(mesh.part[one], mesh.part[other], degrees, strict=True)}
+    meeting = np.column_stack([mesh.part[one], mesh.part[other], np.rint(np.degrees(angle)).astype(int)])
+    found = {(kind[a], kind[b], number) for a, b, number in np.unique(meeting, axis=0).tolist()}
     exponents = [
         min(corner_exponent(math.radians(number), kappa, first, second), _along(math.radians(number), first, second))
         for ones, others, number in found
@@ -67,6 +70,30 @@ def edge_exponent(mesh: SurfaceMesh, body: Body, slipping: Collection[str] = ())
         for first, second in itertools.product(ones, others)
     ]
     return min(exponents, default=1.0)
+
+
+def rim_powers(mesh: BoundaryMesh, body: Body, part: str, primary: Body | None, friction: Any) -> tuple[float, float]:
+    """α of tractions r^-α at the rim of a part in contact where it sticks, and where it slips.
+
+    In space 1 - λ at the widest of its edges, whose other sides are taken for free, on a body that is flat there or on
+    rigid ground (no primary): where it slips of the worse way to slip, and as if it stuck where friction is no number.
+    In the plane `POWER`.
+    """
+    if not isinstance(mesh, SurfaceMesh):
+        return POWER, POWER
+    one, other, angle = edges(mesh)
+    number = mesh.part_names.index(part)
+    rim = (mesh.part[one] == number) != (mesh.part[other] == number)
+    widest = math.radians(round(math.degrees(angle[rim & (angle < math.pi - SMOOTH)].max(initial=0.0))))
+    if not widest:
+        return 0.0, 0.0
+    first, second = body.material, (primary or body).material
+    kappas = (3.0 - 4.0 * first.plane_strain_ratio, 3.0 - 4.0 * second.plane_strain_ratio)
+    moduli = [material.young_modulus / (1.0 + material.poisson_ratio) for material in (first, second)]
+    stiffer = moduli[1] / moduli[0] if primary else RIGID
+    ways = (friction, -friction) if isinstance(friction, float | int) else (math.inf,)
+    stuck, *slips = (pair_exponent((widest, math.pi), kappas, stiffer, way) for way in (math.inf, *ways))
+    return 1.0 - stuck, 1.0 - min(slips)
 
 
 def _along(angle: float, first: SideKind, second: SideKind) -> float:
@@ -91,10 +118,9 @@ def edges(mesh: SurfaceMesh) -> tuple[Index, Index, Array]:
     (a, _), (b, _), (x, normal) = (faces.at(panel, place) for place in (start, end, middle))
     inside = faces.at(panel, middle + INWARD * (faces.polygon[panel].mean(axis=1) - middle))[0] - x
     length = np.linalg.norm(b - a, axis=1)
-    i, j = within(x, x, np.full(len(x), 0.6 * length.max()))
+    j, i = within(x, x, (0.5 + TOGETHER) * length)
     i, j = i[panel[i] != panel[j]], j[panel[i] != panel[j]]
-    apart = np.minimum(_distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j]))
-    near = apart < TOGETHER * np.minimum(length[i], length[j])
+    near = np.minimum(_distance(x[i], a[j], x[j]), _distance(x[i], x[j], b[j])) < TOGETHER * np.minimum(length[i], length[j])
     i, j = i[near], j[near]
     tangent = (b - a) / length[:, None]
     inside -= np.sum(inside * tangent, axis=1, keepdims=True) * tangent

@@ -7,6 +7,7 @@ from degree to degree, and near kinks and roots of p, where they hardly do, abou
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Sequence
 from functools import cached_property
@@ -15,6 +16,7 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...linalg.nearest import nearest, within
+from ...mesh.basis import gauss, lagrange
 from ...mesh.boundary_mesh import BoundaryMesh
 
 MARGIN = (2.0, 0.7, 1.35, 1.8)
@@ -25,13 +27,13 @@ EDGE = (2.0, 0.9, 0.6, 1.4)
 """Factors of what the last two degrees add on elements at whose edge contact begins, by order. p is a root √(x - c)₊ there:
 its highest coefficient alone vanishes for some c, where the error over it is 37 (order 2) and 25 (order 3)."""
 SINGULAR = 2.7
-"""Factor of the closed form of `SHARES` for elements closed to the rim, measured: nodal values have errors, too."""
-SHARES = ((1.5,) * 7, (1.57, 1.28, 0.98, 0.68, 0.45, 0.36, 0.31), (2.25, 1.7, 1.17, 0.76, 0.56, 0.45, 0.35),
-          (2.75, 1.94, 1.25, 0.85, 0.67, 0.48, 0.38))  # fmt: skip
-"""Error over tail of the interpolation of x^-0.4 on (0, H) at Gauss points, by order and by STRIPS, both weighted by
-min(1, x/d)²: what is infinite at a rim costs the more the narrower the strip is in which it is left out."""
+"""Factor of `rim_shares` for elements closed to the rim, measured: nodal values have errors, too."""
+POWER = 0.4
+"""α of tractions r^-α at the rim of a part, in the plane."""
 STRIPS = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
-"""d/H."""
+"""d/H of `rim_shares`."""
+FINE = 60
+"""Points of the rule by which they are integrated."""
 FADE = 0.02
 """Share of a part along its rim, and beside other places where tractions may be infinite, over which errors fade out."""
 PIECES = 4
@@ -57,9 +59,12 @@ class Tails:
     mesh : BoundaryMesh
     nodes : (m,) array
         Numbers of the nodes of whole elements, increasing.
+    powers : (2,) floats
+        α of tractions r^-α at the rim where it sticks, and where it slips, see `rim_powers`.
     """
 
-    def __init__(self, mesh: BoundaryMesh, nodes: Index) -> None:
+    def __init__(self, mesh: BoundaryMesh, nodes: Index, powers: tuple[float, float] = (POWER, POWER)) -> None:
+        self._powers = powers
         element = mesh.element[nodes]
         begins = np.diff(element, prepend=-1) != 0
         self._first, self._element = element[begins], np.cumsum(begins) - 1
@@ -105,26 +110,31 @@ class Tails:
         """
         return np.asarray((self._by_order(margin) * np.where(self._rim, rim, 1.0) * self.left(values, 1))[self._element])
 
-    def of_contact(self, values: Array, opened: Mask) -> Array:
-        """As `of`, (m,), of tractions in a contact that is open at some nodes (m,).
+    def of_contact(self, values: Array, opened: Mask, slips: Mask | None = None) -> Array:
+        """As `of`, (m,), of tractions in a contact that is open at some nodes (m,), and slips at others.
 
         Elements that are open in part have the edge of contact in them, see EDGE. Those that are closed up to the rim of the
-        part, see SHARES.
+        part, see `rim_shares`.
         """
-        margin, closed, edge, nodes = self._of_contact
+        margin, stuck, slipping, edge, nodes = self._of_contact
         count = np.bincount(self._element, opened)
+        closed = stuck if slips is None else np.where(np.bincount(self._element, slips) == nodes, slipping, stuck)
         smooth = np.where(count == 0.0, closed, margin) * self.left(values, 1)
         cut = (count > 0.0) & (count < nodes)
         return np.asarray((np.where(cut, edge * self.left(values, 2), smooth) if cut.any() else smooth)[self._element])
 
     @cached_property
-    def _of_contact(self) -> tuple[Array, Array, Array, Index]:
-        """Factors of elements that are open, closed, and open in part, and their numbers of nodes."""
-        margin = self._by_order(MARGIN)
-        strips, order = np.log(STRIPS), np.minimum(self._order, len(SHARES) - 1)
-        share = np.choose(order, [np.interp(self._strip, strips, row) for row in SHARES])
-        closed: Array = np.where(self._rim, np.maximum(margin, SINGULAR * share), margin)
-        return margin, closed, self._by_order(EDGE), np.bincount(self._element)
+    def _of_contact(self) -> tuple[Array, Array, Array, Array, Index]:
+        """Factors of elements that are open, closed and stick, closed and slip, open in part, and their numbers of nodes."""
+        margin, strips = self._by_order(MARGIN), np.log(STRIPS)
+        order, rim = np.minimum(self._order, len(MARGIN) - 1), self._rim
+        stuck, slipping = np.tile(margin, (2, 1))
+        for closed, power in zip((stuck, slipping), self._powers, strict=True):
+            for p in np.unique(order[rim]).tolist():
+                mine = rim & (order == p)
+                share = np.interp(self._strip[mine], strips, rim_shares(p, round(power, 2)))
+                closed[mine] = np.maximum(margin[mine], SINGULAR * share)
+        return margin, stuck, slipping, self._by_order(EDGE), np.bincount(self._element)
 
     def _by_order(self, factors: Sequence[float]) -> Array:
         return np.asarray(np.array(factors)[np.minimum(self._order, len(factors) - 1)])
@@ -140,19 +150,44 @@ class Tails:
             square[self._element[self._constant]] = np.sum(gradient**2, axis=(1, 2))
         return np.asarray(np.sqrt(square / self._area))
 
-    def of_pressure(self, pressure: Array, opened: Mask) -> Array:
+    def of_pressure(self, pressure: Array, opened: Mask, slips: Mask | None = None) -> Array:
         """Estimated error (m,) of p: `of_contact`, and no less than a share of p where a contact that ends on the part
         covers few (`FEW`) elements: all of it on one, a half on three.
 
         What no element resolves has no tail: a spot inside of one element of order 1 may have one p at all of its nodes.
         """
-        error, element = self.of_contact(pressure[:, None], opened), self._element
+        error, element = self.of_contact(pressure[:, None], opened, slips), self._element
         loaded = np.count_nonzero(np.bincount(element[pressure > 0.0]))
         if opened.any() and 0 < loaded < FEW:
             total = np.bincount(element, self._weight * pressure**2)[element]
             mean = np.sqrt(total / np.bincount(element, self._weight)[element])
             return np.maximum(error, min(1.0, 1.5 / loaded) * mean)
         return error
+
+
+@functools.cache
+def rim_shares(order: int, power: float) -> Array:
+    """Error over tail of the interpolation of x^-power on (0, H) at Gauss points, by `STRIPS`, (7,); 1.5 for order 0.
+
+    Both are weighted by min(1, x/d)²: what is infinite at a rim costs the more the narrower the strip is in which it is left
+    out.
+
+    Examples
+    --------
+    >>> [round(float(rim_shares(2, power)[2]), 2) for power in (0.0, 0.4)]
+    [0.72, 1.16]
+    """
+    power = max(power, 0.01)  # of a constant both are zero
+    if order == 0:
+        return np.full(len(STRIPS), 1.5)
+    (x, weight), (even, each) = ((0.5 + 0.5 * points, 0.5 * weights) for points, weights in map(gauss, (order, FINE)))
+    fine, each = even**6, 6.0 * even**5 * each  # dense where the function is infinite
+    missed = (x**-power @ lagrange(order, 2.0 * fine - 1.0) - fine**-power) ** 2
+    lower = np.linalg.qr(np.sqrt(weight)[:, None] * np.vander(x, order))[0]
+    root = np.sqrt(weight) * x**-power
+    left = np.sum((root - lower @ (lower.T @ root)) ** 2)
+    ratios = [(each * np.minimum(1.0, fine / d) ** 2) @ missed / (weight @ np.minimum(1.0, x / d) ** 2) for d in STRIPS]
+    return np.asarray(np.sqrt(np.array(ratios) / left))
 
 
 def rim_distance(mesh: BoundaryMesh, nodes: Index, reach: Array | float = np.inf) -> Array:

@@ -42,7 +42,7 @@ def along(solution: SolutionData, name: str) -> str:
 
 
 def draw_history(figure: Any, solution: SolutionData) -> None:
-    """How the method converged in the last increment: residuals, and what it adapts, ρ_k or the set of sticking nodes."""
+    """How the method converged in the last increment: residuals, and what it adapts, ρ_k or the active sets."""
     history = solution.history
     k = np.arange(1, len(history) + 1)
     left, right = figure.subplots(1, 2)
@@ -55,7 +55,7 @@ def draw_history(figure: Any, solution: SolutionData) -> None:
     if len(newton):
         k = k[-len(newton) :]
         right.plot(k, newton, marker="o", label="nodes on the wrong side")
-        right.set(title="set of sticking nodes", ylim=(0.0, 1.05 * max(newton.max(), 1.0)))
+        right.set(title="active sets", ylim=(0.0, 1.05 * max(newton.max(), 1.0)))
     else:
         left.semilogy(k, _positive(history.change), label="relative change")
         left.axhline(solution.problem.method.tolerance, color="0.5", lw=0.8, ls=":", label="tolerance")

@@ -106,3 +106,13 @@ def test_quarters_are_the_same_surface(tmp_path):
                 a, b = one.nodes_of(part), other.nodes_of(part)
                 assert one.weight[a] @ one.x[a] == pytest.approx(other.weight[b] @ other.x[b])
                 assert np.allclose(one.weight[a] @ one.normal[a], other.weight[b] @ other.normal[b])
+
+
+def test_panels_closed_to_the_rim_count_by_the_power_there():
+    """The weaker what is infinite, the less is left out; where all of a panel slips, the second power is its."""
+    mesh = box_mesh(BOX, lambda part: 0.5, 2, 1.0)
+    nodes = mesh.nodes_of("top")
+    x, none = mesh.x[nodes, :1] ** 2, np.zeros(len(nodes), dtype=bool)
+    first = mesh.element[nodes] == mesh.element[nodes[0]]
+    strong, weak = (Tails(mesh, nodes, (power, 0.1)).of_contact(x, none, first) for power in (0.5, 0.0))
+    assert np.all(strong >= weak) and strong.max() > weak.max() and np.array_equal(strong[first], weak[first])

@@ -1,0 +1,50 @@
+"""Sets that semismooth Newton starts from."""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Array
+from ..active_set.pivots import LinearSolver, pivots
+from ..law_protocol import OPEN, ContactLaw
+from ..laws import SignoriniCoulomb
+from ..system import ContactSystem
+
+FAR = 1e150
+"""τ_t that is outside of every ball."""
+WITHOUT = 100
+"""Exchanges of a problem without friction."""
+Guess = tuple[Array, Array, Array]
+"""τ, σ and v."""
+
+
+def tau_of(law: ContactLaw, v: Array, sigma: Array) -> Array:
+    """ρv - σ with a ρ that gives both a weight."""
+    size = math.sqrt(np.vdot(v, v)), math.sqrt(np.vdot(sigma, sigma))
+    return (size[1] / size[0] if min(size) > 0.0 else 1.0) * v - sigma
+
+
+def everywhere(like: Array, law: ContactLaw, slip: float) -> Array:
+    """τ of contact everywhere: sticking, or slipping one way along the first tangent."""
+    tau = np.zeros(like.shape)
+    if len(law.groups) > 1:
+        tau[:, law.groups[1]] = 1.0
+    tau[:, 0] = slip * FAR
+    return tau
+
+
+def frictionless(solver: LinearSolver, law: ContactLaw, system: ContactSystem, stuck: Array) -> Iterator[Guess]:
+    """The solution without friction, which is a minimum, with all nodes stuck that it closes; none where there is no such
+    solution, as where friction alone holds a body."""
+    if not isinstance(law, SignoriniCoulomb) or not (law.coefficient.any() and law.bound.any()):
+        return
+    smooth = replace(law, coefficient=np.zeros_like(law.coefficient), bound=np.zeros_like(law.bound))
+    for step in itertools.islice(pivots(solver, smooth, system.u_0, system.modes, stuck), WITHOUT):
+        if step.wrong == 0 and not step.push.any():
+            yield np.where((smooth.states(step.tau) == OPEN)[:, None], step.tau, stuck), step.sigma, step.v
+            return
