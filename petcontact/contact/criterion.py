@@ -16,8 +16,8 @@ from .system import ContactSystem
 Stop = Literal["both", "displacement", "residual"]
 ROUND_OFF = 1e-12
 """Displacement over the largest below which it is round-off."""
-DIGITS = 1e-14
-"""The same below which no traction is large enough to be asked for fewer, as where bodies only move."""
+DIGITS = 1e-13
+"""The same of what tractions displace, and of residuals, over what v is the sum of: such tractions are none."""
 SLACK = 1e3
 """How much larger than the tolerance the relative friction residual may be when the change has met it: a change that is
 small only because ρ is far off is no convergence."""

@@ -20,7 +20,7 @@ COUNTS = (1, 2, 3, 4, 5, 6, 8, 10, 12, 16, 20, 24)
 EXACT = 16
 """Points along both directions that integrate what is left from afar, see `fewest`."""
 AFAR = 8.0
-"""Error over the tolerance that is left there: what the rules near panels come to, too."""
+"""Error over a usual tolerance that is left there: what the rules near panels come to, too."""
 SAFETY = 2.5
 RECTANGULAR = 0.9
 """Panels that fill less of their frame's box have slanting lines of Gauss points: the same number in both directions."""
@@ -95,13 +95,17 @@ def fewest(panels: CurvedPanels, tolerance: float) -> Index:
 def _least_places(panels: CurvedPanels, tolerance: float) -> Index:
     """`fewest` of panels that are new."""
     exact, result = _moments(panels, EXACT), np.full(len(panels.index), COUNTS.index(EXACT))
+    allowed = tolerance * (AFAR if tolerance >= TOLERANCE[CurvedPanels] else 1.0)
     size, left = np.abs(exact).max(axis=(1, 2)), np.arange(len(panels.index))
     for place, count in enumerate(COUNTS[: COUNTS.index(EXACT)]):
         apart = np.abs(_moments(panels.take(left), count) - exact[left]).max(axis=(1, 2))
-        holds = apart <= AFAR * tolerance * size[left]
+        holds = apart <= allowed * size[left]
         result[left[holds]], left = place, left[~holds]
         if not len(left):
-            break
+            return result
+    # more points than a rule for afar has: such panels are near everywhere
+    apart = np.abs(_moments(panels.take(left), COUNTS[-1]) - exact[left]).max(axis=(1, 2))
+    result[left[apart > allowed * size[left]]] = COUNTS.index(EXACT) + 1
     return result
 
 

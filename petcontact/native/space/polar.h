@@ -8,7 +8,7 @@
 
 enum {
     MOST = 40, /* Gauss points in one direction of polar coordinates */
-    RAYS = 4 * MOST
+    RAYS = 8 * MOST
 };
 
 typedef struct { /* what follows the table of weights in a family of curved panels */
@@ -84,11 +84,12 @@ INLINE void side_of(const double (*taylor)[3], const double *foot, const double 
     }
 }
 
-/* ln ρ of the angle s about a side from t1 to t2 along it, at a height over the foot: zeros of |y - y_0|² on the flat
+/* ln ρ of an interval of the angle s about a side from t1 to t2 along it, at a height over the foot: zeros of |y - y_0|² on the flat
    side, and on the true one, whose position is a + b τ + c τ², τ from -1 to 1: two pairs. */
-INLINE double around_side(double height, double t1, double t2, const double *a, const double *b, const double *c)
+INLINE double around_side(double height, double t1, double t2, const double *s, const double *a, const double *b,
+                          const double *c)
 {
-    const double s1 = area_sinh(t1 / height), s2 = area_sinh(t2 / height), middle = 0.5 * (s1 + s2), half = 0.5 * (s2 - s1);
+    const double middle = 0.5 * (s[0] + s[1]), half = 0.5 * (s[1] - s[0]);
     const double q[5] = {dot3(a, a), 2.0 * dot3(a, b), dot3(b, b) + 2.0 * dot3(a, c), 2.0 * dot3(b, c), dot3(c, c)};
     double x = -(t1 + t2) / (t2 - t1), y = 2.0 * height / (t2 - t1);
     for (int step = 0; step < 4; step++) { /* Newton's, from the flat side's */
@@ -210,14 +211,22 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         const double t1 = t[0] * start[0] + t[1] * start[1], t2 = t[0] * stop[0] + t[1] * stop[1];
         double bent[3][3];
         side_of(rays->taylor, foot, reference[i], reference[(i + 1) % p->corners], bent);
-        const int around = count_of(digits, around_side(h, t1, t2, bent[0], bent[1], bent[2]), 2, least);
-        const double s1 = area_sinh(t1 / h), s2 = area_sinh(t2 / h);
-        for (int j = 0; j < around; j++, n++) {
-            s[n] = 0.5 * (s1 + s2) + 0.5 * (s2 - s1) * near->xi[around][j];
-            rays->share[n] = 0.5 * (s2 - s1) * near->weight[around][j] * over;
-            height[n] = h;
-            side[0][n] = t[0];
-            side[1][n] = t[1];
+        double ends[3] = {area_sinh(t1 / h), area_sinh(t2 / h), area_sinh(t2 / h)};
+        double zero = around_side(h, t1, t2, ends, bent[0], bent[1], bent[2]);
+        const int parts = digits > 2.0 * (MOST - 2) * zero ? 2 : 1; /* cut above the foot */
+        if (parts > 1)
+            ends[1] = ends[0] * ends[2] < 0.0 ? 0.0 : 0.5 * (ends[0] + ends[2]);
+        for (int part = 0; part < parts; part++) {
+            const double *of = ends + part, half = 0.5 * (of[1] - of[0]);
+            zero = parts > 1 ? around_side(h, t1, t2, of, bent[0], bent[1], bent[2]) : zero;
+            const int around = count_of(digits, zero, 2, least);
+            for (int j = 0; j < around; j++, n++) {
+                s[n] = 0.5 * (of[0] + of[1]) + half * near->xi[around][j];
+                rays->share[n] = half * near->weight[around][j] * over;
+                height[n] = h;
+                side[0][n] = t[0];
+                side[1][n] = t[1];
+            }
         }
     }
     for (; n % 4; n++) {

@@ -83,7 +83,7 @@ class TailErrors:
                     worst = max(worst, *(math.sqrt((weight @ error**2 + jumps) / size) for error in _errors(pair)))
         uneven = max((float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps), default=0.0)
         if not solution.bilateral:
-            return min(worst, 1.0), worst**2 + uneven
+            return min(worst, 1.0), min(worst**2 + uneven, 1.0)
         if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
             return 0.0, worst**2 + uneven
         squares, (mesh,) = self.slip_squares(solution.last), self._meshes

@@ -11,16 +11,15 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...compliance.bodies import BodiesSystem
-from ...contact.criterion import Criterion
+from ...contact.criterion import DIGITS, Criterion, digits
 from ...contact.iteration import ContactMethod, Iteration
 from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...model.load_steps import Obstacle, Step
-from ...refinement.panels.tail import Tails
 from ..discrete.discretise import Discrete
 from ..trust.between_nodes import Places, places_between
-from .tails import contact_tails
+from .tails import TractionErrors, traction_errors
 
 UNLOADED, NOTHING = 1e-11, 1e-14
 """Tractions and displacements, over those of the increment before, below which they are round-off; of a pair over all."""
@@ -51,10 +50,9 @@ class ObstacleMotion:
         end = np.array([0.0 if value == "free" else float(value) for value in wanted])
         return cls(free, np.array([state.positions[number], end]), np.array([state.loads[number], load]))
 
-    def at(self, factor: float) -> tuple[Array, Array]:
+    def at(self, factor: float) -> tuple[Array, ...]:
         """Position and load at a load factor of the step."""
-        position, load = ((1.0 - factor) * pair[0] + factor * pair[1] for pair in (self.position, self.load))
-        return position, load
+        return tuple((1.0 - factor) * pair[0] + factor * pair[1] for pair in (self.position, self.load))
 
 
 @dataclass
@@ -127,9 +125,9 @@ class PreparedProblem:
         return [places_between(s, i, discrete.meshes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
 
     @functools.cached_property
-    def tails(self) -> list[Tails]:
-        """What estimates of errors need of the mesh of each contact."""
-        return contact_tails(self.discrete)
+    def errors(self) -> list[TractionErrors]:
+        """What estimates the errors of the tractions of each contact."""
+        return traction_errors(self.discrete)
 
     @functools.cached_property
     def contact_nodes(self) -> list[tuple[Array, Array, Array]]:
@@ -248,9 +246,8 @@ class Increment:
         SolverError
             If there is no iterate to keep.
         """
-        options, last = self.problem.discrete.problem.method, list[ContactState]()
-        stepped = bool(self.problem.discrete.problem.step)
-        where = f"step {self.number} ({self.name}), load factor {self.target:.4g}" if stepped else ""
+        posed, last = self.problem.discrete.problem, list[ContactState]()
+        where = f"step {self.number} ({self.name}), load factor {self.target:.4g}" if posed.step else ""
         where += f", cycle {self.cycle}" if self.cycle > 1 else ""
 
         def keep(state: ContactState) -> str | None:
@@ -259,9 +256,9 @@ class Increment:
             return monitor(state) if monitor is not None else None
 
         start = self._start()
-        if start is None and options.start == "frictionless":
+        if start is None and posed.method.start == "frictionless":
             start = self.system.u_0, np.zeros_like(self.system.u_0)
-        iteration = Iteration(Criterion(options.tolerance, options.stop), options.max_iterations, start, keep)
+        iteration = Iteration(Criterion(posed.method.tolerance, posed.method.stop), posed.method.max_iterations, start, keep)
         try:
             return self._without_round_off(self.problem.method(self.system, self.problem.discrete.law, iteration))
         except SolverError as error:
@@ -270,12 +267,15 @@ class Increment:
             return replace(last[0], reason=str(error), converged=False, stopped=True, error=True)
 
     def _without_round_off(self, outcome: ContactState) -> ContactState:
-        """An outcome where nothing acts any more, or nothing in some pairs, as at a ball that no race loads: what is left of
-        tractions and overlaps there has no digit to be judged by."""
+        """An outcome where nothing acts any more, or nothing in some pairs, as at a ball that no race loads, or where bodies
+        only move: what is left of tractions and overlaps there has no digit to be judged by."""
         acted, left = (float(np.abs(sigma).max(initial=0.0)) for sigma in (self.before.sigma, outcome.sigma))
         over, share = (self.before, UNLOADED) if (gone := left < UNLOADED * acted) else (outcome, NOTHING)
         sigma, v, least = outcome.sigma.copy(), outcome.v.copy(), share * max(acted, left)
+        strained = np.abs(v - self.system.u_0 if self.system.modes is None else self.system.apply(sigma))
         for where in self.problem.system.slices if outcome.converged else ():
+            if strained[where].max(initial=0.0) < DIGITS * digits(self.system, v)[where].max(initial=0.0):
+                sigma[where] = 0.0
             if np.abs(sigma[where]).max(initial=0.0) < least and (gone or sigma[where].any()):
                 noise = UNLOADED * np.abs(self.system.apply(over.sigma)).max()
                 sigma[where], v[where] = 0.0, np.where(np.abs(v[where]) < noise, 0.0, v[where])
@@ -293,8 +293,7 @@ class Increment:
         """What this increment hands to the next."""
         system, before = self.problem.system, self.before
         alpha, taken = amplitudes(self.system, outcome), system.modes.shape[1]
-        positions, loads = before.positions.copy(), before.loads.copy()
-        free_of_bodies = alpha[:taken]
+        positions, loads, free_of_bodies = before.positions.copy(), before.loads.copy(), alpha[:taken]
         for k, motion in enumerate(self.obstacles):
             position, load = motion.at(self.target)
             count = int(motion.free.sum())

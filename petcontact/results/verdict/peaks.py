@@ -13,6 +13,8 @@ from ..data import SolutionData
 from ..records import StepResult, step_ends
 from .text import vector, wrapped
 
+ROUND_OFF = 1e-13
+"""Stress, over E times displacement over the size of the body, that is none."""
 QUANTITIES = {"von Mises": "von_mises", "first principal": "first_principal"}
 """Of `StressState`, by their names in the verdict."""
 
@@ -45,6 +47,7 @@ class BoundaryPeak:
 def stress_peaks(solution: SolutionData) -> dict[str, BoundaryPeak]:
     """By the names of `QUANTITIES`; without those that are nowhere finite."""
     found: dict[str, BoundaryPeak] = {}
+    materials = {body.name: body.material for body in solution.problem.body}
     for step in step_ends(solution.steps or solution.tried):
         for body, mesh in solution.meshes.items():
             # numbers of an altered file, or of a solve that failed, may overflow
@@ -54,7 +57,10 @@ def stress_peaks(solution: SolutionData) -> dict[str, BoundaryPeak]:
                     stresses = {name: getattr(state, key) for name, key in QUANTITIES.items()}
             except np.linalg.LinAlgError:
                 continue
+            size = float(np.abs(solution.increment(step).bodies[body].u).max()) / float(np.ptp(mesh.x, axis=0).max())
+            least = ROUND_OFF * materials[body].young_modulus * size
             for name, values in stresses.items():
+                values = np.where(np.abs(values) < least, 0.0, values)
                 k = int(np.argmax(np.where(np.isfinite(values), values, -np.inf)))
                 if np.isfinite(values[k]) and (name not in found or values[k] > found[name].value):
                     part, place = mesh.part_names[mesh.part[element[k]]], state.x[k]
@@ -73,6 +79,8 @@ def peak_lines(solution: SolutionData) -> list[str]:
 
 
 def _words(peak: BoundaryPeak, solution: SolutionData) -> list[str]:
+    if peak.value == 0.0:
+        return ["0"]
     size = max(float(np.abs(mesh.x).max()) for mesh in solution.meshes.values())
     place = vector(np.where(np.abs(peak.place) < 1e-9 * size, 0.0, peak.place), 4)
     words = [f"{peak.value:.4g} at {place}", printable(peak.part if peak.body == ONE_BODY else f"{peak.body}.{peak.part}")]

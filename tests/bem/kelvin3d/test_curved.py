@@ -85,6 +85,17 @@ def test_warped_panels_take_the_digits_that_they_need(corners: int) -> None:
             assert np.abs(ours[..., k] - values).max() <= 1e-8 * np.abs(values).max()
 
 
+@pytest.mark.parametrize(("corners", "order", "seed"), [(4, 0, 0), (3, 2, 10)])
+def test_more_digits_are_there_close_above_a_side(corners: int, order: int, seed: int) -> None:
+    """2e-10 where it is asked for: the foot is next to a side, about which 40 points left 9e-9."""
+    rng = np.random.default_rng([corners, order, seed])
+    panel = a_curved_panel(corners, order, rng, 0.1)
+    x = beside(panel, (0.003,), rng)
+    exact = by_subdivision(panel, x[0])
+    for ours, true in zip(integrals(x, panel, NU, tolerance=1e-11), exact, strict=True):
+        assert np.abs(ours[..., 0] - true).max() <= 2e-10 * np.abs(true).max()
+
+
 @pytest.mark.parametrize(("corners", "seed", "row"), [(4, 3, 0), (3, 21, 1)])
 def test_points_beside_a_side_have_their_foot_there(corners: int, seed: int, row: int) -> None:
     """Newton's way to the nearest point stopped in a corner, and where its step passed the side: T was off by 3e-2."""
