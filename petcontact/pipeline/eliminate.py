@@ -97,7 +97,7 @@ def _announced(discrete: Discrete, bem: Bem, announce: Announce | None) -> Calla
     if announce is None:
         return silent
     increments = sum(1 if step.increments == "auto" else int(step.increments) for step in discrete.problem.step)
-    seconds = solve_seconds(bem, meshes, max(1, increments), sum(discrete.motions(b).shape[2] for b in range(len(meshes))))
+    seconds = solve_seconds(bem, meshes, max(1, increments), sum(free.shape[2] for free in discrete.motions))
     return announce(sum(mesh.n_nodes for mesh in meshes), sum(mesh.x.size for mesh in meshes), seconds, needed)
 
 
@@ -113,7 +113,7 @@ def operators_of(discrete: Discrete, number: int) -> tuple[BoundaryOperators, Ar
     mesh, data, problem = discrete.meshes[number], discrete.data[number], discrete.problem
     kernel = kernel_for(mesh, problem.body[number].material, resolved_bem(problem.bem).quadrature_tol)
     operators = BoundaryOperators(mesh, data, kernel)
-    return operators, discrete.motions(number)
+    return operators, discrete.motions[number]
 
 
 def eliminated_alone(discrete: Discrete, number: int, comm: Any) -> ElasticBody:

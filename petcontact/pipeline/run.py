@@ -30,7 +30,6 @@ from .steps.diagnosis import reached, warnings_of
 from .steps.feasibility import check_feasible
 from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
-from .steps.outcome import with_errors
 from .steps.path import path_warnings
 from .steps.start import finished_before, first_iterate
 
@@ -133,7 +132,7 @@ def unreported(problem: PreparedProblem, monitor: Monitor | None, *, checked: bo
 
 def reported(problem: PreparedProblem, solution: Solution) -> Solution:
     """A solution of a prepared problem with all that is reported of it but for `with_paths`."""
-    discrete, system, failed = problem.discrete, problem.system, solution.failed
+    discrete, system = problem.discrete, problem.system
     names, options_ = [body.name for body in discrete.problem.body], discrete.problem.method
     operator = system.operator
     info = {
@@ -145,10 +144,7 @@ def reported(problem: PreparedProblem, solution: Solution) -> Solution:
         "distance": {side.name: d for side, d in zip(discrete.sides, discrete.distance, strict=True)},
         "motions": {name: body.modes.shape[2] for name, body in zip(names, system.bodies, strict=True)},
     }  # fmt: skip
-    return replace(
-        solution, info=info, steps=[with_errors(problem, step) for step in solution.steps],
-        failed=None if failed is None else with_errors(problem, failed),
-    )  # fmt: skip
+    return replace(solution, info=info)
 
 
 def with_paths(problem: PreparedProblem, solution: Solution) -> Solution:

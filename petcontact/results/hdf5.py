@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import json
 import tomllib
 from pathlib import Path
@@ -35,7 +36,8 @@ MEASURES = ("equilibrium", "elimination", "overlap")
 STILL = ("x", "normal", "tangent", "weight", "arc_length")
 """Of an interface what no increment changes: stored once, by several names."""
 MOVING = ("pressure", "sigma_t", "bound", "gap", "slip", "slip_increment", "state")
-OPTIONAL = ("pressure_error", "sigma_t_error", "wear")
+ERRORS = ("pressure_error", "sigma_t_error")
+OPTIONAL = (*ERRORS, "wear")
 """What files of earlier versions, or without wear, lack."""
 RESULTANTS = ("force", "moment", "dissipated", "dissipated_error", "force_primary", "moment_primary")
 PLACES = ("displacement", "rotation", "force", "moment")
@@ -283,12 +285,17 @@ def _read_history(rows: dict[str, Any], increment: int) -> History:
     return History(**{key: rows[key][mine].tolist() for key in COLUMNS}, exchanged=exchanged[exchanged >= 0].tolist())
 
 
+def _read_errors(place: Any) -> Any:
+    """What gives the estimated errors of a pair; None where a file lacks them."""
+    return functools.partial(tuple, [place[key][()] for key in ERRORS]) if ERRORS[0] in place else None
+
+
 def _read_step(place: Any, history: History) -> StepResult:
     facts = place.attrs
     pairs = {
         name: PairResult(**{key: here[key][()] for key in (*STILL, *MOVING)},
                          **{key: here.attrs[key] for key in RESULTANTS if key in here.attrs},
-                         **{key: here[key][()] for key in OPTIONAL if key in here})
+                         wear=here["wear"][()] if "wear" in here else None, errors=_read_errors(here))
         for name, here in place.get("contact", {}).items()
     }  # fmt: skip
     bodies = {name: BodyResult(here["u"][()], here["traction"][()]) for name, here in place.get("body", {}).items()}

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import field
 
 import numpy as np
@@ -49,9 +50,8 @@ class PairResult:
         Energy that friction took in this increment, by the trapezoidal rule [force, in space force · length].
     dissipated_error : float
         A bound of its error; nan in files before it was known.
-    pressure_error, sigma_t_error : (m,) arrays, optional
-        Estimated errors of p and of the vector σ_t, rms over each element (`panels.tail`); None in files before they were
-        known [stress].
+    errors : callable, optional
+        Estimates `pressure_error` and `sigma_t_error` when one of them is asked for.
     force_primary, moment_primary : (d,) array, and float, in space (3,) array, optional
         On the body of the primary side, as its nodes feel them; None where that is the ground or an obstacle.
     wear : (m, 2) array, optional
@@ -77,8 +77,21 @@ class PairResult:
     force_primary: Array | None = None
     moment_primary: Axial | None = None
     wear: Array | None = None
-    pressure_error: Array | None = None
-    sigma_t_error: Array | None = None
+    errors: Callable[[], tuple[Array, Array]] | None = None
+
+    @functools.cached_property
+    def _errors(self) -> tuple[Array, Array] | tuple[None, None]:
+        return (None, None) if self.errors is None else self.errors()
+
+    @property
+    def pressure_error(self) -> Array | None:
+        """Estimated error (m,) of p, rms over each element (`panels.tail`); None in files before it was known [stress]."""
+        return self._errors[0]
+
+    @property
+    def sigma_t_error(self) -> Array | None:
+        """The same of the vector σ_t."""
+        return self._errors[1]
 
     @property
     def worn_volume(self) -> Array:

@@ -15,7 +15,7 @@ from petcontact import OutlineSide as Side
 from petcontact.contact.law_protocol import OPEN
 from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.model.base import parse
-from petcontact.results.figures.bands import band_colours, cut
+from petcontact.results.figures.bands import band_colours, beyond, cut
 from petcontact.results.figures.plots import drawings, plot_on
 from petcontact.results.figures.space import draw_gap
 from petcontact.results.figures.surface import best_view
@@ -161,3 +161,26 @@ def test_bodies_that_hide_their_contact_are_drawn_alone_with_it_in_view():
     assert [title.split(",")[0] for title in titles[1:4]] == ["low", "mid", "up"] and len(figure.axes) == 5
     alone = figure.axes[1]
     assert alone.get_zlim()[1] - alone.get_zlim()[0] < 0.6 * np.ptp(figure.axes[0].get_zlim())
+
+
+def test_a_smooth_ball_has_the_axes_of_its_floor_and_no_picture_of_friction():
+    """Its nodes lie in no plane, nor along any direction."""
+    geometry = {"shape": "sphere", "centre": [0, 0, 2], "radius": 2}
+    conditions = [{"part": "top", "condition": "displacement", "value": [0, 0, -0.1]}]
+    data = {"body": [{"name": "ball", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "geometry": geometry,
+                      "mesh": {"element_size": 1.0, "order": 1}, "boundary": conditions}],
+            "obstacle": [{"name": "floor"}],
+            "contact": [{"name": "pair", "secondary": "ball.bottom", "primary": "floor", "direction": [0, 0, -1],
+                         "gap": "z"}]}  # fmt: skip
+    ball = solve(parse(Problem, data, "test"))
+    known = drawings(ball)
+    assert "traction" not in known and {"normal", "displacement", "stress"} <= set(known)
+    picture = Figure()
+    known["normal"](picture, ball)
+    assert (picture.axes[0].get_xlabel(), picture.axes[0].get_ylabel()) == ("x", "y")
+
+
+def test_colour_bars_point_to_values_beyond_the_bands():
+    assert beyond(np.array([0.0, 3.0]), band_colours(np.array([0.0]), 2.0)) == "max"
+    assert beyond(np.array([0.0, 2.0, np.nan]), band_colours(np.array([0.0]), 2.0)) == "neither"
+    assert beyond(np.array([-1.0, 0.0, 3.0]), band_colours(np.array([0.0]), 2.0)) == "both"

@@ -198,7 +198,7 @@ class AdaptiveSolve:
             self.discrete, self._tried = self._prepared(make)
         self._tried = problem = replace(self._tried, start=self.quantity.start(self._tried))
         solution = unreported(problem, self.monitor)
-        if self.quantity.reads_errors or _is_large(self.discrete):
+        if _is_large(self.discrete):
             solution = reported(problem, solution)
         return replace(solution, problem=self.problem)
 

@@ -62,8 +62,6 @@ class Quantity(Protocol):
         The accuracy, and whether somebody named it.
     exhausted : str
         Why there is no mesh after the last, or nothing.
-    reads_errors : bool
-        Whether it looks at the errors of tractions, which are estimated for the last mesh only otherwise.
     """
 
     differences: list[float]
@@ -71,7 +69,6 @@ class Quantity(Protocol):
     wanted: float
     asked: bool
     exhausted: str
-    reads_errors: bool
 
     @property
     def accuracy(self) -> float: ...

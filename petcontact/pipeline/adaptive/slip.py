@@ -54,7 +54,7 @@ class Slip:
         Relative differences of u_t between neighbouring meshes.
     """
 
-    attempts, accuracy, dense_nodes, exhausted, reads_errors = 1, 1e-4, DENSE_NODES, "", False
+    attempts, accuracy, dense_nodes, exhausted = 1, 1e-4, DENSE_NODES, ""
 
     def __init__(self) -> None:
         self.differences: list[float] = []

@@ -56,7 +56,7 @@ class Tractions:
         Relative differences of p and q between neighbouring meshes.
     """
 
-    attempts, accuracy, dense_nodes, exhausted, reads_errors = 3, 1e-2, DENSE_NODES, "", False
+    attempts, accuracy, dense_nodes, exhausted = 3, 1e-2, DENSE_NODES, ""
 
     def __init__(self, problem: Problem) -> None:
         self.differences: list[float] = []

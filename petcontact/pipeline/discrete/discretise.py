@@ -78,14 +78,11 @@ class Discrete:
     mesh_warnings: list[str] = field(default_factory=list)
     facings: list[Facing | None] = field(default_factory=list)
     volumes: list[VolumeSolution | None] = field(default_factory=list)
-    _motions: list[tuple[BoundaryData, Array]] = field(default_factory=list)
 
-    def motions(self, number: int) -> Array:
-        """The rigid motions (n, d, r) of a body that no condition holds."""
-        for known, free in self._motions[number : number + 1]:
-            if known is self.data[number]:
-                return free
-        return body_motions(self.boundaries[number], self.data[number], self.meshes[number])
+    @functools.cached_property
+    def motions(self) -> list[Array]:
+        """The rigid motions (n, d, r) of each body that no condition holds."""
+        return list(map(body_motions, self.boundaries, self.data, self.meshes))
 
     @functools.cached_property
     def sizes(self) -> list[float]:
@@ -141,11 +138,9 @@ def discretise(
         notes += mismatch
     given, (interfaces, law) = law, with_law(law, sides, interfaces, meshes)
     data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
-    motions: list[tuple[BoundaryData, Array]] = []
-    if given is None and isinstance(law, Tresca):
-        motions = [(data[b], body_motions(boundaries[b], data[b], mesh)) for b, mesh in enumerate(meshes)]
-    if motions and any(free.shape[2] for _, free in motions):
-        _check_friction_holds(interfaces, meshes, motions, law.bound)
+    loose = list(map(body_motions, boundaries, data, meshes)) if given is None and isinstance(law, Tresca) else []
+    if any(free.shape[2] for free in loose):
+        _check_friction_holds(interfaces, meshes, data, loose, law.bound)
         # equilibrium of what only contact holds is exact where all its tractions are looked for
         interfaces = [replace(face, held=False) for face in interfaces]
         law = law_between(sides, interfaces, meshes)
@@ -154,7 +149,7 @@ def discretise(
     notes += [note for volume in volumes if volume is not None for note in volume.notes]
     wear = wear_between(sides, interfaces, meshes)
     return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, wear, notes,
-                    [] if like is None else like.mesh_warnings, facings, volumes, motions)  # fmt: skip
+                    [] if like is None else like.mesh_warnings, facings, volumes)  # fmt: skip
 
 
 def _without_contact(
@@ -236,7 +231,7 @@ def _loads_volume_alike(problem: Problem, other: Problem, number: int) -> bool:
 
 
 def _check_friction_holds(
-    interfaces: list[Interface], meshes: list[BoundaryMesh], motions: list[tuple[BoundaryData, Array]], bound: Array
+    interfaces: list[Interface], meshes: list[BoundaryMesh], data: list[BoundaryData], motions: list[Array], bound: Array
 ) -> None:
     """Refuse bodies that not even friction holds, whose contacts hold the normal displacement.
 
@@ -245,7 +240,7 @@ def _check_friction_holds(
     InputError
     """
     places = slices(interfaces)
-    for b, (mesh, (known, free)) in enumerate(zip(meshes, motions, strict=True)):
+    for b, (mesh, known, free) in enumerate(zip(meshes, data, motions, strict=True)):
         mine = [bound[places[face.name]] for face in interfaces if face.body == b]
         if free.shape[2]:
             check_held(known, mesh, np.concatenate([*mine, np.zeros(0)]))

@@ -17,10 +17,9 @@ from ...contact.state import ContactState, Start
 from ...contact.system import ContactSystem, Modes
 from ...errors import SolverError
 from ...model.load_steps import Obstacle, Step
-from ...refinement.panels.tail import Tails
 from ..discrete.discretise import Discrete
 from ..trust.between_nodes import Places, places_between
-from .tails import contact_tails
+from .tails import TractionErrors, traction_errors
 
 UNLOADED, NOTHING = 1e-11, 1e-14
 """Tractions and displacements, over those of the increment before, below which they are round-off; of a pair over all."""
@@ -126,9 +125,9 @@ class PreparedProblem:
         return [places_between(s, i, discrete.meshes) for s, i in zip(discrete.sides, discrete.interfaces, strict=True)]
 
     @functools.cached_property
-    def tails(self) -> list[Tails]:
-        """What estimates of errors need of the mesh of each contact."""
-        return contact_tails(self.discrete)
+    def errors(self) -> list[TractionErrors]:
+        """What estimates the errors of the tractions of each contact."""
+        return traction_errors(self.discrete)
 
     @functools.cached_property
     def contact_nodes(self) -> list[tuple[Array, Array, Array]]:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ...compliance.bodies import Interface
 from ...compliance.body.base import NEGLIGIBLE
 from ...contact.criterion import equilibrium_defect, natural_residuals
 from ...contact.friction_law import contact_norm
-from ...contact.law_protocol import OPEN, SLIP, WITHIN, bound_excess, friction_bound, law_residual
+from ...contact.law_protocol import WITHIN, bound_excess, friction_bound, law_residual
 from ...contact.laws import dissipation
 from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
@@ -22,7 +22,7 @@ from ..trust.increments import BLOCKS, OVERLAPPING, imbalance, objection
 from ..trust.overlaps import overlaps
 from ..trust.warnings import absurd
 from .diagnosis import failure, unheld_at_the_end
-from .increment import Increment, IncrementState, PreparedProblem
+from .increment import Increment, IncrementState
 from .wear import Tried
 
 LARGEST_IMBALANCE = 1e-2
@@ -149,8 +149,9 @@ def _pairs(
     names, d, states = [body.name for body in discrete.problem.body], system.dim, outcome.states
     pairs, bound = {}, friction_bound(discrete.law, outcome.sigma)
     spent, error = dissipation(discrete.law, increment.before.sigma, outcome.sigma, outcome.v[:, : d - 1], bound)
-    parts = zip(system.slices, system.interfaces, discrete.sides, increment.problem.contact_nodes, strict=True)
-    for where, face, side, (x, weight, arc_length) in parts:
+    problem = increment.problem
+    parts = zip(system.slices, system.interfaces, discrete.sides, problem.contact_nodes, problem.errors, strict=True)
+    for where, face, side, (x, weight, arc_length), errors in parts:
         sigma, v = outcome.sigma[where], outcome.v[where]
         sigma_t, moved = sigma[:, : d - 1], v[:, : d - 1]
         if face.held:
@@ -169,18 +170,9 @@ def _pairs(
             weight @ traction, moment(x, weight[:, None] * traction),
             float(weight @ spent[where]), float(weight @ error[where]), given, turned,
             after.worn[where, None] * [share, 1.0 - share] if wears else None,
+            functools.partial(errors, pressure, sigma_t, states[where]),
         )  # fmt: skip
     return pairs
-
-
-def with_errors(problem: PreparedProblem, result: StepResult) -> StepResult:
-    """A result with the estimated errors of its tractions."""
-    pairs = {}
-    for (name, pair), tails in zip(result.pairs.items(), problem.tails, strict=True):
-        states = pair.state == OPEN, pair.state == SLIP
-        errors = tails.of_pressure(pair.pressure, *states), tails.of_contact(pair.sigma_t, *states)
-        pairs[name] = replace(pair, pressure_error=errors[0], sigma_t_error=errors[1])
-    return replace(result, pairs=pairs)
 
 
 def _on_primary(increment: Increment, face: Interface, traction: Array) -> tuple[Array | None, Axial | None]:

@@ -31,6 +31,12 @@ def band_colours(values: Array, top: float | None = None) -> Any:
     return ScalarMappable(BoundaryNorm(levels, colormaps[name].N, clip=True), name)
 
 
+def beyond(values: Array, colours: Any) -> str:
+    """On which side values lie beyond the bands, as colour bars have it."""
+    low, high = np.nanmin(values, initial=np.inf) < colours.norm.vmin, np.nanmax(values, initial=-np.inf) > colours.norm.vmax
+    return "both" if low and high else "min" if low else "max" if high else "neither"
+
+
 def cut(corners: Array, values: Array, levels: Array) -> tuple[list[Array], Index, Index]:
     """Triangles cut along levels.
 

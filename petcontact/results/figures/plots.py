@@ -43,8 +43,8 @@ def plot_all(
     Returns
     -------
     list of Path
-        STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-traction.png and STEM-normal.png with a
-        panel for each interface, STEM-gap.png where one opens, in space STEM-states.png and
+        STEM-deformed.png (in space STEM-surface.png), STEM-displacement.png, STEM-normal.png with a panel for each
+        interface, STEM-traction.png where any is tangential, STEM-gap.png where one opens, in space STEM-states.png and
         STEM-error.png; STEM-history.png, and of several increments STEM-hysteresis.png; where anything wears
         STEM-wear.png, with cycles in the plane STEM-profiles.png; STEM-stress.png, von Mises stress in the deformed bodies
         (in space on their surfaces), and in the plane STEM-hoop.png, the stress along their boundaries.
@@ -68,6 +68,8 @@ def drawings(solution: SolutionData) -> Drawings:
     if not filled_bodies(solution):
         del found["stress"]
         found.pop("hoop", None)
+    if not any(pair.sigma_t.any() for step in ends for pair in step.pairs.values()):
+        del found["traction"]
     if any(pair.pressure_error is None or pair.sigma_t_error is None for pair in solution.pairs.values()):
         found.pop("error", None)
     if solution.wear is None:

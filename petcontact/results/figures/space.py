@@ -8,7 +8,7 @@ import numpy as np
 
 from ...arrays import Array, Mask
 from ...contact.law_protocol import OPEN
-from ...mesh.surface_mesh import as_surface
+from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...runtime.figure_style import draw_states, label, legend_below, plain
 from ..data import SolutionData
 from ..records import PairResult
@@ -19,6 +19,8 @@ from .surface import TRIANGLES
 
 ARROWS = 500
 """Most arrows of one panel."""
+NEARLY = 1.0 - 1e-4
+"""Cosine of the angle to an axis from which on a direction is called by its name."""
 SMALL, MARGIN, NEXT = 0.5, 0.2, 1.1
 """Share of the extent of a face up to which contact is shown alone, how much of its own is shown beside it, and up to
 which multiple of the distance to the next node that is open."""
@@ -89,9 +91,9 @@ def view(pair: PairResult) -> tuple[Array, tuple[str, str]]:
     tangents = pair.tangent.mean(axis=0)
     spread = np.linalg.svd(pair.x - pair.x.mean(axis=0), full_matrices=False)[2]
     flat = np.allclose(pair.tangent, tangents, atol=1e-9)
-    directions = tangents if flat else spread[np.argsort(np.abs(spread[:2]).argmax(axis=1), kind="stable")]
+    directions = tangents if flat else SurfaceMesh.tangents_to(spread[2:])[0]
     directions = directions * np.sign(directions[[0, 1], np.abs(directions).argmax(axis=1)])[:, None] + 0.0
-    names = ["xyz"[int(d.argmax())] if d.max() > 1.0 - 1e-9 else f"direction ({d[0]:.2g}, {d[1]:.2g}, {d[2]:.2g})"
+    names = ["xyz"[int(d.argmax())] if d.max() > NEARLY else f"direction ({d[0]:.2g}, {d[1]:.2g}, {d[2]:.2g})"
              for d in directions]  # fmt: skip
     return directions, (names[0], names[1])
 

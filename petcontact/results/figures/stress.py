@@ -11,7 +11,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
-from ...fields.peak import peak_of
+from ...fields.peak import PERCENT, peak_of
 from ...fields.stress_state import Field
 from ...frozen import frozen
 from ...mesh.curve_mesh import as_curve
@@ -166,7 +166,11 @@ def _draw_space(
             return np.full(len(places.element), np.nan)
         return quantity(solution.body_fields(name).on_boundary(places.element, places.place), picture.quantity)
 
-    shade_each(figure, solution, sampled(solution, sample), picture.label(solution), picture.view)
+    bodies = sampled(solution, sample)
+    sizes = np.abs(np.concatenate([body.values for body in bodies.values()]))
+    # a few places with singular stress leave no colours for the others
+    usual = float(np.percentile(sizes[np.isfinite(sizes)], PERCENT)) if np.isfinite(sizes).any() else 0.0
+    shade_each(figure, solution, bodies, picture.label(solution), picture.view, usual or None)
 
 
 DRAWING = {2: _draw_plane, 3: _draw_space}

@@ -15,7 +15,7 @@ from ...runtime.figure_style import label, plain
 from ..data import SolutionData
 from ..vtu.inside import filled_bodies
 from ..vtu.places import Places, small_triangles
-from .bands import UNKNOWN, band_colours, cut
+from .bands import UNKNOWN, band_colours, beyond, cut
 from .curves import headed_end
 from .view import View, view_of
 
@@ -82,12 +82,13 @@ def _displacements(solution: SolutionData) -> tuple[dict[str, Sampled], str]:
     return sampled(solution, size), label("|u|", solution.problem.units.length)
 
 
-def shade_each(figure: Any, solution: SolutionData, bodies: Mapping[str, Sampled], what: str, view: View) -> None:
+def shade_each(figure: Any, solution: SolutionData, bodies: Mapping[str, Sampled], what: str, view: View,
+               top: float | None = None) -> None:  # fmt: skip
     """Draw all surfaces together and, of several bodies, each that is in contact alone, turned so that its contact is seen:
-    together they hide it."""
+    together they hide it. Colours are as of `shade`."""
     alone = [name for name in bodies if contact_normals(solution, name)] if len(bodies) > 1 else []
     if not alone:
-        shade([figure.add_subplot(projection="3d")], solution, bodies, what, view)
+        shade([figure.add_subplot(projection="3d")], solution, bodies, what, view, top)
         return
     columns = min(len(alone), COLUMNS)
     rows = -(-len(alone) // columns)
@@ -100,7 +101,7 @@ def shade_each(figure: Any, solution: SolutionData, bodies: Mapping[str, Sampled
                 (ALONE - TITLE) / high) for k in range(len(alone))]  # fmt: skip
     every = [figure.add_axes(place, projection="3d") for place in places]
     bar = figure.add_axes((1.0 - 0.8 * BAR / wide, 0.25, 0.15 / wide, 0.5))
-    shade(every, solution, bodies, what, view, names=alone, bar=bar)
+    shade(every, solution, bodies, what, view, top, names=alone, bar=bar)
 
 
 def shade(
@@ -109,7 +110,8 @@ def shade(
 ) -> None:  # fmt: skip
     """Draw surfaces, deformed as the view says, in bands up to `top` or to the largest value, with a colour bar: on the
     first of some axes all of them, on the others those of the names alone."""
-    colours = band_colours(np.concatenate([body.values for body in bodies.values()]), top)
+    values = np.concatenate([body.values for body in bodies.values()])
+    colours = band_colours(values, top)
     moved = _draw(every[0], solution, bodies, view.factor, colours, best_view(solution))
     _fit(every[0], solution, np.minimum(moved.min(axis=0), view.low), np.maximum(moved.max(axis=0), view.high))
     every[0].set_title("\n".join(filter(None, (headed_end(solution), view.text))), fontsize="medium")
@@ -121,7 +123,7 @@ def shade(
             axis.labelpad = -12.0
         axes.set_title(f"{plain(name)}, its contact in view", fontsize="small")
     place = {"ax": every[0], "shrink": 0.75, "pad": 0.09, "aspect": 25} if bar is None else {"cax": bar}
-    every[0].figure.colorbar(colours, label=what, spacing="proportional", **place)
+    every[0].figure.colorbar(colours, label=what, spacing="proportional", extend=beyond(values, colours), **place)
 
 
 def _draw(
