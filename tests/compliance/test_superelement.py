@@ -245,7 +245,7 @@ def test_a_config_with_a_superelement_is_solved_plotted_and_told_what_it_lacks(t
     problem = parse_problem(tomllib.loads(text), "s.toml", {}, tmp_path)
     solution = solve(problem)
     assert solution.converged and np.abs(solution.pairs["under"].pressure).max() < 1e-12  # it is free to follow
-    assert np.allclose(solution.u[:, 1], 0.01) and solution.info["error_unknown"] == "a superelement has one mesh"
+    assert np.allclose(solution.u[:, 1], 0.01) and solution.info["error_unknown"] == "contact carries nothing"
     solution.save(tmp_path / "r.h5")
     assert read_result(tmp_path / "r.h5").verdict() == solution.verdict()
     assert len(solution.plot(Figure().add_subplot()).lines[0].get_xdata()) == 3  # not closed: it is no outline

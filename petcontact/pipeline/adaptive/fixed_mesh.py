@@ -57,7 +57,7 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     if missed := missed_data(solution.problem, solution.meshes):
         solution = _warned(solution, missed)
     curves = all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values())
-    reason = "" if carries_something(solution) or not solution.nodes else "nothing is in contact"
+    reason = "" if carries_something(solution) or not solution.nodes else "contact carries nothing"
     if not solution.nodes and not curves:
         reason = "compare with a finer mesh"
     if not reason and not curves:

@@ -157,7 +157,7 @@ def _accuracy(solution: SolutionData) -> list[str]:
     if "error_unknown" in info:
         return wrapped(f"  error of {what} not known: ", [info["error_unknown"]], separator=" ")
     if "estimated_error" not in info:
-        return [f"  error of {what} not known: nothing is in contact"] * ("accuracy" in info)
+        return [f"  error of {what} not known: contact carries nothing"] * ("accuracy" in info)
     if not np.isfinite(info["estimated_error"]):
         return [f"  error of {what} not known: too few meshes are solved; {info['accuracy']:.1e} wanted"]
     error = f"  error of {what}: {info['estimated_error']:.1e} estimated"
