@@ -9,7 +9,6 @@ steps are damped, then the iteration starts again from other sets.
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterator
 from dataclasses import field
 from functools import cached_property
@@ -213,7 +212,7 @@ class _Run:
         """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
         state = None
         # another start is found sooner than the way out of a cycle
-        for to_the_end, (tau, sigma, v) in itertools.product((False, True), self._starts(first)):
+        for to_the_end, (tau, sigma, v) in ((end, start) for end in (False, True) for start in self._starts(first)):
             self.to_the_end = to_the_end
             state = self._attempt(tau, sigma, v)
             if state.converged or state.stopped or self.recorder.exhausted or self._overloaded:
@@ -291,7 +290,9 @@ class _Run:
         def left(way: float) -> float:
             return float(step.push @ modes.unbalanced(-law.project(tau(way))))
 
-        return tau(scipy.optimize.brentq(left, 0.0, far)) if left(far) < 0.0 else None
+        if not left(far) < 0.0:
+            return None
+        return tau(scipy.optimize.brentq(left, 0.0, far) if left(0.0) > 0.0 else 0.0)
 
     def _told(self, step: Pivot, old_sigma: Array, old_v: Array) -> ContactState:
         """The step noted and judged."""
