@@ -144,7 +144,7 @@ class CylinderSurface(SolidSurface):
         distance = np.linalg.norm(away, axis=-1, keepdims=True)
         panel = np.linalg.norm(np.nanmax(points, axis=-2) - np.nanmin(points, axis=-2), axis=-1)[..., None, None]
         outside = (np.reshape(part, (-1, *[1] * (points.ndim - 1))) == 2) | (np.abs(distance - self.radius) < RIM * panel)
-        with np.errstate(invalid="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(outside, points + (self.radius / distance - 1.0) * away, points)
 
     def _across(self) -> Array:

@@ -247,7 +247,7 @@ def test_a_signal_in_an_adaptive_solve_keeps_the_mesh_before(tmp_path, monkeypat
     assert main(["solve", "stack.toml", "--no-figures", *asked]) == 143
     assert "interrupted by SIGTERM; the solution is saved in stack.h5" in capsys.readouterr().err
     kept = read_result(tmp_path / "stack.h5")
-    assert kept.status == "not converged" and kept.reason.startswith("interrupted by SIGTERM")
+    assert kept.status == "not converged" and "interrupted by SIGTERM" in kept.reason
     assert kept.reason.endswith("(on the mesh after the last)")
     assert len(kept.steps) == 2 and all(step.status == "converged" for step in kept.steps) and len(made) == level
 

@@ -81,15 +81,8 @@ class BodyBox:
         along = mesh.x @ axes.T
         low, high = along.min(axis=0), along.max(axis=0)
         few = slice(None, None, -(-mesh.n_nodes // NODES))
-        half = 0.5 * (high - low)
-        return cls(
-            0.5 * (low + high) @ axes,
-            axes,
-            half,
-            (along[few] - 0.5 * (low + high)) / half,
-            weight[few],
-            float(np.sqrt(moments[0])),
-        )
+        middle, half = 0.5 * (low + high), 0.5 * (high - low)
+        return cls(middle @ axes, axes, half, (along[few] - middle) / half, weight[few], float(np.sqrt(moments[0])))
 
     def local(self, x: Array) -> Array:
         """ξ (m, d) at x (m, d)."""

@@ -49,7 +49,6 @@ class MixedEquations:
         spans = [[np.arange(*body.bounds[r : r + 2]) + at for at, body in zip(coupling.first, rows, strict=False)]
                  for r in range(ranks)]  # fmt: skip
         self._order = np.concatenate([span for of_rank in spans for span in of_rank])
-        self._counts = np.array([sum(map(len, of_rank)) for of_rank in spans])
         self._mine, self._is_last = np.concatenate(spans[self.rank]), self.rank == ranks - 1
         self._weight = np.ones(coupling.size)
         self.ends = np.cumsum([0, *(body.motions.shape[1] for body in rows)])
@@ -87,11 +86,11 @@ class MixedEquations:
         factors, rows = (np.concatenate(values) for values in zip(*parts, strict=True))
         return factors, rows
 
-    def elastic(self, loads: tuple[Array, Array], rtol: float, start: State | None = None) -> State:
+    def elastic(self, loads: tuple[Array, Array], rtol: float) -> State:
         """The bodies by themselves, moved by nothing but strain; given tractions are among the factors."""
         expansion, balance = self._free
         posed = Posed(expansion, np.zeros(self.coupling.shape), *loads, balance)
-        return self.solve(posed, start or self.at_rest, rtol, 0.0, self._open)
+        return self.solve(posed, self.at_rest, rtol, 0.0, self._open)
 
     def solve(
         self, posed: Posed, start: State, rtol: float, forcing: float, preconditioner: Preconditioner | None = None

@@ -62,11 +62,11 @@ class JointBodies:
         """Displacements in contact of a body among all unknowns, (m, k)."""
         return np.asarray(self.equations.coupling.first[number] + self.equations.rows[number].slot)
 
-    def moved_by(self, number: int, traction: Array, shares: Array, start: State | None = None) -> State:
+    def moved_by(self, number: int, traction: Array, shares: Array) -> State:
         """One body under contact tractions (k m,) and its loads."""
         given = traction.reshape(self._bodies[number].data.contact_shape) / self.equations.rows[number].scale
         factors, rows = self.equations.loads(shares, only=number)
-        return self.equations.elastic((factors + self.equations.coupling.given(number, given), rows), RTOL, start)
+        return self.equations.elastic((factors + self.equations.coupling.given(number, given), rows), RTOL)
 
     def solution_for(self, number: int, shares: Array, traction: Array) -> State:
         """One where this body has these loads and contact tractions."""

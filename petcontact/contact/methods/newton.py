@@ -211,9 +211,11 @@ class _Run:
     def state(self, first: Guess) -> ContactState:
         """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
         state = None
-        # another start is found sooner than the way out of a cycle
-        for to_the_end, (tau, sigma, v) in ((end, start) for end in (False, True) for start in self._starts(first)):
-            self.to_the_end = to_the_end
+        # another start is found sooner than the way out of a cycle; each is made when it is its turn, as it may be a solve
+        once, again = itertools.tee(self._starts(first))
+        for self.to_the_end, (tau, sigma, v) in itertools.chain(
+            ((False, one) for one in once), ((True, one) for one in again)
+        ):
             state = self._attempt(tau, sigma, v)
             if state.converged or state.stopped or self.recorder.exhausted or self._overloaded:
                 break

@@ -139,13 +139,16 @@ class PanelTails:
 
     def _follows(self, solution: Solution) -> bool:
         """Whether the next meshes have rings of panels that follow the edges of contacts."""
-        meshes, count = self._elliptic.meshes(solution, self.estimate, self.wanted), 0
-        while meshes and count < (count := sum(mesh.n_elements for mesh in meshes)):
-            meshes = self._cut(meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes])[0]
-        if not meshes or self._too_much(solution, meshes):
-            return False
-        self._meshes = [*meshes]
-        return True
+
+        def completed(meshes: list[SurfaceMesh]) -> list[SurfaceMesh]:
+            count = 0
+            while count < (count := sum(mesh.n_elements for mesh in meshes)):
+                meshes = self._cut(meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes])[0]
+            return [] if self._too_much(solution, meshes) else meshes
+
+        meshes = self._elliptic.meshes(solution, self.estimate, self.wanted, completed)
+        self._meshes = [*meshes] or self._meshes
+        return bool(meshes)
 
     @staticmethod
     def _directions(solution: Solution) -> tuple[list[SurfaceMesh], list[Array]]:

@@ -10,6 +10,7 @@ from ...arrays import Array, Index, Mask
 from ...geometry.surface import SolidSurface
 from ...mesh.panels import monomials, reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
+from .hanging import closed
 
 POINTS = {
     3: np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]]),
@@ -27,10 +28,11 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> 
     along : (n_elements, 2) bool array
         Which of the reference coordinates of a panel are halved; triangles are cut into four wherever there is one.
     surface : SolidSurface, optional
-        The exact one, onto which the points of new panels are brought.
+        The exact one, onto which the points of all panels are brought, but for those of `hanging` sides.
     """
     marked = along.any(axis=1)
-    points, parent = [np.concatenate([mesh.corners, mesh.middles], axis=1)[~marked]], [np.flatnonzero(~marked)]
+    kept, parent = np.concatenate([mesh.corners, mesh.middles], axis=1)[~marked], [np.flatnonzero(~marked)]
+    points = [kept if surface is None or not len(kept) else surface.onto(mesh.part[~marked], kept)]
     triangle, curved = np.isnan(mesh.corners[:, 3, 0]), ~np.isnan(mesh.middles[:, 0, 0])
     kinds = np.column_stack([triangle, curved, along | triangle[:, None]])
     for three, bent, *halved in np.unique(kinds[marked], axis=0).tolist():
@@ -48,7 +50,7 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> 
     numbers = np.concatenate(parent)
     order = np.argsort(numbers, kind="stable")
     old, new = numbers[order], np.concatenate(points)[order]
-    return SurfaceMesh(new[:, :4], mesh.order[old], mesh.part[old], mesh.part_names, new[:, 4:])
+    return closed(SurfaceMesh(new[:, :4], mesh.order[old], mesh.part[old], mesh.part_names, new[:, 4:]))
 
 
 def parents(mesh: SurfaceMesh, along: Mask) -> Index:

@@ -1,4 +1,5 @@
-"""Panels in rings about an elliptical contact on the face of a box: sides of panels follow its edge, where p is a root."""
+"""Panels in rings about an elliptical contact on the face of a box: sides of panels follow its edge, where p is a root, and
+that of its stick zone, where µp - |q| is one."""
 
 from __future__ import annotations
 
@@ -6,7 +7,7 @@ import itertools
 
 import numpy as np
 
-from ...arrays import Array, Mask
+from ...arrays import Array, Mask, States
 from ...frozen import frozen
 from ...geometry.quadratic import QuadraticCells
 from ...mesh.surface_mesh import SurfaceMesh
@@ -23,6 +24,12 @@ INSET = 0.999
 """Of the semi-axes: a panel that ends beyond the edge of contact carries a pressure there, one before it does no harm."""
 STRAY = 0.1
 """Largest share of a contact that is not in the ellipse, or lacks in it."""
+NARROW = (-0.04, -0.02, 0.0, 0.02, 0.04)
+"""Where rings of order 1 at the edge of a stick zone end, from there, over the radius of the contact."""
+WITHIN = 2
+"""Most rings between these and the core."""
+LEAST, MOST = 0.15, 0.9
+"""Radius of a stick zone that has rings, and how far it reaches, over the radius of the contact."""
 ELONGATED = 3.0
 """Largest ratio of the axes of an ellipse."""
 PATCH, LEFT = 1.5, 0.5
@@ -84,7 +91,47 @@ def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> Zone | No
     return zone if weight[stray].sum() <= STRAY * weight[closed].sum() else None
 
 
-def ringed(mesh: SurfaceMesh, part: str, zone: Zone, rings: int) -> SurfaceMesh | None:
+def stick_of(x: Array, weight: Array, state: States, slip: Array, zone: Zone) -> Zone | None:
+    """The ellipse, of the shape of the contact's, that parts what sticks from what slips; None where none does.
+
+    Stick zones are such ellipses under a tangential load (Cattaneo) and under a growing normal one (Spence), shifted where
+    a body is stretched besides. The edge lies between the last node that sticks and the first that slips, where |Δw|, which
+    grows like the power 3/2 of the distance, is 0 by a line through its power 2/3 over the square of the radius.
+
+    Parameters
+    ----------
+    x : (m, 3) array
+        Nodes [length].
+    weight : (m,) array
+        [area]
+    state : (m,) array
+        0 stick, 1 slip, 2 open.
+    slip : (m, 2) array
+        Δw of the increment [length].
+    zone : Zone
+        The contact.
+    """
+    closed = state != 2
+    z, area, sticks, slip = zone.local(x)[closed], weight[closed], state[closed] == 0, slip[closed]
+    total = area[sticks].sum()
+    if sticks.all() or not total > 0.0:
+        return None
+    middle = area[sticks] @ z[sticks] / total
+    square = np.sum((z - middle) ** 2, axis=1)
+    order = np.argsort(square)
+    right = np.cumsum(np.where(sticks, area, -area)[order])
+    last = int(right[:-1].argmax())
+    power = np.linalg.norm(slip[~sticks], axis=1) ** (2.0 / 3.0)
+    away, root = square[~sticks], np.sqrt(area[~sticks])
+    (start, slope), *_ = np.linalg.lstsq(root[:, None] * np.vander(away, 2, True), root * power, rcond=None)
+    edge = -start / slope if slope > 0.0 else 0.0
+    radius = float(np.sqrt(np.clip(edge, *square[order[last : last + 2]])))
+    stray = total - right[last] > STRAY * total
+    return None if stray or radius < LEAST or radius + np.linalg.norm(middle) > MOST else \
+        Zone(zone.centre + zone.axes @ middle, radius * zone.axes)  # fmt: skip
+
+
+def ringed(mesh: SurfaceMesh, part: str, zone: Zone, rings: int, stick: Zone | None = None) -> SurfaceMesh | None:
     """The mesh with the panels of a rectangular face replaced by rings about a zone, of order 2 in it and 1 outside.
 
     In the zone's own coordinates, where it is a disc: a core of panels like a grid's, rings about it up to the edge, and
@@ -98,7 +145,9 @@ def ringed(mesh: SurfaceMesh, part: str, zone: Zone, rings: int) -> SurfaceMesh 
     zone : Zone
         It is brought onto the plane of the face along its normal.
     rings : int
-        Between the core and the edge.
+        Between the core, or the stick zone, and the edge.
+    stick : Zone, optional
+        In the zone and of its shape; narrow rings end at its edge.
 
     Returns
     -------
@@ -116,7 +165,12 @@ def ringed(mesh: SurfaceMesh, part: str, zone: Zone, rings: int) -> SurfaceMesh 
     reach, face = np.linalg.norm(axes, axis=1), np.stack([low[uv], high[uv]])
     far = np.abs(face - centre) < (PATCH + LEFT) * reach
     patch = np.where(far, face, centre + np.outer([-1.0, 1.0], PATCH * reach))
-    found = _panels((_corners(patch[None])[0] - centre) @ np.linalg.inv(axes).T, rings)
+    to_disc = np.linalg.inv(axes).T
+    middle, radius = np.zeros(2), 1.0
+    if stick is not None:
+        middle = np.dot(stick.centre[uv] - centre, to_disc)
+        radius = float(np.linalg.norm(stick.axes) / np.linalg.norm(axes))
+    found = _panels((_corners(patch[None])[0] - centre) @ to_disc, rings, middle, radius)
     if found is None:
         return None
     points = centre + found[0] @ axes.T
@@ -161,8 +215,11 @@ def _beside(face: Array, patch: Array, centre: Array) -> Array:
     return np.array(result).reshape(-1, 2, 2)
 
 
-def _panels(corners: Array, rings: int) -> tuple[Array, Array] | None:
-    """Points (n, 9, 2) of panels between the origin and a polygon of four corners about it, and their orders (n,)."""
+def _panels(corners: Array, rings: int, middle: Array, radius: float) -> tuple[Array, Array] | None:
+    """Points (n, 9, 2) of panels in a polygon of four corners about the unit disc, and their orders (n,).
+
+    A stick zone is a smaller disc in it, of a middle and radius.
+    """
     start = np.unwrap(np.angle(np.append(corners, corners[:1], axis=0) @ [1.0, 1.0j]))
     span = np.diff(start)
     if not np.all((span > 0.0) & (span < np.pi)) or not np.isclose(span.sum(), 2.0 * np.pi):
@@ -176,25 +233,38 @@ def _panels(corners: Array, rings: int) -> tuple[Array, Array] | None:
         direction.append(towards)
         outer.append(np.cross(corners[k], side) / np.cross(towards, side))
         chord.append(np.cos(0.5 * span[k]) / np.cos(phi - start[k] - 0.5 * span[k]))
-    rim, towards = np.concatenate(outer), np.concatenate(direction)
-    if rim.min() < CLEAR:
+    reach, disc = np.concatenate(outer), np.concatenate(direction)
+    if reach.min() < CLEAR:
         return None
     # the core is half way between a polygon and a disc: its corners are neither 90 nor 180 degrees
-    core = 0.5 * CORE * (1.0 + np.concatenate(chord))
-    width = SHRINK ** np.arange(rings)
-    inside = [core + (1.0 - w) * (1.0 - core) for w in width] + [np.ones_like(core)]
-    steps = np.log1p((rim.max() - 1.0) * (GROWTH - 1.0) / (2.0 * (1.0 - CORE) * width[-1])) / np.log(GROWTH)
+    core = middle + radius * 0.5 * CORE * (1.0 + np.concatenate(chord))[:, None] * disc
+    curves, orders = [core], list[int]()
+    if radius < 1.0:
+        edge = middle + radius * disc
+        near = [edge + width / (1.0 - radius) * (disc - edge) for width in NARROW]
+        within = _graded(core, near[0], min(rings, WITHIN))
+        curves, orders = [*within, *near], len(within) * [2] + (len(near) - 1) * [1]
+    curves += _graded(curves[-1], disc, rings)[1:]
+    orders += (rings + SMOOTH) * [2]
+    rim, narrow = reach[:, None] * disc, np.linalg.norm(disc - curves[-1], axis=1).min()
+    steps = np.log1p((reach.max() - 1.0) * (GROWTH - 1.0) / (2.0 * narrow)) / np.log(GROWTH)
     number = max(1, round(float(steps)))
-    share = (GROWTH ** np.arange(1, number + 1) - 1.0) / (GROWTH**number - 1.0)
-    radii = np.array([*inside, *(1.0 + t * (rim - 1.0) for t in share)])
-    both = np.repeat(radii, 2, axis=0)[:-1]
-    both[1::2] = 0.5 * (radii[1:] + radii[:-1])
-    around = np.append(both[:, :, None] * towards, both[:, :1, None] * towards[:1], axis=1)
-    grids = [around[2 * k : 2 * k + 3] for k in range(len(radii) - 1)]
-    order = [np.full(around.shape[1] // 2, 2 if k < rings + SMOOTH else 1) for k in range(len(grids))]
-    middle = _filled(core[:, None] * towards, *count[:2])
-    return np.concatenate([_cells(middle), *map(_cells, grids)]), \
-        np.concatenate([np.full(count[0] * count[1], 2), *order])  # fmt: skip
+    share = (GROWTH ** np.arange(number + 1) - 1.0) / (GROWTH**number - 1.0)
+    lines = np.array([*curves, *(disc + t * (rim - disc) for t in share)])
+    both = np.repeat(lines, 2, axis=0)[:-1]
+    both[1::2] = 0.5 * (lines[1:] + lines[:-1])
+    around = np.append(both, both[:, :1], axis=1)
+    grids = [around[2 * k : 2 * k + 3] for k in range(len(lines) - 1)]
+    orders += (len(grids) - len(orders)) * [1]
+    middles = _cells(_filled(lines[0], *count[:2]))
+    return np.concatenate([middles, *map(_cells, grids)]), np.repeat(
+        [2, *orders], [len(middles), *len(grids) * [len(disc) // 2]]
+    )
+
+
+def _graded(low: Array, high: Array, rings: int) -> list[Array]:
+    """Curves between two, the first of which is the lower one, that bound rings which are narrower towards the upper one."""
+    return [low + (1.0 - SHRINK**k) * (high - low) for k in range(rings)]
 
 
 def _filled(rim: Array, *count: int) -> Array:

@@ -30,6 +30,8 @@ SINGULAR = 2.7
 """Factor of `rim_shares` for elements closed to the rim, measured: nodal values have errors, too."""
 POWER = 0.4
 """α of tractions r^-α at the rim of a part, in the plane."""
+WEAKEST = 0.2
+"""The least power that counts: where the strongest one is weaker, others beside it are no smaller."""
 STRIPS = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
 """d/H of `rim_shares`."""
 FINE = 60
@@ -174,10 +176,10 @@ def rim_shares(order: int, power: float) -> Array:
 
     Examples
     --------
-    >>> [round(float(rim_shares(2, power)[2]), 2) for power in (0.0, 0.4)]
-    [0.72, 1.16]
+    >>> [round(float(rim_shares(2, power)[2]), 2) for power in (0.2, 0.4)]
+    [0.9, 1.16]
     """
-    power = max(power, 0.01)  # of a constant both are zero
+    power = max(power, WEAKEST)
     if order == 0:
         return np.full(len(STRIPS), 1.5)
     (x, weight), (even, each) = ((0.5 + 0.5 * points, 0.5 * weights) for points, weights in map(gauss, (order, FINE)))

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
-from petcontact.refinement.panels.rings import ELONGATED, Zone, ringed, zone_of
+from petcontact.refinement.panels.rings import ELONGATED, Zone, ringed, stick_of, zone_of
 
 BOX = box_mesh(BoxSurface(np.array([-1.5, -1.0, -2.0]), np.array([1.5, 2.0, 0.0])), lambda part: 0.75, 1, 1.0)
 
@@ -64,3 +64,37 @@ def test_contacts_of_other_shapes_have_no_zone():
     for closed in (np.abs(x).max(axis=1) < 0.5, (np.abs(x[:, 0]) < 0.9) & (np.abs(x[:, 1]) < 0.9 / ELONGATED / 1.2),
                    np.abs(np.linalg.norm(x, axis=1) - 0.5) < 0.2, x[:, 0] > 5.0):  # fmt: skip
         assert zone_of(x, weight, closed.astype(float), closed) is None
+
+
+@pytest.mark.parametrize(("radius", "shift", "rings"), [(0.6, 0.0, 1), (0.3, 0.1, 2), (0.85, 0.04, 3)])
+def test_panels_end_at_the_edge_of_a_stick_zone_and_lie_close_there(radius, shift, rings):
+    zone = Zone(np.array([0.0, 0.3, 0.0]), axes(0.6, 0.4, 0.7))
+    stick = Zone(zone.centre + zone.axes @ [shift, 0.0], radius * zone.axes)
+    mesh = ringed(BOX, "top", zone, rings, stick)
+    nodes = mesh.nodes_of("top")
+    assert mesh.weight[nodes].sum() == pytest.approx(9.0, rel=1e-12)
+    distance = np.linalg.norm(stick.local(mesh.x[nodes]), axis=1)
+    inner = distance < 1.0
+    assert mesh.weight[nodes][inner].sum() == pytest.approx(np.pi * 0.24 * radius**2, rel=1e-3)
+    count, some = (np.bincount(mesh.element[nodes], which) for which in (None, inner))
+    assert np.all((some == 0) | (some == count))
+    # of the radius of the contact
+    around = np.sort(radius * (distance - 1.0))
+    assert np.diff(around[np.abs(around) < 0.03]).max() < 0.02
+
+
+def test_slip_shows_where_a_stick_zone_ends():
+    """Cattaneo's slip on panels in which no node is within .05 of the edge, and states of which no ellipse comes."""
+    zone, line = Zone(np.zeros(3), axes(0.9, 0.6, 0.3)), 0.1 * (np.arange(-10, 10) + 0.5)
+    x = np.stack([*np.meshgrid(line, line), np.zeros((20, 20))], axis=-1).reshape(-1, 3)
+    middle, c = np.array([0.05, 0.0]), 0.6
+    away = np.linalg.norm(zone.local(x) - middle, axis=1)
+    slip = np.column_stack([np.maximum(away**2 - c**2, 0.0) ** 1.5, np.zeros(len(x))])
+    state = np.where(np.linalg.norm(zone.local(x), axis=1) > 1.0, 2, np.where(away < c, 0, 1))
+    weight = np.full(len(x), 0.01)
+    stick = stick_of(x, weight, state, slip, zone)
+    np.testing.assert_allclose(zone.local(stick.centre[None])[0], middle, atol=0.03)
+    np.testing.assert_allclose(stick.axes, c * zone.axes, atol=0.03)
+    left = np.where(state == 2, 2, x[:, 0] > 0.0)
+    for others in (np.where(state == 1, 0, state), np.where(state == 0, 1, state), np.full(len(x), 2), left):
+        assert stick_of(x, weight, others, slip, zone) is None

@@ -1,0 +1,78 @@
+"""Sides of curved panels that hang on a longer one, brought onto it: else slits stay between the two curves."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import scipy
+
+from ...arrays import Array
+from ...mesh.surface_mesh import SurfaceMesh
+
+SAME = 1e-9
+"""Distance over the size of the mesh up to which points are one."""
+CLOSE = 0.1
+"""Distance from a quarter of a side, over half the side, up to which a corner hangs there."""
+QUARTER = np.array([0.375, -0.125, 0.75])
+"""Quadratic shape functions of both ends and the middle of a side, a quarter of it from the first end."""
+
+
+def closed(mesh: SurfaceMesh) -> SurfaceMesh:
+    """The mesh with the points of hanging sides on the quadratic side of the larger neighbour, as pieces of it.
+
+    On an exact surface they lie off it by as much as that side does, and the boundary is closed, as rigid motions need it.
+    """
+    curved = np.flatnonzero(~np.isnan(mesh.middles[:, 0, 0]))
+    if not len(curved):
+        return mesh
+    count = np.where(np.isnan(mesh.corners[curved, 3, 0]), 3, 4)
+    panel, k = np.repeat(curved, count), np.concatenate([np.arange(n) for n in count.tolist()])
+    after = np.where(k + 1 == np.repeat(count, count), 0, k + 1)
+    start, middle = mesh.corners[panel, k], mesh.middles[panel, k]
+    sides = _Sides(start, mesh.corners[panel, after], middle)
+    corners, middles = mesh.corners.copy(), mesh.middles.copy()
+    corners[panel, k], middles[panel, k] = sides.position[sides.numbers[[0, 2]]]
+    return replace(mesh, corners=corners, middles=middles)
+
+
+class _Sides:
+    """Sides between numbered points, brought onto each other from the longest on.
+
+    Attributes
+    ----------
+    numbers : (3, n) int array
+        Both ends and the middle of each side.
+    position : (p, 3) array
+        Of each point [length].
+    """
+
+    def __init__(self, start: Array, stop: Array, middle: Array) -> None:
+        points = np.concatenate([start, stop, middle])
+        pairs = scipy.spatial.cKDTree(points).query_pairs(SAME * float(np.ptp(points, axis=0).max()), output_type="ndarray")
+        graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
+        number, found = scipy.sparse.csgraph.connected_components(graph, directed=False)
+        self.numbers = found.reshape(3, -1)
+        self.position = np.empty((number, 3))
+        self.position[found] = points
+        self._tree = scipy.spatial.cKDTree(self.position.copy())
+        self._middle = {frozenset((a, b)): m for a, b, m in self.numbers.T.tolist()}
+        self._ends = set(self.numbers[:2].ravel().tolist())
+        for k in np.argsort(-np.linalg.norm(stop - start, axis=1)).tolist():
+            a, b, m = self.numbers[:, k].tolist()
+            self._halve(a, b, m)
+
+    def _halve(self, a: int, b: int, m: int) -> None:
+        """Bring what hangs on both halves of a side, or of a piece of one, onto it."""
+        if m not in self._ends:
+            return
+        for first, second in ((a, b), (b, a)):
+            place = QUARTER @ self.position[[first, second, m]]
+            hanging = self._middle.get(frozenset((first, m)))
+            if hanging is None:  # no side is as long: two or more shorter ones may hang there
+                apart, near = self._tree.query(place)
+                half = np.linalg.norm(self.position[m] - self.position[first])
+                hanging = int(near) if apart < CLOSE * half and int(near) in self._ends else None
+            if hanging is not None:
+                self.position[hanging] = place
+                self._halve(first, m, hanging)
