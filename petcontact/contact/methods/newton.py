@@ -9,6 +9,7 @@ steps are damped, then the iteration starts again from other sets.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Iterator
 from dataclasses import field
 from functools import cached_property
