@@ -78,7 +78,7 @@ def test_units_stand_on_every_axis(solution):
 def test_newtons_history_shows_residuals_and_the_set(solution, tmp_path):
     assert solution.history.exchanged[-1] == 0 and len(solution.history.exchanged) == solution.iterations
     left, right = drawn(curves.draw_history, solution).axes
-    assert right.get_title() == "set of sticking nodes"
+    assert right.get_title() == "active sets"
     assert np.array_equal(right.lines[0].get_ydata(), solution.history.exchanged)
     assert left.lines[0].get_ydata()[-1] <= 1e-12 and len(left.lines) == 1
     write_solution(tmp_path / "r.h5", solution)

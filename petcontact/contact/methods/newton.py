@@ -293,7 +293,9 @@ class _Run:
         def left(way: float) -> float:
             return float(step.push @ modes.unbalanced(-law.project(tau(way))))
 
-        return tau(scipy.optimize.brentq(left, 0.0, far)) if left(far) < 0.0 else None
+        if not left(far) < 0.0:
+            return None
+        return tau(scipy.optimize.brentq(left, 0.0, far) if left(0.0) > 0.0 else 0.0)
 
     def _told(self, step: Pivot, old_sigma: Array, old_v: Array) -> ContactState:
         """The step noted and judged."""
