@@ -47,7 +47,9 @@ def _repr(self: Any) -> str:
 
 
 def _set_once(self: Any, name: str, value: Any) -> None:
-    if name in self.__dict__ or name not in self.__dataclass_fields__:
+    declared = name in self.__dataclass_fields__
+    # a subclass that is no dataclass may have attributes of its own, as those of `dataclass` may
+    if (declared and name in self.__dict__) or (not declared and "__dataclass_fields__" in type(self).__dict__):
         raise FrozenInstanceError(f"cannot assign to field {name!r}")
     self.__dict__[name] = value
 

@@ -48,3 +48,15 @@ def test_no_field_is_set_again_and_none_is_added_or_deleted(name):
     with pytest.raises(dataclasses.FrozenInstanceError):
         delattr(load, name)
     assert load == Named("top")
+
+
+def test_a_plain_subclass_has_attributes_of_its_own():
+    class Noted(Load):
+        pass
+
+    load = Noted("top")
+    load.note = "a user's own"
+    load.note = "another"
+    assert load.note == "another" and load == Noted("top")
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        load.part = "left"
