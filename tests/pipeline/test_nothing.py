@@ -35,17 +35,19 @@ def test_a_ball_that_a_bonded_socket_moves_carries_nothing(storage):
     assert "von Mises stress: 0\n" in found.verdict() and "TENSION" not in found.verdict()
 
 
-@pytest.mark.parametrize(("storage", "condition"), [("dense", "displacement"), ("hmatrix", "traction")])
-def test_steps_of_nothing_and_back_to_nothing(storage, condition):
+@pytest.mark.parametrize(("storage", "condition", "size"), [("dense", "displacement", 2.0), ("hmatrix", "traction", 1.5)])
+def test_steps_of_nothing_and_back_to_nothing(storage, condition, size):
     """Round bodies that were pressed, let go, and left alone are as they were, and can be pressed again."""
     top = {"part": "top", "condition": condition, "value": [0.0, 0.0, -0.05]}
-    bodies = [{**BALL, "boundary": [top]}, FLOOR]
+    bodies = [{**BALL, "mesh": {"element_size": size, "order": 2}, "boundary": [top]}, FLOOR]
     pair = {"name": "pair", "secondary": "ball.bottom", "primary": "floor.top", "direction": [0, 0, -1],
             "friction_coefficient": 0.3}  # fmt: skip
     changes = [[0.0, 0.0, z] for z in (-0.05, 0.0, 0.0, -0.05)]
     steps = [{"boundary": [{"body": "ball", "part": "top", "value": value}]} for value in changes]
     found = solved(body=bodies, contact=[pair], step=steps, bem={"mat_type": storage})
-    assert found.converged and len(found.steps) == 4
+    assert found.converged and len(found.steps) == 4 and all(step.iterations < 20 for step in found.steps)
     first, *nothing, last = [step.pairs["pair"].force[2] for step in found.steps]
     assert first > 0.1 and last == pytest.approx(first, rel=1e-3) and not any(nothing)
-    assert all(np.abs(step.bodies["ball"].u).max() < 1e-15 for step in found.steps[1:3])
+    strained = [np.ptp(step.bodies["ball"].traction, axis=0).max() for step in found.steps[1:3]]
+    moved = max(np.abs(step.bodies["ball"].u).max() for step in found.steps[1:3])
+    assert not any(strained) and (moved < 1e-15 or condition == "traction")  # a ball that nothing holds may be anywhere

@@ -117,9 +117,10 @@ class JointBodies:
         posed = Posed(coupling.expansion(relation, balance.motion), offset, *self.equations.loads(shares), balance)
         if start is not None:
             return self.equations.solve(posed, start, rtol, forcing)
-        # what iterations left of a solution without tractions measures no other one
-        last = self._last if self._last.sigma.any() else self.equations.at_rest
-        self._last, self._shares = self.equations.solve(posed, last, rtol, forcing), shares.copy()
+        if self._last is not self.equations.at_rest and not self._last.sigma.any():
+            # what iterations left of a solution without tractions measures no other one: to the end, from rest
+            self._last, forcing = self.equations.at_rest, 0.0
+        self._last, self._shares = self.equations.solve(posed, self._last, rtol, forcing), shares.copy()
         self._corrected = None
         return self._last
 
