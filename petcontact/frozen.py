@@ -6,6 +6,7 @@ from dataclasses import FrozenInstanceError, dataclass, field, fields
 from typing import Any, NoReturn, TypeVar, dataclass_transform
 
 T = TypeVar("T")
+_PARAMS = "__dataclass_params__"
 
 
 @dataclass_transform(frozen_default=True, field_specifiers=(field,))
@@ -22,7 +23,16 @@ def frozen(cls: type[T]) -> type[T]:
     >>> Load("top") == Load("top", 0.0), Load("top")
     (True, Load(part='top', value=0.0))
     """
-    made = dataclass(eq=False, repr=False)(cls)
+    bases = [params for base in cls.__mro__[1:] if (params := vars(base).get(_PARAMS)) and params.frozen]
+    for params in bases:
+        params.frozen = False
+    try:
+        made = dataclass(eq=False, repr=False)(cls)
+    finally:
+        for params in bases:
+            params.frozen = True
+    # so that classes of a user's own, which are `dataclass(frozen=True)`, may inherit from this
+    vars(made)[_PARAMS].frozen = True
     for name, method in _SHARED.items():
         if getattr(made, name) is getattr(object, name):
             setattr(made, name, method)

@@ -60,3 +60,10 @@ def test_a_plain_subclass_has_attributes_of_its_own():
     assert load.note == "another" and load == Noted("top")
     with pytest.raises(dataclasses.FrozenInstanceError):
         load.part = "left"
+
+
+def test_a_dataclass_of_a_users_own_may_inherit():
+    Own = dataclasses.dataclass(frozen=True)(type("Own", (Load,), {"__annotations__": {"factor": float}, "factor": 2.0}))
+    assert Own("top") == Own("top", factor=2.0) != Own("top", factor=3.0)
+    with pytest.raises(dataclasses.FrozenInstanceError):
+        Own("top").part = "left"
