@@ -84,7 +84,7 @@ class PanelTails:
         self.estimate, self.wanted, self.asked, self.exhausted = math.inf, self.accuracy, False, ""
         self._problem, self._sides = problem, interfaces_of(problem)
         self._estimates: list[float] = []
-        self._resultants = math.nan
+        self._resultants, self._motions = math.nan, 0
         self._last: Solution | None = None
         self._meshes: list[BoundaryMesh] = []
         self._elliptic = EllipticContacts(problem)
@@ -115,6 +115,7 @@ class PanelTails:
 
     def start(self, problem: PreparedProblem) -> Start | None:
         """The first increment of the last solution."""
+        self._motions = sum(free.shape[2] for free in problem.discrete.motions)
         if self._last is None:
             return None
         return carried_over(problem, replace(self._last, steps=self._last.steps[:1]))
@@ -279,12 +280,13 @@ class PanelTails:
         given, bem, pairs = BUDGETS[self.asked], resolved_bem(self._problem.bem), max(1.0, 0.5 * len(meshes))
         budget = Budget(int(pairs * given.nodes), pairs * given.seconds)
         nodes = sum(mesh.n_nodes for mesh in meshes)
-        seconds = solve_seconds(bem, meshes, len(solution.steps))
+        seconds = solve_seconds(bem, meshes, len(solution.steps), self._motions)
         if nodes > budget.nodes or seconds > budget.seconds:
             most = BUDGETS[True]
-            allowed = f"--accuracy {self.wanted:g} allows {Budget(int(pairs * most.nodes), pairs * most.seconds)}"
+            allowed = f"--accuracy {self.wanted:g} goes on, to at most {Budget(int(pairs * most.nodes), pairs * most.seconds)}"
             more = "a [mesh] of your own may have more" if self.asked else allowed
-            return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, at most {budget} are allowed; {more}"
+            kind = "" if self.asked else " where no accuracy is named"
+            return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is {budget}; {more}"
         faces = [(side.body, side.part) for side in self._sides]
         both = [*faces, *(side.primary for side in self._sides if side.primary is not None)]
         dense = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]

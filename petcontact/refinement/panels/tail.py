@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import itertools
+import math
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -18,6 +19,7 @@ from ...arrays import Array, Index, Mask
 from ...linalg.nearest import nearest, within
 from ...mesh.basis import gauss, lagrange
 from ...mesh.boundary_mesh import BoundaryMesh
+from ...mesh.panels import monomials, reference_nodes
 
 MARGIN = (2.0, 0.7, 1.35, 1.8)
 """Factors of the tail of elements of order 0, 1, 2, and above, measured by scripts/verify_space."""
@@ -34,6 +36,9 @@ WEAKEST = 0.2
 """The least power that counts: where the strongest one is weaker, others beside it are no smaller."""
 STRIPS = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
 """d/H of `rim_shares`."""
+BASED = 0.6
+"""Mean over largest distance of a triangle's nodes from the rim, below which a side of it is there, .37 to .5, and not a corner
+alone, .7 to .8."""
 FINE = 60
 """Points of the rule by which they are integrated."""
 FADE = 0.02
@@ -83,11 +88,14 @@ class Tails:
         self._near, self._slope = _slopes(mesh, nodes, self._constant)
         self._area = np.bincount(mesh.element, mesh.weight)[self._first]
         size, start = self._area ** (1.0 / (mesh.dim - 1)), np.flatnonzero(begins)
-        rim_at = rim_distance(mesh, nodes, size[self._element])
-        near = np.minimum.reduceat(rim_at, start) if len(start) else rim_at
-        self._order, self._rim = mesh.order[self._first], near < size
+        rim_at = rim_distance(mesh, nodes, 2.0 * size[self._element])
+        near, far = (each.reduceat(rim_at, start) if len(start) else rim_at for each in (np.minimum, np.maximum))
+        self._order, self._rim, count = mesh.order[self._first], near < size, np.bincount(self._element)
+        triangle = count < (self._order + 1) ** (mesh.dim - 1)
+        self._based = triangle & ~(np.bincount(self._element, rim_at) > BASED * count * far)
         parts = np.bincount(mesh.node_part, mesh.weight)[mesh.part[self._first]] ** (1.0 / (mesh.dim - 1))
-        self._strip = np.log(FADE * parts / size)
+        # a triangle is √2 times as high as a square of its area if its base is as long as that
+        self._strip = np.log(FADE * parts / size / np.where(self._based, math.sqrt(2.0), 1.0))
 
     def of(self, values: Array, margin: Sequence[float] = MARGIN, rim: float = RIM) -> Array:
         """Estimated error of the polynomials through nodal values, rms over each element.
@@ -132,9 +140,9 @@ class Tails:
         order, rim = np.minimum(self._order, len(MARGIN) - 1), self._rim
         stuck, slipping = np.tile(margin, (2, 1))
         for closed, power in zip((stuck, slipping), self._powers, strict=True):
-            for p in np.unique(order[rim]).tolist():
-                mine = rim & (order == p)
-                share = np.interp(self._strip[mine], strips, rim_shares(p, round(power, 2)))
+            for p, based in np.unique(np.stack([order, self._based])[:, rim], axis=1).T.tolist():
+                mine = rim & (order == p) & (self._based == based)
+                share = np.interp(self._strip[mine], strips, rim_shares(p, round(power, 2), bool(based)))
                 closed[mine] = np.maximum(margin[mine], SINGULAR * share)
         return margin, stuck, slipping, self._by_order(EDGE), np.bincount(self._element)
 
@@ -168,27 +176,37 @@ class Tails:
 
 
 @functools.cache
-def rim_shares(order: int, power: float) -> Array:
-    """Error over tail of the interpolation of x^-power on (0, H) at Gauss points, by `STRIPS`, (7,); 1.5 for order 0.
+def rim_shares(order: int, power: float, triangle: bool = False) -> Array:
+    """Error over tail of the interpolation of x^-power by the nodes of an element, by `STRIPS`, (7,); 1.5 for order 0.
 
-    Both are weighted by min(1, x/d)²: what is infinite at a rim costs the more the narrower the strip is in which it is left
-    out.
+    Of the Gauss points of (0, H), and of squares on one of their sides, or of a triangle of height H on one of its sides:
+    more of that one is where the function is infinite. Both are weighted by min(1, x/d)²: what is infinite at a rim costs the
+    more the narrower the strip is in which it is left out.
 
     Examples
     --------
-    >>> [round(float(rim_shares(2, power)[2]), 2) for power in (0.2, 0.4)]
-    [0.9, 1.16]
+    >>> [[round(float(rim_shares(2, power, triangle)[2]), 2) for power in (0.2, 0.4)] for triangle in (False, True)]
+    [[0.9, 1.16], [1.11, 1.42]]
     """
     power = max(power, WEAKEST)
     if order == 0:
         return np.full(len(STRIPS), 1.5)
-    (x, weight), (even, each) = ((0.5 + 0.5 * points, 0.5 * weights) for points, weights in map(gauss, (order, FINE)))
+    (at, weight), (even, each) = ((0.5 + 0.5 * points, 0.5 * weights) for points, weights in map(gauss, (order, FINE)))
     fine, each = even**6, 6.0 * even**5 * each  # dense where the function is infinite
-    missed = (x**-power @ lagrange(order, 2.0 * fine - 1.0) - fine**-power) ** 2
-    lower = np.linalg.qr(np.sqrt(weight)[:, None] * np.vander(x, order))[0]
+    x, basis, lower = at, lagrange(order, 2.0 * fine - 1.0), np.vander(at, order)
+    if triangle:
+        nodes, exponents = reference_nodes(3, order)
+        x, smaller = nodes[:, 1], reference_nodes(3, order - 1)[1]
+        points = np.stack([np.outer(even, 1.0 - fine), np.broadcast_to(fine, (FINE + 1, FINE + 1))], axis=-1).reshape(-1, 2)
+        each = np.outer(0.5 * gauss(FINE)[1], each * (1.0 - fine)).ravel()
+        basis = np.linalg.solve(monomials(nodes, exponents).T, monomials(points, exponents).T)
+        fine, weight, lower = points[:, 1], basis @ each, monomials(nodes, smaller)
+    missed = (x**-power @ basis - fine**-power) ** 2
+    lower = np.linalg.qr(np.sqrt(weight)[:, None] * lower)[0]
     root = np.sqrt(weight) * x**-power
     left = np.sum((root - lower @ (lower.T @ root)) ** 2)
-    ratios = [(each * np.minimum(1.0, fine / d) ** 2) @ missed / (weight @ np.minimum(1.0, x / d) ** 2) for d in STRIPS]
+    mean = [(weight @ np.minimum(1.0, x / d) ** 2) / weight.sum() for d in STRIPS]
+    ratios = [(each * np.minimum(1.0, fine / d) ** 2) @ missed / share for d, share in zip(STRIPS, mean, strict=True)]
     return np.asarray(np.sqrt(np.array(ratios) / left))
 
 
