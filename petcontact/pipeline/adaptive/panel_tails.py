@@ -282,9 +282,9 @@ class PanelTails:
         nodes = sum(mesh.n_nodes for mesh in meshes)
         seconds = solve_seconds(bem, meshes, len(solution.steps), self._motions)
         if nodes > budget.nodes or seconds > budget.seconds:
-            most = BUDGETS[True]
-            allowed = f"--accuracy {self.wanted:g} goes on, to at most {Budget(int(pairs * most.nodes), pairs * most.seconds)}"
-            more = "a [mesh] of your own may have more" if self.asked else allowed
+            most = Budget(int(pairs * BUDGETS[True].nodes), pairs * BUDGETS[True].seconds)
+            goes_on = f"--accuracy {self.wanted:g} goes on, to at most {most}"
+            more = "a [mesh] of your own may have more" if self.asked else goes_on
             kind = "" if self.asked else " where no accuracy is named"
             return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is {budget}; {more}"
         faces = [(side.body, side.part) for side in self._sides]
