@@ -141,6 +141,13 @@ class Tails:
         smooth = np.where(count == 0.0, closed * bent, margin * tails)
         return np.asarray((np.where(cut, edge * self.left(values, 2), smooth) if cut.any() else smooth)[self._element])
 
+    @property
+    def based_squares(self) -> Array:
+        """Squares (n_elements,) of what triangles on the rim with a side miss of a power, and reach, over squares as large."""
+        shares = [[rim_shares(p, POWER, based)[0] for p in range(len(MARGIN))] for based in (False, True)]
+        more = 2.0 * (np.array(shares[1]) / shares[0]) ** 2
+        return np.where(self._based & self._rim, more[np.minimum(self._order, len(MARGIN) - 1)], 1.0)
+
     @cached_property
     def _steady(self) -> scipy.sparse.csr_array:
         """Nodal values (m, c) to what the slope on the nearest element off the rim is on linear ones at it, (m, c)."""
