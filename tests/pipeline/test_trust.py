@@ -151,6 +151,7 @@ def test_overlap_between_nodes_is_found(loaded, push):
     """Uniform elements of size .1 have no node where surfaces would touch, which overlap by the whole push there."""
     solution = solve(light(loaded, push, mesh="[mesh]\nelement_size = 0.1\norder = 2"))
     assert not solution.converged and f"overlap between nodes: pair 'bottom' by {push:g} at (0.123457, 0)" in solution.reason
+    assert solution.reason.count("refine") == 1
 
 
 @pytest.mark.parametrize(("increments", "warned"), [("20", True), ('"auto"', False)])
@@ -176,6 +177,7 @@ value = [0.0, {-push!r}]
     assert pressed.converged and [step.name for step in pressed.steps] == ["touch", "press", "away"]
     assert ["'touch': surfaces overlap" in warning for warning in pressed.info["warnings"] if "overlap" in warning] == [True]
     assert lifted.failed.name == "touch" and "by 1e-05 at (0.123457, 0)" in lifted.reason
+    assert lifted.reason.count("refine") == 1
 
 
 def test_overlap_between_nodes_is_found_in_space(loaded):

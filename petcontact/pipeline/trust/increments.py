@@ -124,7 +124,7 @@ def rough_step(results: Sequence[StepResult]) -> tuple[int, StepResult] | None:
     most = max((float(np.nan_to_num(result.residuals["displaced"])) for result in results), default=0.0)
     for k, result in enumerate(results):
         depth, (_, told, where) = result.residuals["between"], result.reason.partition(f"{OVERLAPPING}: ")
-        if told and result.load_factor == 1.0 and depth > BETWEEN * (depth + most):
+        if told and result.status == "converged" and result.load_factor == 1.0 and depth > BETWEEN * (depth + most):
             return k, replace(result, status="not converged", reason=_refine(where))
     return None
 
