@@ -90,7 +90,8 @@ def contact_maps(number: int, bodies: Sequence[ElasticBody], interfaces: Sequenc
     if len(bodies) == 1 and all(face.primary is None for face in interfaces):
         place = places(body, interfaces)
         frame = body.data.contact_frame
-        if np.array_equal(np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[place]):
+        once = len(place) == len(body.contact)  # a part may be the secondary of two contacts
+        if once and np.array_equal(np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[place]):
             return _Reordered((k * place[:, None] + np.arange(k)).ravel())
     seen, carried = list[_Triples](), list[_Triples]()
     for face, where in zip(interfaces, slices(interfaces).values(), strict=True):

@@ -208,9 +208,9 @@ class AdaptiveSolve:
         discrete = discretise(self.problem, make, self.law)
         largest = max(mesh.n_nodes for mesh in discrete.meshes)
         changes: dict[str, Any] = {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
-        if self.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
+        if discrete.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
             changes["mat_type"] = "dense"
-        bem, method = self.problem.bem.model_copy(update=changes), self.problem.method
+        bem, method = discrete.problem.bem.model_copy(update=changes), self.problem.method
         if self.solutions:
             # where sets cycle there may be no solution
             needed = max((step.iterations for step in self.solutions[-1].steps), default=0)
