@@ -336,14 +336,14 @@ def test_an_accuracy_beside_a_mesh_is_refused():
 
 def test_a_contact_that_is_smaller_than_panels_is_resolved_by_the_next_mesh(monkeypatch):
     """A ball of steel on a plate: Hertz' circle is a thirtieth of its radius, an eighth of a panel of the first mesh."""
-    monkeypatch.setattr(quantity, "BUDGETS", {key: Budget(1000, 1000.0) for key in (False, True)})
+    monkeypatch.setattr(quantity, "BUDGETS", {key: Budget(950, 1000.0) for key in (False, True)})
     top = {"part": "top", "condition": "traction", "value": [0.0, 0.0, -1000.0 / (4.0 * np.pi * 10.0**2 / 6.0)]}
     ball = {"name": "ball", "material": {"young_modulus": 210e3, "poisson_ratio": 0.3}, "boundary": [top],
             "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 10.0], "radius": 10.0}}  # fmt: skip
     contact = {"name": "pair", "secondary": "ball.bottom", "primary": "floor", "gap": "z", "direction": [0.0, 0.0, -1.0]}
     solution = solve(parse(Problem, {"body": [ball], "obstacle": [{"name": "floor"}], "contact": [contact]}, ""))
     radius, pair = np.cbrt(0.75 * 1000.0 * 10.0 * (1.0 - 0.3**2) / 210e3), solution.pairs["pair"]
-    assert solution.converged and len(solution.info["estimates"]) == 2
+    assert solution.converged and solution.info["estimates"][0] > 0.7 and solution.info["estimates"][1] < 0.3
     assert pair.pressure.max() == pytest.approx(1500.0 / (np.pi * radius**2), rel=0.03)
     assert pair.weight[pair.pressure > 0.0].sum() == pytest.approx(np.pi * radius**2, rel=0.15)
 
