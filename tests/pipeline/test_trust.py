@@ -162,6 +162,22 @@ def test_overlap_between_nodes_counts_at_the_end_of_a_step(loaded, increments, w
     assert any("before its end" in warning for warning in solution.info["warnings"]) == warned
 
 
+def test_a_step_that_only_begins_a_contact_is_judged_beside_the_others(loaded):
+    """An overlap at the end of a step is accepted where another step displaces ten times as much, and told."""
+    steps = "".join(f"""[[step]]
+name = "{name}"
+[[step.boundary]]
+body = "body"
+part = "top"
+value = [0.0, {-push!r}]
+""" for name, push in (("touch", 1e-5), ("press", 0.01), ("away", 0.0)))  # fmt: skip
+    mesh = "[mesh]\nelement_size = 0.1\norder = 2\n"
+    pressed, lifted = (solve(light(loaded, 1.0, mesh=mesh + part)) for part in (steps, steps.replace("0.01]", "1e-05]")))
+    assert pressed.converged and [step.name for step in pressed.steps] == ["touch", "press", "away"]
+    assert ["'touch': surfaces overlap" in warning for warning in pressed.info["warnings"] if "overlap" in warning] == [True]
+    assert lifted.failed.name == "touch" and "by 1e-05 at (0.123457, 0)" in lifted.reason
+
+
 def test_overlap_between_nodes_is_found_in_space(loaded):
     """A sphere whose lowest point is no node, pushed by less than what lies between it and the nodes around it."""
     solution = solve(loaded(SPHERE))
