@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Sequence
 from typing import Protocol
@@ -199,11 +200,15 @@ class _Combined:
     def matrices(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
         return self.displacement, self.traction
 
+    @functools.cached_property
+    def _onto_body(self) -> scipy.sparse.csc_array:
+        return scipy.sparse.csc_array(self.traction.T)
+
     def seen(self, moved: Array) -> Array:
         return np.asarray(self.displacement @ moved)
 
     def carried(self, sigma: Array) -> Array:
-        return np.asarray(self.traction.T @ sigma)
+        return np.asarray(self._onto_body @ sigma)
 
     def felt(self, work: Array) -> Array:
         return np.asarray(self.traction @ work)
