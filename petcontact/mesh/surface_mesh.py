@@ -138,6 +138,15 @@ class SurfaceMesh(Collocated):
         corners, order = (3 if kind & TRIANGLE else 4), kind % TRIANGLE
         return monomials(reference_nodes(corners, order)[0], reference_nodes(corners, max(order - less, 0))[1])
 
+    @property
+    def places(self) -> Array:
+        """Local coordinates of all nodes on their panels, (n, 2) [-]."""
+        result = np.empty((self.n_nodes, 2))
+        for panels in self._groups.values():
+            here = self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)
+            result[here.ravel()] = panels.nodes.reshape(-1, 2)
+        return result
+
     def batches(self) -> list[Batch]:
         """All panels, grouped by shape and order."""
         return [Batch(panels, (self.first_node[panels.index][:, None] + np.arange(panels.n_nodes)).ravel())

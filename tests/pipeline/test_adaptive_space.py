@@ -73,8 +73,8 @@ def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
     problem = parse(Problem, hertz(), "hertz")
     solution = adapt(problem, 0.05) if asked else solve(problem)
     assert solution.info["estimated_error"] > 0.05
-    said = "at most 300 nodes and 10 s of processor time are allowed; "
-    said += "a [mesh] of your own may have more" if asked else "--accuracy 0.02 allows 300 nodes"
+    said = "is 300 nodes and 10 s of processor time; "
+    said += "a [mesh] of your own may have more" if asked else "--accuracy 0.02 goes on, to at most 300 nodes"
     if asked:
         assert solution.status == "not converged" and said in solution.reason
     else:

@@ -20,7 +20,7 @@ from ..discrete.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
 from ..trust.known_data import missed_data
 from .difference import difference, displacement_difference
-from .order_below import beside_error
+from .order_below import beside_error, whole_error
 from .slip import contact_lines, displacement_scale
 from .tails import TailErrors
 
@@ -59,6 +59,9 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
     curves = all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values())
     reason = "" if carries_something(solution) or not solution.nodes else "contact carries nothing"
     if not solution.nodes and not curves:
+        error = whole_error(solution, lambda make: _again(solution, make, comm, law))
+        if math.isfinite(error):
+            return _estimated(solution, {"estimated_error": min(error, 1.0)})
         reason = "compare with a finer mesh"
     if not reason and not curves:
         beside = beside_error(solution, lambda make: _again(solution, make, comm, law)) if solution.bilateral else math.nan

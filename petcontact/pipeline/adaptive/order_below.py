@@ -1,4 +1,4 @@
-"""The error of u_t that comes from the faces beside the contact: the same contact beside panels of the order below."""
+"""Errors by panels of the order below: of u_t, what faces beside the contact add, and of u where there is no contact."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.shapes.files import Superelement
 from ...refinement.corner_exponents import SLIDING
 from ...refinement.panels.edges import edge_exponent
+from ...results.records import step_ends
 from ...results.solution import Solution
 from ..discrete.discretise import MeshMaker
 from .slip import displacement_scale
@@ -70,6 +71,9 @@ def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
     from_file = isinstance(solution.problem.body[0].geometry, Superelement)
     if from_file or mesh.n_nodes > MOST or len(order) == 0 or order.min() < 2:
         return math.nan
+    sticks = set(solution.contact.part[solution.contact.state == STICK].tolist())
+    kinds = dict.fromkeys(set(solution.contact.part.tolist()) - sticks, (SLIDING,))
+    gained = SURE * share(int(order.max()), edge_exponent(mesh, solution.problem.body[0], kinds))
     below = order_below(mesh, ~contact)
     try:
         other = solved_on(lambda number, one, boundary: below)
@@ -78,10 +82,43 @@ def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
     if not other.converged:
         return math.nan
     apart = solution.contact.weight @ np.sum((other.contact.u_t - solution.contact.u_t) ** 2, axis=1)
-    sticks = set(solution.contact.part[solution.contact.state == STICK].tolist())
-    kinds = dict.fromkeys(set(solution.contact.part.tolist()) - sticks, (SLIDING,))
-    exponent = edge_exponent(mesh, solution.problem.body[0], kinds)
-    return SURE * share(int(order.max()), exponent) * math.sqrt(float(apart)) / displacement_scale(solution)
+    return gained * math.sqrt(float(apart)) / displacement_scale(solution)
+
+
+def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
+    """Error of u of bodies without contact, in L2 over ‖u‖, the largest over bodies and step ends: a `share` of what it
+    changes by where all panels are of the order below.
+
+    Parameters
+    ----------
+    solution, solved_on
+        As in `beside_error`.
+
+    Returns
+    -------
+    float
+        nan where it is not known: with panels of order 0, and on more than `MOST` nodes.
+    """
+    meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+    from_file = any(isinstance(body.geometry, Superelement) for body in solution.problem.body)
+    if from_file or max(mesh.n_nodes for mesh in meshes) > MOST or min(mesh.order.min() for mesh in meshes) < 1:
+        return math.nan
+    gained = [SURE * share(int(mesh.order.max()), edge_exponent(mesh, body))
+              for mesh, body in zip(meshes, solution.problem.body, strict=True)]  # fmt: skip
+    below = [order_below(mesh, np.ones(mesh.n_elements, dtype=bool)) for mesh in meshes]
+    try:
+        other = solved_on(lambda number, one, boundary: below[number])
+    except PetcontactError:  # data given for the nodes of one mesh
+        return math.nan
+    if not other.converged:
+        return math.nan
+    worst = 0.0
+    for one, lower in zip(step_ends(solution.steps), step_ends(other.steps), strict=True):
+        for k, (body, changed) in enumerate(zip(one.bodies.values(), lower.bodies.values(), strict=True)):
+            weight, apart = meshes[k].weight, below[k].basis_at(meshes[k].element, meshes[k].places) @ changed.u - body.u
+            size, error = (math.sqrt(float(weight @ np.sum(values**2, axis=1))) for values in (body.u, apart))
+            worst = max(worst, gained[k] * error / size if size > 0.0 else 0.0)
+    return worst
 
 
 def order_below(mesh: SurfaceMesh, marked: Mask) -> SurfaceMesh:

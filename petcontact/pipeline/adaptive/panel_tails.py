@@ -81,7 +81,7 @@ class PanelTails:
         self.estimate, self.wanted, self.asked, self.exhausted = math.inf, self.accuracy, False, ""
         self._problem, self._sides = problem, interfaces_of(problem)
         self._estimates: list[float] = []
-        self._resultants = math.nan
+        self._resultants, self._motions = math.nan, 0
         self._last: Solution | None = None
         self._meshes: list[BoundaryMesh] = []
         self._elliptic = EllipticContacts(problem)
@@ -112,6 +112,7 @@ class PanelTails:
 
     def start(self, problem: PreparedProblem) -> Start | None:
         """The first increment of the last solution."""
+        self._motions = sum(free.shape[2] for free in problem.discrete.motions)
         if self._last is None:
             return None
         return carried_over(problem, replace(self._last, steps=self._last.steps[:1]))
@@ -297,7 +298,7 @@ class PanelTails:
         return finer, [parents(mesh, mine) for mesh, mine in zip(meshes, marked, strict=True)]
 
     def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
-        return beyond_budget(self._problem, meshes, len(solution.steps), self.wanted, self.asked)
+        return beyond_budget(self._problem, meshes, (len(solution.steps), self._motions), self.wanted, self.asked)
 
     def apart(self, solution: Solution) -> float:
         """Relative difference of p and q between the last solution and one by another method on the same mesh."""

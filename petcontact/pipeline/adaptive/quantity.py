@@ -95,19 +95,25 @@ class Quantity(Protocol):
     def info(self) -> dict[str, Any]: ...
 
 
-def beyond_budget(problem: Problem, meshes: Sequence[BoundaryMesh], increments: int, wanted: float, asked: bool) -> str:
-    """What solves of increments on meshes in space cost beyond the budget or the memory; nothing where they fit."""
+def beyond_budget(
+    problem: Problem, meshes: Sequence[BoundaryMesh], counts: tuple[int, int], wanted: float, asked: bool
+) -> str:
+    """What solves on meshes in space cost beyond the budget or the memory; nothing where they fit.
+
+    `counts` are those of increments, and of motions that only contact holds.
+    """
     sides = interfaces_of(problem)
     bem = suitable_bem(resolved_bem(problem.bem), [(side.body, side.part) for side in sides], meshes)
     given, pairs = BUDGETS[asked], max(1.0, 0.5 * len(meshes))
     budget = Budget(int(pairs * given.nodes), pairs * given.seconds)
     nodes = sum(mesh.n_nodes for mesh in meshes)
-    seconds = solve_seconds(bem, meshes, increments)
+    seconds = solve_seconds(bem, meshes, *counts)
     if nodes > budget.nodes or seconds > budget.seconds:
-        most = BUDGETS[True]
-        allowed = f"--accuracy {wanted:g} allows {Budget(int(pairs * most.nodes), pairs * most.seconds)}"
-        more = "a [mesh] of your own may have more" if asked else allowed
-        return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, at most {budget} are allowed; {more}"
+        most = Budget(int(pairs * BUDGETS[True].nodes), pairs * BUDGETS[True].seconds)
+        goes_on = f"--accuracy {wanted:g} goes on, to at most {most}"
+        more = "a [mesh] of your own may have more" if asked else goes_on
+        kind = "" if asked else " where no accuracy is named"
+        return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is {budget}; {more}"
     faces = [(side.body, side.part) for side in sides]
     both = [*faces, *(side.primary for side in sides if side.primary is not None)]
     dense = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]

@@ -170,7 +170,7 @@ class TailErrors:
         area = np.bincount(mesh.element, mesh.weight)
         share = max(area[slips].sum() / area[contact].sum(), 1.0 / np.count_nonzero(contact))
         of_u = np.bincount(mesh.element, mesh.weight * tails.of(body.u, OF_SLIP, 1.0) ** 2)
-        of_t = np.bincount(mesh.element, mesh.weight * tails.of(body.traction, (1.0,), 1.0) ** 2)
+        of_t = np.bincount(mesh.element, mesh.weight * tails.of(body.traction, (1.0,), 1.0) ** 2) * tails.based_squares
         compliance = kernel_for(mesh, solution.problem.body[0].material).half_space_compliance
         beside = BESIDE**2 * faded(mesh, contact) * of_u + (HELD * compliance * self._sizes[0]) ** 2 * of_t
         linear, higher = contact & (mesh.order == 1), contact & (mesh.order > 1) & ~sticks

@@ -34,7 +34,8 @@ class TractionErrors:
     def __call__(self, pressure: Array, sigma_t: Array, state: States) -> tuple[Array, Array]:
         """Of p (m,) and σ_t (m, d-1), (m,) each [stress]."""
         states = state == OPEN, state == SLIP
-        return self._tails.of_pressure(pressure, *states), self._tails.of_contact(sigma_t, *states)
+        error = self._tails.of_pressure(pressure, *states)
+        return error, self._tails.of_shear(sigma_t, pressure, error, *states)
 
 
 def traction_errors(discrete: Discrete) -> list[TractionErrors]:
