@@ -89,7 +89,7 @@ def _step_result(
     ends = increment.target == 1.0 and increment.number == len(problem.steps)
     if status == "converged" and (doubt := objection(residuals, overlap.between if ends else 0.0, overlap.where)):
         status, reason = "not converged", doubt
-    elif status == "converged" and not (worst := max(tangential, *normal)) <= LAW:
+    elif status == "converged" and not (worst := max(tangential, residuals["normal"])) <= LAW:
         status, reason = "not converged", f"the law of contact is missed by {worst:.1e} of the tractions of a pair"
     elif status == "converged" and overlap.where:
         reason = f"{reason}; {OVERLAPPING}: {overlap.where}"
