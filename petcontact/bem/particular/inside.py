@@ -53,7 +53,7 @@ class InsideLoads:
         return u + pushed, stress + stressed, normal
 
     def points_at(self, x: Array) -> tuple[Array, Array]:
-        """u and σ of point forces alone, which `without` leaves in: the boundary's stress has them, the integrals have not."""
+        """u and σ of point forces alone, which `without` leaves in: the boundary stress has them, the integrals have not."""
         m, d = x.shape
         if not len(self.point):
             return np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2))

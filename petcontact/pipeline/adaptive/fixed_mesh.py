@@ -159,7 +159,7 @@ def _difference(solution: Solution, other: Solution) -> dict[str, Any]:
 
 
 def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:
-    """The mesh with pairs of neighbouring elements of each side joined, an odd one left, or a third one joined, in the middle.
+    """The mesh with pairs of neighbouring elements of each side joined, one left, or a third one joined, in the middle.
 
     Both ends of a side, where errors are largest, have joined elements, and a side run through backwards has the same ones.
     """
