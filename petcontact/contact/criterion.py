@@ -24,6 +24,9 @@ small only because ρ is far off is no convergence."""
 
 FLOOR = 1e-3
 """Of the size of u_0: displacements below it are compared with it and not with themselves, as where all nodes stick."""
+STILL = 1e-8
+"""Of the displacement of all pairs: one that moves less is compared with it. Compressed operators leave 1e-11 where a side
+of a period does not move."""
 
 
 @frozen
@@ -118,19 +121,21 @@ def natural_residuals(
 ) -> tuple[float, ...]:
     """‖R_ρ‖/‖σ‖ of each group of components, the largest of some pairs, each with its own σ and balanced ρ.
 
-    A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the tractions of another; a pair
-    without tractions has 0 or 1, see `over_traction`.
+    A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the tractions of another; one
+    that does not move beside others is not measured by the round-off of its displacement; a pair without tractions has 0 or
+    1, see `over_traction`.
     """
     displaced, sizes, found = moves(law, system, v), list[float](), [[0.0] * len(law.groups)]
     least = system.u_0 if len(law.groups) == 1 else displaced  # where all nodes stick v is round-off
     rho, common = np.empty(sigma.shape), None
     # what a rigid obstacle that is bonded to a body does to it is a motion, and strains it all the same
     strained = displaced if system.modes is None else system.apply(sigma)
+    still = STILL * contact_norm(displaced, system.weight)
     for pair in pairs:
         both = (x[pair] for x in (sigma, displaced, strained, least))
         (size, *tractions), (_, *moving), (_, *straining), (floor, *_) = group_norms(system.weight[pair], law.groups, *both)
         for group, traction, moved, own in zip(law.groups, tractions, moving, straining, strict=True):
-            rho[pair, group] = balance = ratio(max(moved, FLOOR * max(floor, own)), traction or size, 0.0)
+            rho[pair, group] = balance = ratio(max(moved, still, FLOOR * max(floor, own)), traction or size, 0.0)
             if balance == 0.0:
                 common = balanced(law, system, v, sigma)[0] if common is None else common
                 rho[pair, group] = np.broadcast_to(common, law.k)[group]

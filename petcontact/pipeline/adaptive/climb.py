@@ -32,6 +32,7 @@ from ..discrete.interfaces import interfaces_of
 from ..eliminate import Announce
 from ..run import prepare, reported, run, unreported, with_paths
 from ..steps.increment import Monitor, PreparedProblem
+from ..steps.load_steps import known_factors
 from .fixed_mesh import MOST, carries_something, with_estimate
 from .panel_tails import PanelTails
 from .quantity import Quantity, Reached, short_of
@@ -196,7 +197,8 @@ class AdaptiveSolve:
 
         with answering(self.comm):
             self.discrete, self._tried = self._prepared(make)
-        self._tried = problem = replace(self._tried, start=self.quantity.start(self._tried))
+        factors = known_factors(self.solutions[-1], self.quantity.estimate) if self.solutions else {}
+        self._tried = problem = replace(self._tried, start=self.quantity.start(self._tried), factors=factors)
         solution = unreported(problem, self.monitor)
         if _is_large(self.discrete):
             solution = reported(problem, solution)
