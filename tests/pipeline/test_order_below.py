@@ -73,3 +73,28 @@ def test_flat_panels_stay():
     mesh = solve(block(2, 0.5)).mesh
     below = order_below(mesh, mesh.part == 0)
     assert np.array_equal(below.corners, mesh.corners) and np.all(np.isnan(below.middles))
+
+
+@pytest.mark.parametrize("order, most", [(1, 6.0), (2, 4.0)])
+def test_without_contact_the_error_of_u_is_bounded(order, most):
+    """A block held at one face and pulled at another, against panels of half the size; from constants to linears much changes."""
+
+    def pulled(order, size):
+        sides = [{"part": part, "condition": "traction", "value": [0.0, 0.03, 0.04] if part == "left" else [0.0] * 3}
+                 for part in ("left", "right", "front", "back", "bottom")]  # fmt: skip
+        return solve(parse(Problem, {
+            "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"order": order, "element_size": size},
+            "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0, 1.0, 1.5]},
+            "boundary": [{"part": "top", "condition": "displacement", "value": [0.0] * 3}, *sides],
+        }, "pulled"))  # fmt: skip
+
+    solution, fine = pulled(order, 0.5), pulled(2, 0.25)
+    wrong = []
+    for part in fine.mesh.part_names:
+        nodes, (numbers, faces) = fine.mesh.nodes_of(part), solution.mesh.faces(part)
+        hits = faces.cast(fine.mesh.x[nodes] + 0.1 * fine.mesh.normal[nodes], -fine.mesh.normal[nodes])
+        assert np.all(hits.face >= 0)
+        there = solution.mesh.basis_at(numbers[hits.face], hits.place) @ solution.u - fine.u[nodes]
+        wrong.append(fine.mesh.weight[nodes] @ np.sum(there**2, axis=1))
+    true = math.sqrt(sum(wrong) / (fine.mesh.weight @ np.sum(fine.u**2, axis=1)))
+    assert 1.0 < solution.info["estimated_error"] / true < most

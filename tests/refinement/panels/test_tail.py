@@ -116,3 +116,28 @@ def test_panels_closed_to_the_rim_count_by_the_power_there():
     first = mesh.element[nodes] == mesh.element[nodes[0]]
     strong, weak = (Tails(mesh, nodes, (power, 0.1)).of_contact(x, none, first) for power in (0.5, 0.0))
     assert np.all(strong >= weak) and strong.max() > weak.max() and np.array_equal(strong[first], weak[first])
+
+
+def test_a_fall_towards_the_rim_does_not_hide_the_rise_there_from_linear_elements():
+    """p falls to a rim and rises in its last panel, which it leaves as it entered: no slope, yet an error."""
+    mesh = box_mesh(BOX, lambda part: 0.25, 1, 1.0)
+    nodes = mesh.nodes_of("top")
+    x, closed = mesh.x[nodes, 0], np.zeros(len(nodes), dtype=bool)
+    tails, last = Tails(mesh, nodes), x > 1.75
+    away = (x - 1.75)[:, None]
+    for fall, least in ((1.0, 0.04), (0.0, 0.0)):
+        found = tails.of_contact(np.where(last[:, None], 0.0, -fall * away), closed)[last]
+        assert found.min() >= least and (fall or found.max() < 1e-12)
+
+
+def test_kinks_of_shear_at_a_rim_are_not_taken_for_its_singularity():
+    mesh = box_mesh(BOX, lambda part: 1.0, 3, 1.0)
+    nodes = mesh.nodes_of("top")
+    x, closed = mesh.x[nodes, 0], np.zeros(len(nodes), dtype=bool)
+    slips, p = x > 1.9, np.ones(len(nodes))
+    q, tails = np.column_stack([np.minimum(x, 1.9), 0.0 * x]), Tails(mesh, nodes, (0.4, 0.4))
+    kinked = x > 1.0
+    whole, found = tails.of_contact(q, closed, slips), tails.of_shear(q, p, 0.0 * p, closed, slips)
+    assert np.all(found[kinked] < 0.8 * whole[kinked]) and np.all(found[kinked] > 0.0)
+    with_p = tails.of_shear(q, p, 1.0 * p, closed, slips)[kinked]
+    assert with_p == pytest.approx(np.hypot(found[kinked], 1.9), rel=0.02)
