@@ -9,7 +9,6 @@ import gc
 import importlib
 import os
 import sys
-import types
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
@@ -134,29 +133,12 @@ def _command(arguments: Sequence[str]) -> int:
     return int(module.run(command.parse_all(ours[1:]), theirs))
 
 
-def _without_plugins() -> None:
-    """No plugins of pydantic, unless the environment says otherwise: what finds them reads the metadata of every installed
-    package, and by itself loads the library's modules for mail, sockets and archives."""
-    if os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__") != "__all__":
-        return
-    stand_in: Any = types.ModuleType("pydantic.plugin._loader")
-
-    def of_the_loader(name: str) -> Any:
-        if name.startswith("__"):
-            raise AttributeError(name)
-        sys.modules.pop(stand_in.__name__, None)
-        return getattr(importlib.import_module(stand_in.__name__), name)
-
-    stand_in.get_plugins, stand_in.__getattr__ = tuple, of_the_loader
-    sys.modules.setdefault(stand_in.__name__, stand_in)
-
-
 def entry() -> NoReturn:
     """The console script."""
     # start-up makes 1e5 objects that live as long as the process: to look for rubbish among them costs more than
     # all the rubbish weighs, and at the end most
     gc.set_threshold(200_000, 20, 20)
-    _without_plugins()
+    os.environ.setdefault("PYDANTIC_DISABLE_PLUGINS", "__all__")  # it would read the metadata of every installed package
     status = main()
     if not status and sys.modules.keys().isdisjoint(("petsc4py.PETSc", "mpi4py.MPI")):
         # all is written: to take the objects of all modules apart takes longer than to give their memory back
