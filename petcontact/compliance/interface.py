@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Sequence
 from typing import Protocol
@@ -90,7 +91,8 @@ def contact_maps(number: int, bodies: Sequence[ElasticBody], interfaces: Sequenc
     if len(bodies) == 1 and all(face.primary is None for face in interfaces):
         place = places(body, interfaces)
         frame = body.data.contact_frame
-        if np.array_equal(np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[place]):
+        once = len(place) == len(body.contact)  # a part may be the secondary of two contacts
+        if once and np.array_equal(np.concatenate([frame[:0], *(face.directions for face in interfaces)]), frame[place]):
             return _Reordered((k * place[:, None] + np.arange(k)).ravel())
     seen, carried = list[_Triples](), list[_Triples]()
     for face, where in zip(interfaces, slices(interfaces).values(), strict=True):
@@ -198,11 +200,15 @@ class _Combined:
     def matrices(self) -> tuple[scipy.sparse.csr_array, scipy.sparse.csr_array]:
         return self.displacement, self.traction
 
+    @functools.cached_property
+    def _onto_body(self) -> scipy.sparse.csc_array:
+        return scipy.sparse.csc_array(self.traction.T)
+
     def seen(self, moved: Array) -> Array:
         return np.asarray(self.displacement @ moved)
 
     def carried(self, sigma: Array) -> Array:
-        return np.asarray(self.traction.T @ sigma)
+        return np.asarray(self._onto_body @ sigma)
 
     def felt(self, work: Array) -> Array:
         return np.asarray(self.traction @ work)

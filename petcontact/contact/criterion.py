@@ -24,6 +24,9 @@ small only because ρ is far off is no convergence."""
 
 FLOOR = 1e-3
 """Of the size of u_0: displacements below it are compared with it and not with themselves, as where all nodes stick."""
+STILL = 1e-8
+"""Of the displacement of all pairs: one that moves less is compared with it. Compressed operators leave 1e-11 where a side
+of a period does not move."""
 
 
 @frozen
@@ -92,25 +95,26 @@ def relative_residual(
     `scale` is the largest ‖σ‖ seen so far: where friction vanishes σ itself does, and cannot be its own measure.
     """
     rho, _, traction = balanced(law, system, v, sigma, fallback)
-    residual, weight = law_residual(law, v, sigma, rho), system.weight
-    left = contact_norm(residual, weight)
-    scaled = rho * digits(system, v)
-    return over_traction(left, scaled, scaled, max(traction, scale), weight)
+    (left, _), (scaled, _) = group_norms(system.weight, (slice(0, law.k),), law_residual(law, v, sigma, rho),
+                                         rho * digits(system, v))  # fmt: skip
+    return over_traction(left, scaled, scaled, max(traction, scale))
 
 
-def over_traction(left: float, scaled: Array, scaled_v: Array, traction: float, weight: Array) -> float:
+def over_traction(left: float, scaled: float, scaled_v: float, traction: float) -> float:
     """‖R_ρ‖/‖σ‖ of both norms, 0 where ‖R_ρ‖ is the round-off of ρ times what v is the sum of; where σ = 0 the law holds, 0,
     or not, 1, but for round-off of ρ times v, or that sum: a gap is no measure of a light touch."""
-    if left <= DIGITS * contact_norm(scaled, weight):
+    if left <= DIGITS * scaled:
         return 0.0
     if traction > 0.0:
         return left / traction
-    return float(left > ROUND_OFF * contact_norm(scaled_v, weight))
+    return float(left > ROUND_OFF * scaled_v)
 
 
 def digits(system: ContactSystem, v: Array) -> Array:
     """What v (m, k) is the sum of, whose round-off it has: of a body that only expands on a floor v is nothing else."""
-    return np.asarray(np.abs(v) + np.abs(system.u_0))
+    sizes = np.abs(v)
+    sizes += np.abs(system.u_0)
+    return sizes
 
 
 def natural_residuals(
@@ -118,19 +122,21 @@ def natural_residuals(
 ) -> tuple[float, ...]:
     """‖R_ρ‖/‖σ‖ of each group of components, the largest of some pairs, each with its own σ and balanced ρ.
 
-    A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the tractions of another; a pair
-    without tractions has 0 or 1, see `over_traction`.
+    A pair is a slice of the nodes. What sticks or presses lightly in one is not lost beside the tractions of another; one
+    that does not move beside others is not measured by the round-off of its displacement; a pair without tractions has 0 or
+    1, see `over_traction`.
     """
     displaced, sizes, found = moves(law, system, v), list[float](), [[0.0] * len(law.groups)]
     least = system.u_0 if len(law.groups) == 1 else displaced  # where all nodes stick v is round-off
     rho, common = np.empty(sigma.shape), None
     # what a rigid obstacle that is bonded to a body does to it is a motion, and strains it all the same
     strained = displaced if system.modes is None else system.apply(sigma)
+    still = STILL * contact_norm(displaced, system.weight)
     for pair in pairs:
         both = (x[pair] for x in (sigma, displaced, strained, least))
         (size, *tractions), (_, *moving), (_, *straining), (floor, *_) = group_norms(system.weight[pair], law.groups, *both)
         for group, traction, moved, own in zip(law.groups, tractions, moving, straining, strict=True):
-            rho[pair, group] = balance = ratio(max(moved, FLOOR * max(floor, own)), traction or size, 0.0)
+            rho[pair, group] = balance = ratio(max(moved, still, FLOOR * max(floor, own)), traction or size, 0.0)
             if balance == 0.0:
                 common = balanced(law, system, v, sigma)[0] if common is None else common
                 rho[pair, group] = np.broadcast_to(common, law.k)[group]
@@ -138,11 +144,8 @@ def natural_residuals(
     residual = law_residual(law, v, sigma, rho)
     scaled = rho * digits(system, v)
     for pair, size in zip(pairs, sizes, strict=True):
-        weight = system.weight[pair]
-        ((_, *left),) = group_norms(weight, law.groups, residual[pair])
-        found.append(
-            [over_traction(a, scaled[pair, g], scaled[pair, g], size, weight) for a, g in zip(left, law.groups, strict=True)]
-        )
+        (_, *left), (_, *of) = group_norms(system.weight[pair], law.groups, residual[pair], scaled[pair])
+        found.append([over_traction(a, b, b, size) for a, b in zip(left, of, strict=True)])
     return tuple(max(column, key=lambda value: (value != value, value)) for column in zip(*found, strict=True))
 
 

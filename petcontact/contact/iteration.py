@@ -138,8 +138,8 @@ class Recorder:
     def relative(self, v: Array, sigma: Array) -> float:
         """Residual of the law, ‖R_ρ‖/‖σ‖, of an iterate (`relative_residual`)."""
         known = self.judged(v, sigma)
-        scaled = known.rho * digits(self.system, v)
-        return over_traction(known.left, scaled, known.rho * v, known.traction, self.system.weight)
+        (scaled,), (scaled_v,) = group_norms(self.system.weight, (), known.rho * digits(self.system, v), known.rho * v)
+        return over_traction(known.left, scaled, scaled_v, known.traction)
 
     def within_limits(self, v: Array, sigma: Array, rho: float | Array, tolerance: float) -> Start | None:
         """An iterate that is as good as solved with σ within what the law allows to WITHIN of the bound, and in equilibrium.

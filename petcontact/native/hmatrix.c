@@ -51,21 +51,15 @@ INLINE void fill_block(const Operator *a, int64_t m, const int64_t *rows, int64_
     a->fill(a->context, m, rows, k, columns, out, out + k * a->d * m * a->d);
 }
 
-typedef double Lanes __attribute__((vector_size(8 * sizeof(double)), aligned(sizeof(double)), may_alias));
 typedef float Singles __attribute__((vector_size(8 * sizeof(float)), aligned(sizeof(float)), may_alias));
-
-INLINE double total(Lanes lane)
-{
-    return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
-}
 
 INLINE double dot(const double *x, const double *y, int64_t n)
 {
-    Lanes lane = {0.0};
+    Quad sums[2] = {{0.0}};
     int64_t j = 0;
     for (; j + 8 <= n; j += 8)
-        lane += *(const Lanes *)(x + j) * *(const Lanes *)(y + j);
-    double sum = total(lane);
+        add_products(x + j, y + j, sums);
+    double sum = total(sums);
     for (; j < n; j++)
         sum += x[j] * y[j];
     return sum;
@@ -76,14 +70,14 @@ INLINE void dots(int64_t k, const double *rows, const double *x, int64_t n, doub
 {
     int64_t l = 0;
     for (; l + 4 <= k; l += 4) {
-        Lanes lane[4] = {{0.0}, {0.0}, {0.0}, {0.0}};
+        Quad sums[4][2] = {{{0.0}}};
         const double *r = rows + l * n;
         int64_t j = 0;
         for (; j + 8 <= n; j += 8)
             for (int i = 0; i < 4; i++)
-                lane[i] += *(const Lanes *)(r + i * n + j) * *(const Lanes *)(x + j);
+                add_products(r + i * n + j, x + j, sums[i]);
         for (int i = 0; i < 4; i++) {
-            out[l + i] = total(lane[i]);
+            out[l + i] = total(sums[i]);
             for (int64_t h = j; h < n; h++)
                 out[l + i] += r[i * n + h] * x[h];
         }
@@ -525,7 +519,7 @@ INLINE void fetch_ahead(const void *at, size_t bytes)
 #define PRODUCTS(NAME, TYPE, ROOM, SCALE)                                                                                   \
     INLINE double NAME##_dot(const TYPE *a, const double *x, int64_t n)                                                     \
     {                                                                                                                       \
-        Lanes lane = {0.0}, other = {0.0};                                                                                  \
+        Quad sums[4] = {{0.0}};                                                                                             \
         double wide[TILE];                                                                                                  \
         for (int64_t first = 0; first < n; first += TILE) {                                                                 \
             const int64_t some = n - first < TILE ? n - first : TILE;                                                       \
@@ -533,11 +527,13 @@ INLINE void fetch_ahead(const void *at, size_t bytes)
             for (int64_t j = 0; j < some / FULL * FULL; j++)                                                                              \
                 wide[j] = a[first + j];                                                                                     \
             for (int64_t j = 0; j < some; j += 16) {                                                                        \
-                lane += *(const Lanes *)(wide + j) * *(const Lanes *)(x + first + j);                                       \
-                other += *(const Lanes *)(wide + j + 8) * *(const Lanes *)(x + first + j + 8);                              \
+                add_products(wide + j, x + first + j, sums);                                                                \
+                add_products(wide + j + 8, x + first + j + 8, sums + 2);                                                    \
             }                                                                                                               \
         }                                                                                                                   \
-        return total(lane + other);                                                                                         \
+        sums[0] += sums[2];                                                                                                 \
+        sums[1] += sums[3];                                                                                                 \
+        return total(sums);                                                                                                 \
     }                                                                                                                       \
     /* y += Σ factor[l] a[l, :], four rows at a time */                                                                     \
     INLINE void NAME##_add(const TYPE *a, int64_t k, const double *factor, int64_t n, double *restrict y)                   \

@@ -21,26 +21,16 @@ INLINE Stack stack_of(const int64_t *entry)
     return s;
 }
 
-/* Eight numbers side by side, wherever they lie in memory. */
-typedef double Lanes __attribute__((vector_size(8 * sizeof(double)), aligned(sizeof(double)), may_alias));
-
-INLINE double total(Lanes lane)
-{
-    return ((lane[0] + lane[4]) + (lane[2] + lane[6])) + ((lane[1] + lane[5]) + (lane[3] + lane[7]));
-}
-
 /* Scalar products of `count` rows of q numbers with x. */
 INLINE void rows_times(int count, const double *rows, int64_t q, const double *x, double *result)
 {
-    Lanes lane[4] = {{0.0}, {0.0}, {0.0}, {0.0}};
+    Quad sums[4][2] = {{{0.0}}};
     int64_t whole = q - q % 8;
-    for (int64_t j = 0; j < whole; j += 8) {
-        Lanes factor = *(const Lanes *)(x + j);
+    for (int64_t j = 0; j < whole; j += 8)
         for (int r = 0; r < count; r++)
-            lane[r] += *(const Lanes *)(rows + r * q + j) * factor;
-    }
+            add_products(rows + r * q + j, x + j, sums[r]);
     for (int r = 0; r < count; r++) {
-        result[r] = total(lane[r]);
+        result[r] = total(sums[r]);
         for (int64_t j = whole; j < q; j++)
             result[r] += rows[r * q + j] * x[j];
     }

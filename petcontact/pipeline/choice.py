@@ -184,6 +184,13 @@ def has_compressed(bem: Bem, meshes: Iterable[BoundaryMesh]) -> bool:
     return any(is_compressed(bem, mesh) for mesh in meshes)
 
 
+def suitable_bem(bem: Bem, secondaries: Sequence[tuple[int, str]], meshes: Iterable[BoundaryMesh]) -> Bem:
+    """`[bem]`; dense where no storage is named and a part in space is the secondary of two contacts, for which compressed
+    surfaces are not made. `secondaries` are the numbers of bodies and the parts of all contacts."""
+    twice = len(set(secondaries)) < len(secondaries) and not all(isinstance(mesh, CurveMesh) for mesh in meshes)
+    return bem.model_copy(update={"mat_type": "dense"}) if twice and bem.mat_type == "auto" else bem
+
+
 def chosen_tolerance(bem: Bem, accuracy: float) -> float:
     """Tolerance of compressed surfaces for an error of the solution; NaN where one is given, which then stays [-]."""
     if "hmatrix_tol" in bem.model_fields_set or option("bem_hmatrix_tol") is not None:

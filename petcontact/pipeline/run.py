@@ -32,6 +32,7 @@ from .steps.increment import Monitor, PreparedProblem
 from .steps.load_steps import increments
 from .steps.path import path_warnings
 from .steps.start import finished_before, first_iterate
+from .trust.increments import rough_step
 
 
 def prepare(
@@ -114,6 +115,8 @@ def unreported(problem: PreparedProblem, monitor: Monitor | None, *, checked: bo
                 raise
             status, reason = "failed", str(error)
     seconds, discrete = {**problem.timings, "iterate": time.perf_counter() - began}, problem.discrete
+    if status == "converged" and (rough := rough_step(results)):
+        results = [*results[: rough[0]], rough[1]]
     if results and results[-1].status != "converged":
         results, failed = results[:-1], results[-1]
         status, reason = failed.status, failed.reason

@@ -194,7 +194,8 @@ def _next_to_boundary(increments: Sequence[BodyFields], x: Array, stress: Array)
     if not taken.any():
         return
     rows, free, s, below = rows[taken], free[taken], s[taken, None, None], below[:, taken]
-    rim = np.stack([each.boundary.stress(element[rows], place[rows]) for each in increments], axis=2)
+    rim = np.stack([each.boundary.stress(element[rows], place[rows]) - each.loads.points_at(foot[taken])[1]
+                    for each in increments], axis=2)  # fmt: skip
     share = np.clip(2.0 - s / CLOSE, 0.0, 1.0)
     found = share * rim + (1.0 - share) * stress[rows]
     if free.any():

@@ -31,7 +31,7 @@ PROVENANCE = ("argv", "petsc_options", "versions")
 """Entries of `info` that are attributes of their own as well."""
 RESIDUALS = ("normal", "tangential", "balance", "elastic")
 """Columns of the table of increments."""
-MEASURES = ("equilibrium", "elimination", "overlap")
+MEASURES = ("equilibrium", "elimination", "overlap", "between", "displaced")
 """What else an increment is judged by, attributes only."""
 STILL = ("x", "normal", "tangent", "weight", "arc_length")
 """Of an interface what no increment changes: stored once, by several names."""

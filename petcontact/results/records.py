@@ -170,7 +170,8 @@ class StepResult:
     iterations : int
         Of the method.
     residuals : dict
-        normal, tangential, balance, elastic [-].
+        normal, tangential, balance, elastic, equilibrium, elimination, overlap [-]; between, displaced: the deepest overlap
+        between nodes and what tractions displace there [length].
     pairs, bodies, obstacles : dicts by name
     alpha : (r,) array
         Rigid motions of the bodies.

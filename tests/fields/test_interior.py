@@ -12,11 +12,19 @@ from smooth_field import BODY, STEEL, boundary_data, exact, meshed
 
 import petcontact.fields.interior
 from petcontact import (
+    Body,
+    Box,
+    Circle,
+    Displacement,
     InputError,
     Material,
     MeshOptions,
     OutputError,
+    PointForce,
+    Problem,
     Rectangle,
+    SideBySide,
+    Traction,
     read_solution,
     solve,
     write_solution,
@@ -131,6 +139,38 @@ def test_points_outside_the_body_are_refused(point, message):
     mesh = meshed(element_size=0.4)
     with pytest.raises(InputError, match=message):
         field_at(mesh, *boundary_data(mesh), STEEL, np.array([point]))
+
+
+def test_infinite_plate_around_a_hole_under_pressure():
+    """Lamé: σ_rr = -p a²/r², u_r = p a²/(2µr); the hole lies outside."""
+    hole = SideBySide(loops=[Circle("hole", (0.0, 0.0), 2.0)], exterior=True)
+    plate = Problem(body=[Body("plate", STEEL, hole, MeshOptions(0.3, order=3), [Traction("hole", pressure=3.0)])])
+    solution = solve(plate)
+    r = 2.0 + np.array([0.001, 0.02, 0.3, 4.0, 50.0])
+    at = np.outer(r, [np.cos(0.7), np.sin(0.7)])
+    shear = STEEL.young_modulus / (2.0 + 2.0 * STEEL.poisson_ratio)
+    np.testing.assert_allclose(np.sum(solution.at(at) * at, axis=1) / r, 3.0 * 4.0 / (2.0 * shear * r), rtol=1e-5)
+    state = solution.state_at(at)
+    np.testing.assert_allclose(state.principal[:, [0, 2]] * r[:, None] ** 2, [[12.0, -12.0]] * 5, rtol=1e-4)
+    with pytest.raises(InputError, match=r"\(0.1, 0\) does not lie inside the body \(1 of 2 do not\)"):
+        solution.at([[0.1, 0.0], [3.0, 0.0]])
+
+
+@pytest.mark.parametrize("space", [False, True])
+def test_stress_goes_on_from_the_inside_to_the_boundary_beside_a_point_force(space):
+    d = 2 + space
+    shape = Box((0, 0, 0), (1, 1, 1)) if space else Rectangle((0, 0), (1, 1))
+    sides = ("left", "right", "bottom", "top", "front", "back")[: 2 * d]
+    held = [Displacement("bottom", (0.0,) * d), *(Traction(side, (0.0,) * d) for side in sides if side != "bottom")]
+    force = PointForce(at=[0.45, 0.5, 0.6][:d], force=[0.3, 0.2, 1.0][:d])
+    solution = solve(Problem(material=STEEL, geometry=shape, mesh=MeshOptions(0.5 if space else 0.1, order=3), boundary=held,
+                             point_force=[force]))  # fmt: skip
+    inward = np.array([-1.0, 0.0, 0.0])[:d]
+    foot = np.array([1.0, 0.53, 0.57])[:d]
+    stress = solution.stress_at(foot + np.outer([0.0, 1e-4, 1e-3, 5e-3, 1e-2], inward))
+    size = np.abs(stress[0]).max()
+    assert np.abs(stress[1] - stress[0]).max() < 2e-3 * size
+    assert np.abs(np.diff(stress, axis=0)).max() < 0.1 * size
 
 
 def test_many_points_in_pieces_are_the_same_as_one_by_one(monkeypatch):

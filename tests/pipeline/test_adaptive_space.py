@@ -13,7 +13,8 @@ from petcontact import InputError, Problem, adapt, solve
 from petcontact.mesh.pairs.box_faces import grid_lines
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.base import parse
-from petcontact.pipeline.adaptive import climb, panel_tails
+from petcontact.pipeline import choice
+from petcontact.pipeline.adaptive import climb, panel_tails, quantity
 from petcontact.pipeline.adaptive.panel_tails import PanelTails
 from petcontact.pipeline.adaptive.quantity import Budget
 from petcontact.pipeline.discrete.discretise import discretise
@@ -68,7 +69,7 @@ def test_hertz_is_solved_to_the_wanted_error_on_panels_that_follow_the_contact()
 
 @pytest.mark.parametrize("asked", [False, True])
 def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
-    monkeypatch.setattr(panel_tails, "BUDGETS", {key: Budget(300, 10.0) for key in (False, True)})
+    monkeypatch.setattr(quantity, "BUDGETS", {key: Budget(300, 10.0) for key in (False, True)})
     problem = parse(Problem, hertz(), "hertz")
     solution = adapt(problem, 0.05) if asked else solve(problem)
     assert solution.info["estimated_error"] > 0.05
@@ -82,7 +83,7 @@ def test_a_budget_ends_with_the_estimate_that_it_bought(asked, monkeypatch):
 
 def test_two_blocks_match_on_all_meshes_and_one_mesh_serves_all_steps(monkeypatch):
     monkeypatch.setattr(panel_tails, "FIRST", 9)
-    monkeypatch.setattr(panel_tails, "BUDGETS", {True: Budget(700, 10.0)})
+    monkeypatch.setattr(quantity, "BUDGETS", {True: Budget(700, 10.0)})
 
     def block(name, low, high, *conditions):
         return {"name": name, "material": SOFT, "boundary": list(conditions),
@@ -331,3 +332,34 @@ def test_an_accuracy_beside_a_mesh_is_refused():
     with pytest.raises(InputError, match=r"mesh\.accuracy: is for adaptive meshes"):
         solve(parse(Problem, data, "hertz"))
     assert PanelTails(parse(Problem, hertz(), "hertz")).estimate == np.inf
+
+
+def test_a_contact_that_is_smaller_than_panels_is_resolved_by_the_next_mesh(monkeypatch):
+    """A ball of steel on a plate: Hertz' circle is a thirtieth of its radius, an eighth of a panel of the first mesh."""
+    monkeypatch.setattr(quantity, "BUDGETS", {key: Budget(950, 1000.0) for key in (False, True)})
+    top = {"part": "top", "condition": "traction", "value": [0.0, 0.0, -1000.0 / (4.0 * np.pi * 10.0**2 / 6.0)]}
+    ball = {"name": "ball", "material": {"young_modulus": 210e3, "poisson_ratio": 0.3}, "boundary": [top],
+            "geometry": {"shape": "sphere", "centre": [0.0, 0.0, 10.0], "radius": 10.0}}  # fmt: skip
+    contact = {"name": "pair", "secondary": "ball.bottom", "primary": "floor", "gap": "z", "direction": [0.0, 0.0, -1.0]}
+    solution = solve(parse(Problem, {"body": [ball], "obstacle": [{"name": "floor"}], "contact": [contact]}, ""))
+    radius, pair = np.cbrt(0.75 * 1000.0 * 10.0 * (1.0 - 0.3**2) / 210e3), solution.pairs["pair"]
+    assert solution.converged and solution.info["estimates"][0] > 0.7 and solution.info["estimates"][1] < 0.3
+    assert pair.pressure.max() == pytest.approx(1500.0 / (np.pi * radius**2), rel=0.03)
+    assert pair.weight[pair.pressure > 0.0].sum() == pytest.approx(np.pi * radius**2, rel=0.15)
+
+
+def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):
+    """As of one whose gap is the smaller one; compressed surfaces, which do not take it, are not chosen for it."""
+    monkeypatch.setattr(choice, "SMALLEST_SURFACE", 10)
+    monkeypatch.setattr(choice, "WORTH", 0.0)
+    block = {"name": "block", "material": SOFT, "geometry": {"shape": "box", "lower": [0.0] * 3, "upper": [1.0] * 3},
+             "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0] * 3}],
+             "mesh": {"element_size": 0.5, "order": 1}}  # fmt: skip
+    gaps = {"0": "x**2 - 0.02", "1": "(x - 1)**2 - 0.02", "both": "(0.5 - abs(x - 0.5))**2 - 0.02"}
+    contact = {name: {"name": name, "secondary": "block.top", "primary": name, "gap": gap} for name, gap in gaps.items()}
+    data = {"body": [block], "obstacle": [{"name": name} for name in gaps]}
+    one, two = (solve(parse(Problem, data | {"contact": [contact[name] for name in names]}, ""))
+                for names in (["both"], ["0", "1"]))  # fmt: skip
+    assert "hmatrix" in one.info["solver"] and "hmatrix" not in two.info["solver"]
+    both = two.pairs["0"].pressure + two.pairs["1"].pressure
+    assert both == pytest.approx(one.pairs["both"].pressure, rel=1e-3, abs=1e-3 * both.max()) and both.max() > 0.0

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from petcontact import Problem, solve
 from petcontact.model.base import parse
-from petcontact.pipeline.steps import halves
+from petcontact.pipeline.run import prepare, run
+from petcontact.pipeline.steps import halves, load_steps
+from petcontact.pipeline.steps.load_steps import known_factors
 
 
 def pressed(increments):
@@ -40,3 +44,21 @@ def test_a_contact_that_grows_from_a_point_takes_few_increments_none_solved_twic
     assert np.linalg.norm(q - other) == pytest.approx(0.0, abs=0.03 * np.linalg.norm(other))
     known = {(each.target, id(each.before)) for each in tried}
     assert len(known) == len(tried) < 2.5 * len(found.steps) + 1
+
+
+def test_increments_that_another_mesh_showed_are_taken_as_they_are(monkeypatch):
+    """Nothing is tried that is not kept, unless one of them fails; meshes that show little show no increments."""
+    found = pressed("auto")
+    factors = known_factors(found, 0.1)
+    assert factors == {1: [step.load_factor for step in found.steps]} and known_factors(found, 0.5) == {}
+    prepared = replace(prepare(found.problem), factors=factors)
+    with monkeypatch.context() as patched:
+        patched.setattr(halves, "solved", lambda increment, monitor: pytest.fail("an increment is tried"))
+        again = run(prepared)
+    assert [step.load_factor for step in again.steps] == factors[1]
+    np.testing.assert_allclose(again.pairs["pair"].sigma_t, found.pairs["pair"].sigma_t, atol=1e-12)
+    monkeypatch.setattr(load_steps, "_alone", lambda increment, monitor: None)
+    left = run(prepared)
+    assert left.converged and left.last.load_factor == 1.0
+    q, other = (solution.pairs["pair"].sigma_t for solution in (left, found))
+    assert np.linalg.norm(q - other) < 0.02 * np.linalg.norm(other)

@@ -77,7 +77,7 @@ def test_flat_panels_stay():
 
 @pytest.mark.parametrize("order, most", [(1, 6.0), (2, 4.0)])
 def test_without_contact_the_error_of_u_is_bounded(order, most):
-    """A block held at one face, pulled at another, against panels of half the size; from constants to linears much changes."""
+    """A block held at one face and pulled at another, against panels of half the size; constants are far from linears."""
 
     def pulled(order, size):
         sides = [{"part": part, "condition": "traction", "value": [0.0, 0.03, 0.04] if part == "left" else [0.0] * 3}

@@ -151,6 +151,7 @@ def test_overlap_between_nodes_is_found(loaded, push):
     """Uniform elements of size .1 have no node where surfaces would touch, which overlap by the whole push there."""
     solution = solve(light(loaded, push, mesh="[mesh]\nelement_size = 0.1\norder = 2"))
     assert not solution.converged and f"overlap between nodes: pair 'bottom' by {push:g} at (0.123457, 0)" in solution.reason
+    assert solution.reason.count("refine") == 1
 
 
 @pytest.mark.parametrize(("increments", "warned"), [("20", True), ('"auto"', False)])
@@ -160,6 +161,23 @@ def test_overlap_between_nodes_counts_at_the_end_of_a_step(loaded, increments, w
     solution = solve(light(loaded, 0.0014, mesh=mesh))
     assert solution.converged and "overlap" not in solution.reason
     assert any("before its end" in warning for warning in solution.info["warnings"]) == warned
+
+
+def test_a_step_that_only_begins_a_contact_is_judged_beside_the_others(loaded):
+    """An overlap at the end of a step is accepted where another step displaces ten times as much, and told."""
+    steps = "".join(f"""[[step]]
+name = "{name}"
+[[step.boundary]]
+body = "body"
+part = "top"
+value = [0.0, {-push!r}]
+""" for name, push in (("touch", 1e-5), ("press", 0.01), ("away", 0.0)))  # fmt: skip
+    mesh = "[mesh]\nelement_size = 0.1\norder = 2\n"
+    pressed, lifted = (solve(light(loaded, 1.0, mesh=mesh + part)) for part in (steps, steps.replace("0.01]", "1e-05]")))
+    assert pressed.converged and [step.name for step in pressed.steps] == ["touch", "press", "away"]
+    assert ["'touch': surfaces overlap" in warning for warning in pressed.info["warnings"] if "overlap" in warning] == [True]
+    assert lifted.failed.name == "touch" and "by 1e-05 at (0.123457, 0)" in lifted.reason
+    assert lifted.reason.count("refine") == 1
 
 
 def test_overlap_between_nodes_is_found_in_space(loaded):
@@ -224,6 +242,13 @@ def test_an_elimination_without_digits_is_not_converged(loaded, monkeypatch, siz
     solution = solve(loaded(LOAD, width=size, height=1.0, size=size / 40.0, order=order))
     off = np.abs(solution.tried[-1].pairs["bottom"].pressure - 1.0).max()
     assert not solution.converged or off < 1e-3
+
+
+def test_what_misses_the_law_of_contact_is_not_converged(loaded, monkeypatch):
+    """Whatever a method calls converged: a pair without tractions whose law does not hold has a residual of 1."""
+    monkeypatch.setattr("petcontact.pipeline.steps.outcome.natural_residuals", lambda *state: (1.0, 0.0))
+    solution = solve(light(loaded, 1e-6))
+    assert not solution.converged and "law of contact is missed by 1.0e+00" in solution.reason
 
 
 def test_size_over_thickness(loaded):

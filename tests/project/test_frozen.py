@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import inspect
 import pickle
 
 import pytest
@@ -67,3 +68,21 @@ def test_a_dataclass_of_a_users_own_may_inherit():
     assert Own("top") == Own("top", factor=2.0) != Own("top", factor=3.0)
     with pytest.raises(dataclasses.FrozenInstanceError):
         Own("top").part = "left"
+
+
+def test_records_are_made_with_the_parameters_of_dataclasses():
+    @frozen
+    class Step:
+        record: int
+        self_: float = 2.0
+        cycles: list[int] = dataclasses.field(default_factory=list, kw_only=True)
+        name: str = "load"
+
+    made = Step(1, name="unload", cycles=[3])
+    assert (made.record, made.self_, made.cycles, made.name) == (1, 2.0, [3], "unload")
+    assert Step(1).cycles == [] and Step(1).cycles is not Step(1).cycles
+    like = dataclasses.make_dataclass("Like", [(item.name, item.type, item) for item in dataclasses.fields(Step)])
+    assert list(inspect.signature(Step).parameters) == list(inspect.signature(like).parameters)
+    for wrong in ({}, {"record": 1, "other": 2}):
+        with pytest.raises(TypeError, match=r"Step\.__init__"):
+            Step(**wrong)

@@ -49,11 +49,15 @@ class InsideLoads:
     def at(self, x: Array) -> tuple[Array, Array, Array]:
         """At points (m, d) inside: u (m, d) [length], σ as of `field_at`, and in plane strain what temperature adds to
         ν(σ_xx + σ_yy) in σ_zz, (m,) [stress]."""
-        u, stress, normal = self.volume_at(x)
-        if len(self.point):
-            u = u + self.kernel.point_displacement(x, self.point, self.force)
-            stress = stress + self.kernel.point_stress(x, self.point, self.force)
-        return u, stress, normal
+        (u, stress, normal), (pushed, stressed) = self.volume_at(x), self.points_at(x)
+        return u + pushed, stress + stressed, normal
+
+    def points_at(self, x: Array) -> tuple[Array, Array]:
+        """u and σ of point forces alone, which `without` leaves in: the boundary stress has them, the integrals have not."""
+        m, d = x.shape
+        if not len(self.point):
+            return np.zeros((m, d)), np.zeros((m, d * (d + 1) // 2))
+        return self.kernel.point_displacement(x, self.point, self.force), self.kernel.point_stress(x, self.point, self.force)
 
     def volume_at(self, x: Array) -> tuple[Array, Array, Array]:
         """The same of volume loads alone, which is what `without` leaves out on the boundary."""

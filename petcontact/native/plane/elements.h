@@ -7,7 +7,7 @@
 
 enum {
     CHUNK = 64,           /* targets at a time: what lies between two loops stays in the first cache */
-    LANES = 8,            /* targets in one vector */
+    LANES = 4,            /* targets in one vector, see Quad */
     ROOM = CHUNK + LANES, /* a vector that begins at a target may reach beyond the last one */
     NODES = 6,            /* of an element, at most */
     POINTS = 24,          /* of a Gauss rule, at most */

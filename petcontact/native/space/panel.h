@@ -7,7 +7,7 @@
 
 enum {
     CHUNK = 64, /* targets at a time */
-    LANES = 8,
+    LANES = 4, /* see Quad */
     NODES = 16,   /* of a panel, at most */
     RULES = 12,   /* numbers of points in one direction that are used, */
     LONGEST = 24, /* the greatest of them, */

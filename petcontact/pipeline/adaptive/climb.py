@@ -32,6 +32,7 @@ from ..discrete.interfaces import interfaces_of
 from ..eliminate import Announce
 from ..run import prepare, reported, run, unreported, with_paths
 from ..steps.increment import Monitor, PreparedProblem
+from ..steps.load_steps import known_factors
 from .fixed_mesh import MOST, carries_something, with_estimate
 from .panel_tails import PanelTails
 from .quantity import Quantity, Reached, short_of
@@ -196,7 +197,8 @@ class AdaptiveSolve:
 
         with answering(self.comm):
             self.discrete, self._tried = self._prepared(make)
-        self._tried = problem = replace(self._tried, start=self.quantity.start(self._tried))
+        factors = known_factors(self.solutions[-1], self.quantity.estimate) if self.solutions else {}
+        self._tried = problem = replace(self._tried, start=self.quantity.start(self._tried), factors=factors)
         solution = unreported(problem, self.monitor)
         if _is_large(self.discrete):
             solution = reported(problem, solution)
@@ -208,9 +210,9 @@ class AdaptiveSolve:
         discrete = discretise(self.problem, make, self.law)
         largest = max(mesh.n_nodes for mesh in discrete.meshes)
         changes: dict[str, Any] = {} if math.isnan(self._tolerance) else {"hmatrix_tol": self._tolerance}
-        if self.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
+        if discrete.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
             changes["mat_type"] = "dense"
-        bem, method = self.problem.bem.model_copy(update=changes), self.problem.method
+        bem, method = discrete.problem.bem.model_copy(update=changes), self.problem.method
         if self.solutions:
             # where sets cycle there may be no solution
             needed = max((step.iterations for step in self.solutions[-1].steps), default=0)

@@ -48,8 +48,9 @@ class EllipticContacts:
     def meshes(self, solution: Solution, estimate: float, wanted: float, completed: Completed) -> list[SurfaceMesh]:
         """The meshes of the bodies, with more rings than before where these make an estimate smaller; none where not.
 
-        Where contact is at the end of the last step; it must not be elsewhere before. Rings are about the edges of stick
-        zones too, unless the meshes would not be completed then.
+        Where contact is at the end of the last step; it must not be elsewhere before. The last rings, which shall do, are
+        about the edges of stick zones too, unless the meshes would not be completed then: rings before them are wider than
+        those at these edges, which they show well enough.
         """
         for sticks in (True, False):
             rings, meshes = self._ringed(solution, estimate, wanted, sticks)
@@ -77,7 +78,8 @@ class EllipticContacts:
             zone = zone_of(pair.x, pair.weight, pair.pressure, closed)
             if zone is None:
                 continue
-            stick = stick_of(pair.x, pair.weight, pair.state, pair.slip_increment, zone) if sticks else None
+            last = RINGS[count] <= wanted or count == max(RINGS)
+            stick = stick_of(pair.x, pair.weight, pair.state, pair.slip_increment, zone) if sticks and last else None
             made = [ringed(meshes[body], part, zone, count, stick) for body, part in both]
             if any(mesh is None for mesh in made):
                 continue

@@ -159,7 +159,10 @@ def _difference(solution: Solution, other: Solution) -> dict[str, Any]:
 
 
 def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:
-    """The mesh with pairs of neighbouring elements of each side joined, an odd one left."""
+    """The mesh with pairs of neighbouring elements of each side joined, one left, or a third one joined, in the middle.
+
+    Both ends of a side, where errors are largest, have joined elements, and a side run through backwards has the same ones.
+    """
     ends = np.cumsum([side.length for side in outline.sides])
     side_of_element = np.searchsorted(ends, np.cumsum(mesh.length) - 0.5 * mesh.length)
     breaks, orders = [], []
@@ -167,7 +170,8 @@ def joined(mesh: CurveMesh, outline: Outline) -> CurveMesh:
         mine = np.flatnonzero(side_of_element == k)
         fractions = np.concatenate([[0.0], np.cumsum(mesh.length[mine])]) / side.length
         fractions[-1] = 1.0
-        chosen = np.unique([*range(0, len(fractions), 2), len(fractions) - 1])
+        half = len(mine) // 4 * 2 + 1  # behind the first half, in pairs
+        chosen = np.unique([*range(0, half, 2), *range(len(mine), len(mine) - half, -2)])
         breaks.append(fractions[chosen])
         orders.append(mesh.order[mine[chosen[:-1]]])
     return build_mesh(outline, breaks, orders)

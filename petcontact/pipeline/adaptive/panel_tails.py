@@ -12,7 +12,6 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.state import Start
-from ...errors import InputError
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
@@ -23,16 +22,16 @@ from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import at_edges, directions, halved, matched, sides
 from ...refinement.panels.marks import FINER, facing, faded, largest, too_large
 from ...refinement.panels.quartering import cut, parents
+from ...refinement.panels.small_contact import SmallContact, small_contact
 from ...refinement.panels.tail import FADE
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
-from ..choice import check_memory, is_compressed, resolved_bem, solve_seconds
-from ..discrete.interfaces import interfaces_of
+from ..discrete.interfaces import InterfaceSpec, interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from ..trust.increments import OVERLAP, is_unresolved
 from .elliptic import EllipticContacts
-from .quantity import Budget
+from .quantity import beyond_budget
 from .tails import TailErrors
 
 FIRST = 36
@@ -43,13 +42,11 @@ LONGEST = 1.5
 """Panels of the first mesh over the shortest edge of the box."""
 SHARE = 0.7
 """Of the sum of squared errors, whose panels are cut."""
+SMALLEST = 12
+"""Times that panels may be halved for one mesh where a contact is smaller than they are."""
 DEEPEST, NARROW = 4, 1.0
 """Times that panels at a rim may be halved for one mesh, and their width over that of the strip there in which errors fade
 out: p may be infinite at a rim, and no panel wider than the strip sees an end of it."""
-
-
-BUDGETS = {False: Budget(2500, 4.0), True: Budget(30_000, 200.0)}
-"""By whether the accuracy was asked for."""
 
 
 def _surface(body: Body) -> SolidSurface | None:
@@ -219,19 +216,44 @@ class PanelTails:
 
     def _refine(self, solution: Solution, marked: list[Mask], raised: list[Mask]) -> None:
         """The next meshes: panels of the next order, others halved along marked coordinates, again at rims; or why not."""
-        meshes = self._raised([as_surface(mesh) for mesh in solution.meshes.values()], raised)
+        meshes, small = [as_surface(mesh) for mesh in solution.meshes.values()], self._small(solution)
+        if small:
+            marked, most = self._within(meshes, small), SMALLEST
+        else:
+            meshes, most = self._raised(meshes, raised), 1 if solution.bilateral else DEEPEST
         found: list[SurfaceMesh] = []
-        for _ in range(1 if solution.bilateral else DEEPEST):
+        for _ in range(most):
             finer, parent = self._cut(meshes, marked)
             reason = self._too_much(solution, finer)
             if reason:
                 break
             found = meshes = finer
-            marked = self._at_rims(meshes, [mine[number] for mine, number in zip(marked, parent, strict=True)])
+            marked = [mine[number] for mine, number in zip(marked, parent, strict=True)]
+            marked = self._within(meshes, small) if small else self._at_rims(meshes, marked)
             if not any(mine.any() for mine in marked):
                 break
         self.exhausted = "" if found else reason
         self._meshes = [*found] or self._meshes
+
+    def _small(self, solution: Solution) -> list[tuple[InterfaceSpec, SmallContact]]:
+        """Contacts after the last step that are smaller than the panels they are on."""
+        found, step, bodies = [], solution.tried[-1], self._problem.body
+        for side in self._sides:
+            both = [bodies[side.body], *([bodies[side.primary[0]]] if side.primary else [])]
+            soft = sum((1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in both)
+            mesh, pair = as_surface(solution.meshes[both[0].name]), step.pairs[side.name]
+            expected = small_contact(mesh, solution.nodes[side.name], pair.pressure, pair.gap, 1.0 / soft)
+            if expected is not None:
+                found.append((side, expected))
+        return found
+
+    @staticmethod
+    def _within(meshes: Sequence[SurfaceMesh], small: Sequence[tuple[InterfaceSpec, SmallContact]]) -> list[Mask]:
+        """Which panels of secondaries are too long for small contacts, along both coordinates."""
+        marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
+        for side, expected in small:
+            marked[side.body] |= expected.too_large(meshes[side.body], side.part)
+        return marked
 
     def _raised(self, meshes: Sequence[SurfaceMesh], raised: Sequence[Mask]) -> list[SurfaceMesh]:
         """Meshes with marked panels, and those that face them, of the next order."""
@@ -276,27 +298,7 @@ class PanelTails:
         return finer, [parents(mesh, mine) for mesh, mine in zip(meshes, marked, strict=True)]
 
     def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
-        """What meshes cost beyond the budget or the memory; nothing where they fit."""
-        given, bem, pairs = BUDGETS[self.asked], resolved_bem(self._problem.bem), max(1.0, 0.5 * len(meshes))
-        budget = Budget(int(pairs * given.nodes), pairs * given.seconds)
-        nodes = sum(mesh.n_nodes for mesh in meshes)
-        seconds = solve_seconds(bem, meshes, len(solution.steps), self._motions)
-        if nodes > budget.nodes or seconds > budget.seconds:
-            most = Budget(int(pairs * BUDGETS[True].nodes), pairs * BUDGETS[True].seconds)
-            goes_on = f"--accuracy {self.wanted:g} goes on, to at most {most}"
-            more = "a [mesh] of your own may have more" if self.asked else goes_on
-            kind = "" if self.asked else " where no accuracy is named"
-            return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is {budget}; {more}"
-        faces = [(side.body, side.part) for side in self._sides]
-        both = [*faces, *(side.primary for side in self._sides if side.primary is not None)]
-        dense = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
-        contact = [3 * sum(len(meshes[b].nodes_of(part)) for b, part in both if b == k) for k in dense]
-        total = 3 * sum(len(meshes[b].nodes_of(part)) for b, part in faces)
-        try:
-            check_memory([meshes[b].x.size for b in dense], contact, total if dense else 0)
-        except InputError as error:
-            return f"the next mesh does not fit the memory ({error})"
-        return ""
+        return beyond_budget(self._problem, meshes, (len(solution.steps), self._motions), self.wanted, self.asked)
 
     def apart(self, solution: Solution) -> float:
         """Relative difference of p and q between the last solution and one by another method on the same mesh."""

@@ -7,12 +7,16 @@ from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from ...contact.state import Start
+from ...errors import InputError
 from ...frozen import frozen
 from ...geometry.surface import Boundary
+from ...mesh.boundary_mesh import BoundaryMesh
 from ...model.problem import Problem
 from ...refinement.levels import growing
 from ...refinement.marks import LevelMesh
 from ...results.solution import Solution
+from ..choice import check_memory, is_compressed, resolved_bem, solve_seconds, suitable_bem
+from ..discrete.interfaces import interfaces_of
 from ..steps.increment import PreparedProblem
 
 
@@ -47,6 +51,10 @@ class Budget:
 
     def __str__(self) -> str:
         return f"{self.nodes} nodes and {self.seconds:g} s of processor time"
+
+
+BUDGETS = {False: Budget(2500, 4.0), True: Budget(30_000, 200.0)}
+"""In space, of one body or two, by whether the accuracy was asked for."""
 
 
 class Quantity(Protocol):
@@ -85,6 +93,37 @@ class Quantity(Protocol):
     def apart(self, solution: Solution) -> float: ...
     def is_vague(self) -> bool: ...
     def info(self) -> dict[str, Any]: ...
+
+
+def beyond_budget(
+    problem: Problem, meshes: Sequence[BoundaryMesh], counts: tuple[int, int], wanted: float, asked: bool
+) -> str:
+    """What solves on meshes in space cost beyond the budget or the memory; nothing where they fit.
+
+    `counts` are those of increments, and of motions that only contact holds.
+    """
+    sides = interfaces_of(problem)
+    bem = suitable_bem(resolved_bem(problem.bem), [(side.body, side.part) for side in sides], meshes)
+    given, pairs = BUDGETS[asked], max(1.0, 0.5 * len(meshes))
+    budget = Budget(int(pairs * given.nodes), pairs * given.seconds)
+    nodes = sum(mesh.n_nodes for mesh in meshes)
+    seconds = solve_seconds(bem, meshes, *counts)
+    if nodes > budget.nodes or seconds > budget.seconds:
+        most = Budget(int(pairs * BUDGETS[True].nodes), pairs * BUDGETS[True].seconds)
+        goes_on = f"--accuracy {wanted:g} goes on, to at most {most}"
+        more = "a [mesh] of your own may have more" if asked else goes_on
+        kind = "" if asked else " where no accuracy is named"
+        return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is {budget}; {more}"
+    faces = [(side.body, side.part) for side in sides]
+    both = [*faces, *(side.primary for side in sides if side.primary is not None)]
+    dense = [b for b, mesh in enumerate(meshes) if not is_compressed(bem, mesh)]
+    contact = [3 * sum(len(meshes[b].nodes_of(part)) for b, part in both if b == k) for k in dense]
+    total = 3 * sum(len(meshes[b].nodes_of(part)) for b, part in faces)
+    try:
+        check_memory([meshes[b].x.size for b in dense], contact, total if dense else 0)
+    except InputError as error:
+        return f"the next mesh does not fit the memory ({error})"
+    return ""
 
 
 def short_of(estimate: float, accuracy: float, trouble: str, quantity: Quantity, differ: str) -> str:

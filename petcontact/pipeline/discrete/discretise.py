@@ -25,7 +25,7 @@ from ...mesh.pairs.matching import PairParts, matched
 from ...model.loads import loads_by_step
 from ...model.problem import Problem
 from ...refinement.meshes import mesh_of
-from ..choice import needed_memory, resolved_bem
+from ..choice import needed_memory, resolved_bem, suitable_bem
 from .facing import contact_interface, facing_of, periodic_interface
 from .interfaces import InterfaceSpec, as_problem, check_parts, interfaces_of
 from .laws import law_between, wear_between, with_law
@@ -120,6 +120,8 @@ def discretise(
         return replace(like, problem=problem, warnings=list(like.warnings))
     sides = interfaces_of(problem)
     boundaries, meshes = meshed(problem, sides, make_mesh, like)
+    bem = suitable_bem(problem.bem, [(side.body, side.part) for side in sides], meshes)
+    problem = problem if bem is problem.bem else problem.model_copy(update={"bem": bem})
     if like is None:
         _check_size(problem, sides, meshes)
     if not sides:

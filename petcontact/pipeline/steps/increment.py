@@ -101,6 +101,8 @@ class PreparedProblem:
         Seconds by stage.
     start : pair of (M, k) arrays, optional
         Where the first increment starts.
+    factors : dict of int to list of float
+        Load factors by number of a step at which `increments = "auto"` is known to have increments end.
     named : dict of str to str
         Names of a method and a rule that are not the problem's own.
     """
@@ -111,6 +113,7 @@ class PreparedProblem:
     comm: Any
     timings: dict[str, float] = field(default_factory=dict)
     start: Start | None = None
+    factors: dict[int, list[float]] = field(default_factory=dict)
     named: dict[str, str] = field(default_factory=dict)
 
     @property
@@ -132,11 +135,9 @@ class PreparedProblem:
     @functools.cached_property
     def contact_nodes(self) -> list[tuple[Array, Array, Array]]:
         """Points (m, d), weights and arc lengths (0 in space) of the nodes of each contact, (m,)."""
-        found = list[tuple[Array, Array, Array]]()
-        for side, face in zip(self.discrete.sides, self.discrete.interfaces, strict=True):
-            mesh, nodes = self.discrete.meshes[side.body], face.nodes
-            found.append((mesh.x[nodes], mesh.weight[nodes], mesh.variables(nodes).get("s", np.zeros(len(nodes)))))
-        return found
+        faces = zip(self.discrete.sides, self.discrete.interfaces, strict=True)
+        on = [(self.discrete.meshes[side.body], face.nodes) for side, face in faces]
+        return [(mesh.x[m], mesh.weight[m], mesh.variables(m).get("s", np.zeros(len(m)))) for mesh, m in on]
 
     @property
     def steps(self) -> tuple[Step, ...]:

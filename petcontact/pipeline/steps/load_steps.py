@@ -14,6 +14,7 @@ from ...errors import PetcontactError
 from ...model.cycle import cycle_steps
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
+from ...results.solution import Solution
 from ...runtime.signals import answering
 from ..discrete.load_states import later_data
 from ..eliminate import eliminated
@@ -29,6 +30,8 @@ HALVINGS = 8
 LOOKED_AT_FIRST = 1500
 """Contact nodes up to which loads that nothing can hold are looked for before a solve, which costs more; else after it.
 Where bodies are solved jointly a solve always costs more."""
+SHOWN = 0.2
+"""Estimated error of a solution up to which the increments that its path asked for are those of a finer mesh."""
 ROOM = 0.3
 """With increments = "auto": path error over what is allowed up to which the next increment is twice as large."""
 TOGETHER = 8
@@ -104,8 +107,12 @@ def _cycled(problem: PreparedProblem, done: list[StepResult], monitor: Monitor |
 
 
 def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
-    """The increments of a step, after one that goes nowhere."""
+    """The increments of a step, after one that goes nowhere.
+
+    Where those are known that "auto" takes none is tried that is not kept, until one of them fails.
+    """
     problem, step, reached = increment.problem, increment.step, increment.target
+    known = [factor for factor in problem.factors.get(increment.number, ()) if factor > reached]
     # known normals and no steps: less of the load is only asked for where there is no equilibrium at all of it
     divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
     halves = Halves(monitor) if step.increments == "auto" else None
@@ -115,11 +122,14 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     costly = problem.system.size <= LOOKED_AT_FIRST or any(body.is_solved_jointly for body in problem.system.bodies)
     size, doubt = whole, costly and is_unbalanced(end)
     while reached < 1.0 - 1e-12:
-        target = min(1.0, reached + size)
+        target = known[0] if known else min(1.0, reached + size)
         target = 1.0 if 1.0 - target < 1e-9 else target
         following = replace(increment, target=target, begun=reached, before=state)
         hopeless = doubt and is_unbalanced(following)
-        tried = None if hopeless else halves(following) if halves else _alone(following, monitor)
+        tried = None if hopeless else halves(following) if halves and not known else _alone(following, monitor)
+        if tried is None and known:
+            size, known = target - reached, []
+            continue
         if tried is None:
             doubt = True
             size *= 0.5
@@ -129,7 +139,7 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
         for look in (zero_energy_motions, second_solution):
             problem.discrete.warnings += look(*tried[-1][:2])
         yield from tried
-        reached, state = target, tried[-1][2]
+        reached, state, known = target, tried[-1][2], known[1:]
         if halves is None or halves.error <= ROOM:
             size = min(whole, 2.0 * size)
 
@@ -144,6 +154,14 @@ def first_increment(problem: PreparedProblem) -> Increment:
     """The contact problem that a problem begins with: of its first step the first increment, the whole step if "auto"."""
     increments = problem.steps[0].increments
     return whole_step(problem, 1).to(1.0 if increments == "auto" else 1.0 / int(increments))
+
+
+def known_factors(solution: Solution, estimate: float) -> dict[int, list[float]]:
+    """Load factors by number of a step at which `increments = "auto"` had increments end, where the solution shows that well
+    enough for another mesh."""
+    steps = enumerate(solution.problem.step if estimate <= SHOWN else (), 1)
+    return {number: [result.load_factor for result in solution.steps if result.step == number and result.cycle <= 1]
+            for number, step in steps if step.increments == "auto"}  # fmt: skip
 
 
 def whole_step(problem: PreparedProblem, number: int) -> Increment:

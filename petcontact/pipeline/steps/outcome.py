@@ -27,6 +27,8 @@ from .wear import Tried
 
 LARGEST_IMBALANCE = 1e-2
 """Imbalance of a pair that is not accepted."""
+LAW = 1e-2
+"""Natural residual of a pair, over its tractions, that is not accepted; without any it is 0 or 1."""
 
 
 Fields = list[tuple[Array, Array]]
@@ -77,16 +79,20 @@ def _step_result(
                  "balance": equilibrium_defect(increment.system, outcome.sigma),
                  "elastic": elastic if checked else np.nan, "equilibrium": unbalanced if checked else np.nan,
                  "elimination": problem.digits_lost}  # fmt: skip
-    residuals["overlap"], between, place = overlaps(system, increment.system, discrete.law, problem.places, outcome)
+    overlap = overlaps(system, increment.system, discrete.law, problem.places, outcome)
+    residuals |= {"overlap": overlap.at_nodes, "between": overlap.depth, "displaced": overlap.displaced}
     pairs = _pairs(increment, outcome, after, bodies)
     status, reason = _judged(increment, outcome, absurd(discrete, moved), elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
-    within = increment.target < 1.0  # where a contact begins to grow no mesh has its nodes; the end of the step is asked for
-    if status == "converged" and (doubt := objection(residuals, 0.0 if within else between, place)):
+    # where a contact begins to grow no mesh has its nodes; of steps before the last one `rough_step` judges
+    ends = increment.target == 1.0 and increment.number == len(problem.steps)
+    if status == "converged" and (doubt := objection(residuals, overlap.between if ends else 0.0, overlap.where)):
         status, reason = "not converged", doubt
-    elif status == "converged" and place:
-        reason = f"{reason}; {OVERLAPPING}: {place}"
+    elif status == "converged" and not (worst := max(tangential, residuals["normal"])) <= LAW:
+        status, reason = "not converged", f"the law of contact is missed by {worst:.1e} of the tractions of a pair"
+    elif status == "converged" and overlap.where:
+        reason = f"{reason}; {OVERLAPPING}: {overlap.where}"
     obstacles = {
         o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],
                                axial(after.loads[k, d:]))

@@ -73,19 +73,19 @@ class Places:
         if not len(asked):
             return 0.0, place
         over, share = (values @ closer - distance).reshape(share.shape[:2])[asked], share[asked]
-        around, reach = 2.0 * _grid(CLOSER, share.shape[2]) - 1.0, 1.0 / (self.faces.SAMPLES - 1)
-        worst = 0.0
+        worst, reach = 0.0, 1.0 / (self.faces.SAMPLES - 1)
         for _ in range(ROUNDS):
-            best, deepest = np.argmax(over, axis=1), over.max(axis=1)
+            each, best = np.arange(len(asked)), over.argmax(axis=1)
+            deepest = over[each, best]
             least = np.where(np.isfinite(over) & beside[best], over, np.inf).min(axis=1)
-            at = share[np.arange(len(asked)), best]
-            if deepest.max(initial=0.0) > worst:
-                k = int(np.argmax(deepest))
-                worst, place = float(deepest[k]), (asked[k : k + 1], at[k : k + 1])
+            k = int(deepest.argmax())
+            if deepest[k] > worst:
+                worst, place = float(deepest[k]), (asked[k : k + 1], share[k : k + 1, best[k]])
             room = 2.0 * deepest > worst + within + least
             if not room.any():
                 break
-            asked, share = asked[room], np.clip(at[room, None] + reach * around, 0.0, 1.0)
+            around = 2.0 * _grid(CLOSER, share.shape[2]) - 1.0
+            asked, share = asked[room], np.clip(share[each, best][room, None] + reach * around, 0.0, 1.0)
             values, distance = self._looked_at(np.repeat(asked, len(around)), share.reshape(-1, share.shape[2]))
             over, reach = (values @ closer - distance).reshape(len(asked), -1), 0.5 * reach
             beside = np.ones((len(around), len(around)), dtype=bool)

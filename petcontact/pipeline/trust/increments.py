@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+from dataclasses import replace
+
 import numpy as np
 
 from ...arrays import Array
 from ...compliance.body.base import ElasticBody
 from ...geometry.rotation import rigid_motions
+from ...results.records import StepResult
 
 DIGITS = 1e-4
 """Largest error of a known solution in the elimination; bodies that are not thin leave 1e-14 to 1e-12."""
@@ -103,10 +107,26 @@ def objection(residuals: dict[str, float], between: float, where: str) -> str:
                 f"{EQUILIBRIUM:g} is accepted; choose smaller elements")  # fmt: skip
     if overlap > OVERLAP:
         return f"surfaces overlap by {overlap:.1e} of what contact displaces; choose a smaller tolerance"
-    if between > BETWEEN:
-        return (f"{OVERLAPPING}: {where}; refine the mesh there (smaller elements, --adapt, or no "
-                "[mesh] at all; in the plane mesh.graded_points with mesh.grading)")  # fmt: skip
-    return ""
+    return _refine(where) if between > BETWEEN else ""
+
+
+def _refine(where: str) -> str:
+    return (f"{OVERLAPPING}: {where}; refine the mesh there (smaller elements, --adapt, or no "
+            "[mesh] at all; in the plane mesh.graded_points with mesh.grading)")  # fmt: skip
+
+
+def rough_step(results: Sequence[StepResult]) -> tuple[int, StepResult] | None:
+    """The first end of a step, with its index, whose overlap between nodes is not small next to the whole path.
+
+    A contact that a step only begins may be smaller than an element: that is accepted where a later step, or an earlier one,
+    displaces the surfaces by ten times as much as they overlap here.
+    """
+    most = max((float(np.nan_to_num(result.residuals["displaced"])) for result in results), default=0.0)
+    for k, result in enumerate(results):
+        depth, (_, told, where) = result.residuals["between"], result.reason.partition(f"{OVERLAPPING}: ")
+        if told and result.status == "converged" and result.load_factor == 1.0 and depth > BETWEEN * (depth + most):
+            return k, replace(result, status="not converged", reason=_refine(where))
+    return None
 
 
 def is_unresolved(residuals: dict[str, float]) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
 from ...compliance.bodies import BodiesSystem, Interface
@@ -18,22 +20,37 @@ NEGLIGIBLE = 1e-2
 """Part of what tractions displace that an overlap between nodes may be off by."""
 
 
+class Overlap(NamedTuple):
+    """How far surfaces overlap after an increment.
+
+    Attributes
+    ----------
+    at_nodes, between : float
+        The largest overlap at nodes and between them, over itself and what tractions displace there, in [0, 1].
+    depth : float
+        Of the latter [length].
+    displaced : float
+        The most that tractions displace on any interface [length].
+    where : str
+        The latter overlap in words, where it is more than is accepted of an increment by itself.
+    """
+
+    at_nodes: float = 0.0
+    between: float = 0.0
+    depth: float = 0.0
+    displaced: float = 0.0
+    where: str = ""
+
+
 def overlaps(
     bodies: BodiesSystem, system: ContactSystem, law: ContactLaw, places: list[Places | None], outcome: ContactState
-) -> tuple[float, float, str]:
-    """The largest overlap at nodes and between them, each over itself and what tractions displace.
+) -> Overlap:
+    """The largest overlap at nodes and between them.
 
     At nodes it is what the law forbids of v_n, also where a bilateral contact comes apart: any law says so.
-
-    Returns
-    -------
-    at_nodes, between : float
-        In [0, 1].
-    where : str
-        The latter in words, where it is more than is accepted.
     """
     if bodies.k < bodies.dim:
-        return 0.0, 0.0, ""
+        return Overlap()
     both = outcome.v - system.u_0
     moved = both if system.modes is None else system.apply(outcome.sigma)
     rigid = both - moved
@@ -45,9 +62,10 @@ def overlaps(
     rho = float(np.abs(outcome.sigma).max(initial=0.0) / least) if 0.0 < least < np.inf else 0.0
     rho = rho if rho > 0.0 else 1.0
     forbidden = np.abs(law_residual(law, outcome.v, outcome.sigma, rho)[:, -1]) / rho
-    at_nodes, worst, text = 0.0, 0.0, ""
+    at_nodes, worst, deepest, displaced, text = 0.0, 0.0, 0.0, 0.0, ""
     for where, face, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
         scale = float(np.abs(moved[where, -1]).max(initial=0.0))
+        displaced = max(displaced, scale)
         seen = np.isfinite(face.gap)
         depth = float((forbidden - noise)[where][seen].max(initial=0.0))
         at_nodes = max(at_nodes, _share(depth, scale))
@@ -56,13 +74,13 @@ def overlaps(
         depth, found = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale)
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
         if share > BETWEEN and _yields(bodies, outcome, face, depth):
-            share = 0.0
+            share, depth = 0.0, 0.0
         if share > max(worst, BETWEEN) and found is not None:
             x = between.point(*found)
             place = ", ".join(f"{coordinate:.6g}" for coordinate in x)
             text = f"pair {face.name!r} by {depth:.3g} at ({place})"
-        worst = max(worst, share)
-    return at_nodes, worst, text
+        worst, deepest = max((worst, deepest), (share, depth))
+    return Overlap(at_nodes, worst, deepest, displaced, text)
 
 
 def _yields(bodies: BodiesSystem, outcome: ContactState, face: Interface, depth: float) -> bool:

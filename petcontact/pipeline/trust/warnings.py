@@ -58,13 +58,22 @@ def unusual(discrete: Discrete, results: Sequence[StepResult]) -> list[str]:
             # elements that are graded to nothing say nothing of what the surface is like further on
             _raise(slid, f"pair {side.name!r}", way.max(initial=0.0) / area.max() ** (1.0 / (mesh.dim - 1)))
     small = "; displacements are taken to be small"
-    rough = {result.name: None for result in results if OVERLAPPING in result.reason and _is_asked_for(discrete, result)}
+    overlapping = [result for result in results if OVERLAPPING in result.reason]
+    begun = dict.fromkeys(result.name for result in overlapping if result.load_factor == 1.0)
+    rough = dict.fromkeys(
+        result.name for result in overlapping if _is_asked_for(discrete, result) and result.name not in begun
+    )
     uneven = max((float(np.nan_to_num(result.residuals["equilibrium"])) for result in results), default=0.0)
     return [
         *[f"tractions are in equilibrium to {uneven:.1e} only; choose smaller elements"] * bool(uneven > UNEVEN),
         *(
             f"step {name!r}: {OVERLAPPING} before its end: tractions of those increments are rough; refine the mesh there"
             for name in rough
+        ),
+        *(
+            f"step {name!r}: {OVERLAPPING}, by little next to what contact displaces in other steps: its own tractions are "
+            "rough; refine the mesh there"
+            for name in begun
         ),
         *(f"{name} turns by {value:.2g} rad{small}" for name, value in turned.items() if value > TURN),
         *(f"{name} moves by {value:.2g} times its size{small}" for name, value in moved.items() if value > TRAVEL),

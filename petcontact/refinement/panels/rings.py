@@ -25,9 +25,8 @@ INSET = 0.999
 STRAY = 0.1
 """Largest share of a contact that is not in the ellipse, or lacks in it."""
 NARROW = (-0.04, -0.02, 0.0, 0.02, 0.04)
-"""Where rings of order 1 at the edge of a stick zone end, from there, over the radius of the contact."""
-WITHIN = 2
-"""Most rings between these and the core."""
+"""Where rings of order 1 at the edge of a stick zone end, from there, over the radius of the contact. Between them and the
+core is one ring of order 2: a second one made no estimate smaller."""
 LEAST, MOST = 0.15, 0.9
 """Radius of a stick zone that has rings, and how far it reaches, over the radius of the contact."""
 ELONGATED = 3.0
@@ -242,8 +241,7 @@ def _panels(corners: Array, rings: int, middle: Array, radius: float) -> tuple[A
     if radius < 1.0:
         edge = middle + radius * disc
         near = [edge + width / (1.0 - radius) * (disc - edge) for width in NARROW]
-        within = _graded(core, near[0], min(rings, WITHIN))
-        curves, orders = [*within, *near], len(within) * [2] + (len(near) - 1) * [1]
+        curves, orders = [core, *near], [2] + (len(near) - 1) * [1]
     curves += _graded(curves[-1], disc, rings)[1:]
     orders += (rings + SMOOTH) * [2]
     rim, narrow = reach[:, None] * disc, np.linalg.norm(disc - curves[-1], axis=1).min()

@@ -143,7 +143,7 @@ class Tails:
 
     @property
     def based_squares(self) -> Array:
-        """Squares (n_elements,) of what triangles with a side on the rim miss of a power, and reach, over squares as large."""
+        """Squares (n_elements,) of what triangles with a side on the rim miss of a power, over squares that are as large."""
         shares = [[rim_shares(p, POWER, based)[0] for p in range(len(MARGIN))] for based in (False, True)]
         more = 2.0 * (np.array(shares[1]) / shares[0]) ** 2
         return np.where(self._based & self._rim, more[np.minimum(self._order, len(MARGIN) - 1)], 1.0)
