@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -75,11 +75,8 @@ def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution])
     kinds = dict.fromkeys(set(solution.contact.part.tolist()) - sticks, (SLIDING,))
     gained = SURE * share(int(order.max()), edge_exponent(mesh, solution.problem.body[0], kinds))
     below = order_below(mesh, ~contact)
-    try:
-        other = solved_on(lambda number, one, boundary: below)
-    except PetcontactError:  # data given for the nodes of one mesh
-        return math.nan
-    if not other.converged:
+    other = _converged(solved_on, [below])
+    if other is None:
         return math.nan
     apart = solution.contact.weight @ np.sum((other.contact.u_t - solution.contact.u_t) ** 2, axis=1)
     return gained * math.sqrt(float(apart)) / displacement_scale(solution)
@@ -106,11 +103,8 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
     gained = [SURE * share(int(mesh.order.max()), edge_exponent(mesh, body))
               for mesh, body in zip(meshes, solution.problem.body, strict=True)]  # fmt: skip
     below = [order_below(mesh, np.ones(mesh.n_elements, dtype=bool)) for mesh in meshes]
-    try:
-        other = solved_on(lambda number, one, boundary: below[number])
-    except PetcontactError:  # data given for the nodes of one mesh
-        return math.nan
-    if not other.converged:
+    other = _converged(solved_on, below)
+    if other is None:
         return math.nan
     worst = 0.0
     for one, lower in zip(step_ends(solution.steps), step_ends(other.steps), strict=True):
@@ -119,6 +113,15 @@ def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) 
             size, error = (math.sqrt(float(weight @ np.sum(values**2, axis=1))) for values in (body.u, apart))
             worst = max(worst, gained[k] * error / size if size > 0.0 else 0.0)
     return worst
+
+
+def _converged(solved_on: Callable[[MeshMaker], Solution], meshes: Sequence[SurfaceMesh]) -> Solution | None:
+    """The solution on other meshes, where there is one."""
+    try:
+        other = solved_on(lambda number, one, boundary: meshes[number])
+    except PetcontactError:  # data given for the nodes of one mesh
+        return None
+    return other if other.converged else None
 
 
 def order_below(mesh: SurfaceMesh, marked: Mask) -> SurfaceMesh:
