@@ -133,8 +133,9 @@ def natural_residuals(
     strained = displaced if system.modes is None else system.apply(sigma)
     still = STILL * contact_norm(displaced, system.weight)
     for pair in pairs:
-        both = (x[pair] for x in (sigma, displaced, strained, least))
-        (size, *tractions), (_, *moving), (whole, *straining), (floor, *_) = group_norms(system.weight[pair], law.groups, *both)
+        four = (x[pair] for x in (sigma, displaced, strained, least))
+        norms = group_norms(system.weight[pair], law.groups, *four)
+        (size, *tractions), (_, *moving), (whole, *straining), (floor, *_) = norms
         for group, traction, moved, own in zip(law.groups, tractions, moving, straining, strict=True):
             # under a free plate that all of a body sticks to, tangents move by round-off only
             own = own if own > ROUND_OFF * whole else whole

@@ -1,11 +1,16 @@
-"""Intersections of convex polygons in the plane, and quadrature on them; polygons are padded by their last corner."""
+"""Intersections of polygons in the plane, and quadrature on them; polygons are padded by their last corner."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Index
 from ..basis import gauss
+
+SLIVER = 1e-14
+"""Polygons smaller than this share of the unit square are round-off."""
+ROUND = 1e-14
+"""The same of the parallelogram of an edge and a corner."""
 
 
 def cross(a: Array, b: Array) -> Array:
@@ -41,10 +46,65 @@ def clip(subject: Array, clipper: Array) -> Array:
     return result
 
 
+def shared(subject: Array, clipper: Array) -> list[tuple[Index, Array, Array]]:
+    """What quadrilaterals with curved sides share, as convex polygons with signs.
+
+    A curved side bounds the straight quadrilateral and the sliver between them, which is added or taken away.
+
+    Parameters
+    ----------
+    subject, clipper : (n, 4, m + 1, 2), (n, 4, l + 1, 2) arrays
+        Points along each side, counter-clockwise, its corners first and last; sides of length 0 are allowed.
+
+    Returns
+    -------
+    list of ((k,) int array, (k, v, 2) array, (k,) array)
+        Which of the n, corners, and signs: first what the straight ones share, then all with slivers.
+
+    Examples
+    --------
+    A square and one whose lower side is bent inwards by 0.1, a triangle:
+
+    >>> import numpy as np
+    >>> corners = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+    >>> sides = np.stack([corners, 0.5 * (corners + np.roll(corners, -1, axis=0)), np.roll(corners, -1, axis=0)], axis=1)
+    >>> bent = sides.copy()
+    >>> bent[0, 1, 1] = 0.1
+    >>> parts = shared(sides[None], bent[None])
+    >>> [round(float(sign @ area(polygon)), 9) for _, polygon, sign in parts]
+    [1.0, -0.05]
+    """
+    found = list[tuple[Index, Array, Array]]()
+    for own, sign in _straight_and_slivers(subject):
+        for other, opposite in _straight_and_slivers(clipper):
+            signs = sign * opposite
+            apart = (own.max(axis=1) <= other.min(axis=1)) | (other.max(axis=1) <= own.min(axis=1))
+            near = np.flatnonzero((signs != 0.0) & ~apart.any(axis=1))
+            polygon = clip(own[near], other[near])
+            kept = area(polygon) > SLIVER
+            if kept.any() or not found:
+                found.append((near[kept], polygon[kept], signs[near[kept]]))
+    return found
+
+
+def _straight_and_slivers(lines: Array) -> list[tuple[Array, Array]]:
+    """The corners (n, 4, 2) of quadrilaterals with curved sides (n, 4, m + 1, 2), and slivers with signs, 0 for none."""
+    found = [(lines[:, :, 0], np.ones(len(lines)))]
+    for side in range(lines.shape[1]):
+        sliver = lines[:, side]
+        size = area(sliver)
+        if (np.abs(size) > SLIVER).any():
+            ordered = np.where((size < 0.0)[:, None, None], sliver[:, ::-1], sliver)
+            found.append((ordered, np.where(np.abs(size) > SLIVER, np.sign(size), 0.0)))
+    return found
+
+
 def _on_the_left(polygon: Array, start: Array, along: Array) -> Array:
     """The part of each polygon (n, v, 2) to the left of a line, (n, v + 1, 2)."""
     n, v, _ = polygon.shape
     side = cross(along, polygon - start)
+    # a corner on the line, and a line through two places that are one
+    side[np.abs(side) <= ROUND] = 0.0
     following, after = np.roll(polygon, -1, axis=1), np.roll(side, -1, axis=1)
     crosses = side * after < 0.0
     share = np.divide(side, side - after, out=np.zeros_like(side), where=crosses)

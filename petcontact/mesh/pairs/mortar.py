@@ -21,6 +21,8 @@ SMOOTH = 0.5
 """Least cosine between the normals of neighbouring elements of one smooth surface."""
 LARGEST = 1.0
 """Change of an entry of V, of all those that sum to 1, beyond which the centre of what it sees stays where it is."""
+SINGULAR = 1e-10
+"""Of singular values of normal equations, over the largest: those below it are round-off."""
 WHOLE = 0.9
 """Share of an element that faces something from which on all its polynomials are determined there; below, affine ones."""
 
@@ -42,24 +44,23 @@ def projection(
     order = np.argsort(segments.face, kind="stable")
     element = elements[segments.face[order]]
     basis = _blocks(secondary, element, segments.place[order])
-    root = np.sqrt(segments.weight[order])
+    weight = segments.weight[order]
+    root = np.sqrt(np.abs(weight))
     size = np.bincount(secondary.element, secondary.weight, secondary.n_elements)
     start = np.flatnonzero(np.diff(element, prepend=-1))
     count, nodes = np.diff(np.append(start, len(element))), np.diff(secondary.first_node)[element[start]]
-    whole = np.add.reduceat(root**2, start) >= WHOLE * size[element[start]] if len(start) else np.zeros(0, dtype=bool)
+    whole = np.add.reduceat(weight, start) >= WHOLE * size[element[start]] if len(start) else np.zeros(0, dtype=bool)
     # elements alike are projected at once, those that face something in part one by one
-    alike = np.column_stack([count, nodes, np.where(whole, -1, np.arange(len(start)))])
+    signed = np.minimum.reduceat(weight, start) < 0.0 if len(start) else whole
+    alike = np.column_stack([count, nodes, signed, np.where(whole, -1, np.arange(len(start)))])
     rows, columns, entries = [np.empty(0, dtype=np.int64)], [np.empty(0, dtype=np.int64)], [np.empty(0)]
-    for points, p, one in np.unique(alike, axis=0).tolist():
-        chosen = np.flatnonzero((alike == (points, p, one)).all(axis=1))
+    for points, p, negative, one in np.unique(alike, axis=0).tolist():
+        chosen = np.flatnonzero((alike == (points, p, negative, one)).all(axis=1))
         place = start[chosen][:, None] + np.arange(points)
         node = secondary.first_node[element[start[chosen]]][:, None] + np.arange(p)
-        factor = root[place][:, :, None] * basis[place][:, :, :p]
-        if one < 0:
-            found = np.linalg.pinv(factor)
-        else:
-            trial = _affine(secondary.x[node[0]])
-            found = trial @ np.linalg.pinv(factor @ trial)
+        trial = np.eye(p) if one < 0 else _affine(secondary.x[node[0]])
+        factor = root[place][:, :, None] * (basis[place][:, :, :p] @ trial)
+        found = trial @ _least_squares(factor, np.sign(weight[place]) if negative else None)
         found *= root[place][:, None, :]
         rows.append(np.broadcast_to(node[:, :, None], found.shape).ravel())
         columns.append(np.broadcast_to(place[:, None], found.shape).ravel())
@@ -68,6 +69,14 @@ def projection(
     project = scipy.sparse.csr_array(triples, shape=(secondary.n_nodes, len(element)))
     seen = _seen(primary, others[segments.other[order]], segments.opposite[order], y[order])
     return scipy.sparse.csr_array(project @ seen)
+
+
+def _least_squares(factor: Array, sign: Array | None) -> Array:
+    """Inverses (g, p, q) of factors (g, q, p) in least squares; of sums with signs (g, q) by their normal equations."""
+    if sign is None:
+        return np.asarray(np.linalg.pinv(factor))
+    signed = factor.transpose(0, 2, 1) * sign[:, None]
+    return np.asarray(np.linalg.pinv(signed @ factor, rcond=SINGULAR, hermitian=True) @ signed)
 
 
 def _seen(mesh: BoundaryMesh, element: Index, place: Array, x: Array) -> scipy.sparse.csr_array:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
@@ -13,23 +12,18 @@ from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 from ...geometry.quadratic import position
 from ..curved.panels import CurvedPanels
-from ..panels import Panels, make_panels
-from .clipping import area, clip, cross, fan_rule
+from ..panels import Panels
+from .clipping import area, cross, fan_rule, shared
 from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
-
-SLIVER = 1e-14
-"""Segments smaller than this share of the panel's square are round-off."""
 
 BENT = 1e-2
 """Distance over the size of a curved panel up to which two panels lie beside one another: shadows have straight sides."""
-SQUARE = ((0, 0), (1, 0), (1, 1), (0, 1))
 REACH = 5
 """Points along each direction of a curved panel at which its size is found."""
-SMALL = 2
-"""Points of a rule along each direction on a piece of a panel, where polynomials hardly vary, at most."""
-STRAIGHT, MOST = 6e-3, 3
-"""Distance of the middle of a side from the straight one between the corners, over the size of the panel, up to which it is
-clipped as a polygon; into how many pieces each side of other panels is cut at most."""
+PIECES, THIN = 6, 3
+"""Straight pieces of a curved side, and points of the rule on what lies between it and its chord, along each direction."""
+ALIKE = 1e-6
+"""Distance over the size of a panel up to which corners and middles of sides are those of another."""
 STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
 """Newton's steps to where a line meets a curved panel, the relative step that ends them, and how far they may leave it."""
 
@@ -54,8 +48,6 @@ class PanelFaces(Faces):
         Coefficients of ξ^i η^j of local coordinates, number 3i + j [length].
     bent : (n,) bool array
         Whether it is curved.
-    cut : (n,) bool array
-        Whether it is a piece of a panel.
     """
 
     centre: Array
@@ -65,7 +57,6 @@ class PanelFaces(Faces):
     polygon: Array
     shape: Array
     bent: Mask
-    cut: Mask
     SAMPLES: ClassVar[int] = 3
 
     @staticmethod
@@ -80,7 +71,7 @@ class PanelFaces(Faces):
         arrays += [[group.shape for group in groups]]
         centre, frame, size, outline, polygon, shape = (np.concatenate(parts)[chosen] for parts in arrays)
         bent = np.concatenate([np.full(len(group.index), isinstance(group, CurvedPanels)) for group in groups])[chosen]
-        return PanelFaces(centre, frame, size, outline, polygon, shape, bent, np.zeros(len(bent), dtype=bool))
+        return PanelFaces(centre, frame, size, outline, polygon, shape, bent)
 
     def at(self, number: Index, place: Array) -> tuple[Array, Array]:
         """Points (k, 3) and outward normals (k, 3) at local coordinates (k, 2) of some panels."""
@@ -127,71 +118,63 @@ class PanelFaces(Faces):
         return Hits(face, places, far)
 
     def segments(self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None) -> Segments:
-        """See `Faces.segments`: the others, projected onto the plane of each panel, clip it, both in straight pieces."""
-        (mine, own), (theirs, others) = self._pieces(), other._pieces()
-        found = own._clipped(others, order[mine], opposite[theirs], direction)
-        found = replace(found, face=mine[found.face], other=theirs[found.other])
+        """See `Faces.segments`: the others, projected onto the plane of each panel, clip it."""
+        found = self._clipped(other, order, opposite, direction)
         return self._nearest_only(other, found, along(direction, self.frame[:, 2]), direction)
 
-    def _pieces(self) -> tuple[Index, PanelFaces]:
-        """Panels, those whose sides curve in their own plane cut into some that hardly do, and of each the number here."""
-        number, side = np.nonzero(np.any(np.roll(self.polygon, -1, axis=1) != self.polygon, axis=2) & self.bent[:, None])
-        start, edge = (corners[number, side] for corners in (self.outline, np.roll(self.outline, -1, axis=1) - self.outline))
-        middle = 0.5 * (self.polygon + np.roll(self.polygon, -1, axis=1))[number, side]
-        place = self._projected(number, self.at(number, middle)[0], self.frame[number, 2])
-        bulge = np.zeros(len(self))
-        np.maximum.at(bulge, number, np.abs(cross(edge, place - start)) / np.linalg.norm(edge, axis=1))
-        count = np.clip(np.ceil(np.sqrt(bulge / STRAIGHT)), 1, MOST).astype(int)
-        if np.all(count == 1):
-            return np.arange(len(self)), self
-        whole, parents, parts, square = np.flatnonzero(count == 1), list[Index](), list[Array](), np.array(SQUARE)
-        for pieces in np.unique(count[count > 1]).tolist():
-            first = np.stack(np.meshgrid(*[np.arange(pieces)] * 2), axis=-1).reshape(-1, 1, 2)
-            share = (first + square).reshape(-1, 2) / pieces
-            cut = np.flatnonzero(count == pieces)
-            polygon = self.spread(np.repeat(cut, len(share)), np.tile(share, (len(cut), 1))).reshape(-1, 4, 2)
-            parents.append(np.repeat(cut, pieces**2))
-            parts.append(polygon)
-        parent, polygon = np.concatenate(parents), np.concatenate(parts)
-        corners = self.at(np.repeat(parent, 4), polygon.reshape(-1, 2))[0].reshape(-1, 4, 3)
-        flat = make_panels(corners, 0, parent)[0]
-        cuts = PanelFaces(flat.centre, flat.frame, flat.size, flat.polygon, polygon, self.shape[parent], self.bent[parent],
-                          np.ones(len(parent), dtype=bool))  # fmt: skip
-        names = PanelFaces.__annotations__.keys() - {"SAMPLES"}
-        joined = {key: np.concatenate([getattr(self, key)[whole], getattr(cuts, key)]) for key in names}
-        return np.concatenate([whole, parent]), PanelFaces(**joined)
-
     def _clipped(self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None) -> Segments:
-        """`segments` of panels with straight sides, whatever lies between."""
+        """`segments` of panels, whatever lies between."""
         normal = along(direction, self.frame[:, 2])
         i, j = other._near_lines(self.centre, normal, self.size)
         outward, against = (np.sum(normal[i] * plane, axis=1) for plane in (self.frame[i, 2], other.frame[j, 2]))
         ahead = (outward > SLACK) & (against < -SLACK)
         i, j = i[ahead], j[ahead]
-        corners = other.centre[j, None] + other.size[j, None, None] * (other.outline[j] @ other.frame[j, :2])
-        if other.bent.any():
-            corners = np.stack([other.at(j, other.polygon[j, k])[0] for k in range(4)], axis=1)
-        shadow = self._projected(i[:, None], corners, normal[i, None])[..., ::-1, :]
-        shared = clip(self.outline[i], shadow)
-        kept = area(shared) > SLIVER
-        i, j, shared = i[kept], j[kept], shared[kept]
+        pieces = PIECES if self.bent.any() or other.bent.any() else 1
+        rim = self._projected(np.arange(len(self))[:, None, None], self._rim(pieces), self.frame[:, None, None, 2])
+        shadow = self._projected(i[:, None, None], other._rim(pieces)[j], normal[i, None, None])[:, ::-1, ::-1]
+        i, j, sides, shadow = self._one_to_one(i, j, rim[i], shadow)
         # the rule with q points is exact to 2q - 2, of products with positions and with the panel's own polynomials, too
         own = self._degree(order)[i]
         count = (own + np.maximum(other._degree(opposite)[j], np.maximum(own, 1)) + 1) // 2 + 1
         # the area factor of curved panels
-        count = np.where(self.cut[i] | other.cut[j], np.minimum(count, SMALL), count + self.bent[i])
+        count = count + (self.bent[i] | other.bent[j])
         parts = [Segments(i[:0], np.empty((0, 2)), j[:0], np.empty((0, 2)), np.empty(0))]
-        for points in np.unique(count).tolist():
-            mine = np.flatnonzero(count == points)
-            local, weight = fan_rule(shared[mine], points)
-            chosen = weight > 0.0
-            face, seen = (np.broadcast_to(k[mine, None], weight.shape)[chosen] for k in (i, j))
-            place, weights = self._lifted(face, local[chosen], weight[chosen])
-            x, outward = self.at(face, place)
-            opposite_place = other._met(seen, x, along(direction, outward))[0]
-            found = np.all(np.isfinite(opposite_place), axis=1)
-            parts.append(Segments(face, place, seen, opposite_place, weights).take(found))
+        for number, polygon, sign in shared(sides, shadow):
+            rule = count[number] if len(parts) == 1 else np.full(len(number), THIN)
+            for points in np.unique(rule).tolist():
+                mine = np.flatnonzero(rule == points)
+                local, weight = fan_rule(polygon[mine], points)
+                chosen = weight > 0.0
+                face, seen = (np.broadcast_to(k[number[mine], None], weight.shape)[chosen] for k in (i, j))
+                place, weights = self._lifted(face, local[chosen], (sign[mine, None] * weight)[chosen])
+                x, outward = self.at(face, place)
+                opposite_place = other._met(seen, x, along(direction, outward))[0]
+                found = np.all(np.isfinite(opposite_place), axis=1)
+                parts.append(Segments(face, place, seen, opposite_place, weights).take(found))
         return Segments.joined(parts)
+
+    def _rim(self, pieces: int) -> Array:
+        """Points (n, 4, pieces + 1, 3) along the sides; curved ones enclose as much with their chord as the curve does."""
+        start, end = (corners[:, :, None] for corners in (self.polygon, np.roll(self.polygon, -1, axis=1)))
+        share = np.linspace(0.0, 1.0, pieces + 1)[:, None]
+        place = start + share * (end - start)
+        number = np.broadcast_to(np.arange(len(self))[:, None, None], place.shape[:-1])
+        x = self.at(number.ravel(), place.reshape(-1, 2))[0].reshape(*place.shape[:-1], 3)
+        chord = x[:, :, :1] + share * (x[:, :, -1:] - x[:, :, :1])
+        # of a parabola, inscribed lines leave out 1/pieces²
+        return x if pieces == 1 else np.asarray(chord + (x - chord) / (1.0 - pieces**-2))
+
+    def _one_to_one(self, i: Index, j: Index, rim: Array, shadow: Array) -> tuple[Index, Index, Array, Array]:
+        """Couples with their sides and shadows; curved panels that match face one another whole, and nothing else."""
+        middle = rim.shape[2] // 2
+        if middle == 0:
+            return i, j, rim, shadow
+        marks, others = (np.concatenate([lines[:, :, 0], lines[:, :, middle]], axis=1) for lines in (rim, shadow))
+        apart = np.abs(marks[:, :, None] - others[:, None]).max(axis=3)
+        alike = np.all(apart.min(axis=2) < ALIKE, axis=1)
+        kept = alike | ~(np.isin(i, i[alike]) | np.isin(j, j[alike]))
+        shadow = np.where(alike[:, None, None, None], rim, shadow)
+        return i[kept], j[kept], rim[kept], shadow[kept]
 
     def _degree(self, order: Index) -> Index:
         """Total degree of the basis: of triangles the order, of quadrilaterals twice that."""
