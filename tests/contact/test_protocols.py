@@ -26,6 +26,7 @@ from petcontact.contact.methods.projection import Projection
 from petcontact.contact.methods.registry import ContactNodes, law_of, method_of
 from petcontact.contact.rho_rules import Fixed, Modified, SelfAdaptive
 from petcontact.contact.state import ContactState, History
+from petcontact.contact.system import Modes
 
 COUNT = 30
 
@@ -260,3 +261,15 @@ def test_residuals_are_of_each_pair_by_its_own_tractions():
     sigma[m:], v = 0.0, system.u_0 * 1.0
     v[:m] += sigma[:m]
     assert natural_residuals(law, system, v, sigma, pairs)[1] == 1.0
+
+
+def test_what_sticks_under_a_free_plate_is_not_measured_by_round_off():
+    """Its tangents do not move at all, its normals do: both hold."""
+    m, spread = 4, np.random.default_rng(5).uniform(0.5, 1.0, 4)
+    law = SignoriniCoulomb(np.full(m, 0.8), np.full(m, np.inf), np.ones(m, dtype=bool), 2)
+    down = np.tile([0.0, 1.0], (m, 1))
+    modes = Modes(down[:, :, None], down[None], np.array([spread.sum()]))
+    system = ReducedSystem(np.zeros((m, 2)), np.diag(down.ravel()), np.ones(m), modes)
+    sigma, v = np.column_stack([0.1 * spread, -spread]), np.zeros((m, 2))
+    v[:, 0] = 1e-18 * np.array([1.0, -2.0, 1.0, 3.0])
+    assert max(natural_residuals(law, system, v, sigma)) < 1e-12

@@ -244,6 +244,13 @@ def test_an_elimination_without_digits_is_not_converged(loaded, monkeypatch, siz
     assert not solution.converged or off < 1e-3
 
 
+def test_what_misses_the_law_of_contact_is_not_converged(loaded, monkeypatch):
+    """Whatever a method calls converged: a pair without tractions whose law does not hold has a residual of 1."""
+    monkeypatch.setattr("petcontact.pipeline.steps.outcome.natural_residuals", lambda *state: (1.0, 0.0))
+    solution = solve(light(loaded, 1e-6))
+    assert not solution.converged and "law of contact is missed by 1.0e+00" in solution.reason
+
+
 def test_size_over_thickness(loaded):
     """Squares have none that counts, strips have that of their long sides, and next to a corner of 9° it is no matter."""
     strip = solve(loaded(LOAD, width=10.0, height=1.0, size=1.0, order=2))

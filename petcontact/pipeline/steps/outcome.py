@@ -27,6 +27,8 @@ from .wear import Tried
 
 LARGEST_IMBALANCE = 1e-2
 """Imbalance of a pair that is not accepted."""
+LAW = 1e-2
+"""Natural residual of a pair, over its tractions, that is not accepted; without any it is 0 or 1."""
 
 
 Fields = list[tuple[Array, Array]]
@@ -87,6 +89,8 @@ def _step_result(
     ends = increment.target == 1.0 and increment.number == len(problem.steps)
     if status == "converged" and (doubt := objection(residuals, overlap.between if ends else 0.0, overlap.where)):
         status, reason = "not converged", doubt
+    elif status == "converged" and not (worst := max(tangential, residuals["normal"])) <= LAW:
+        status, reason = "not converged", f"the law of contact is missed by {worst:.1e} of the tractions of a pair"
     elif status == "converged" and overlap.where:
         reason = f"{reason}; {OVERLAPPING}: {overlap.where}"
     obstacles = {

@@ -187,10 +187,12 @@ def test_polygons_are_clipped(seed):
         assert np.allclose((weight[0] @ x[0]) / weight.sum(), middle, atol=1e-9)
 
 
-@pytest.mark.parametrize("order", [1, 2])
-def test_pressure_passes_evenly_between_curved_panels_that_do_not_match(order):
-    """A ball in a hollow sphere: panels of one go over the curved sides of those of the other. Polygons through the corners
-    passed on 20 % more or less here and there."""
+@pytest.mark.parametrize("order", [1, 2, 3])
+@pytest.mark.parametrize("size", [0.4, 0.25])
+def test_pressure_passes_evenly_between_curved_panels(order, size):
+    """A ball in a hollow sphere: panels of one go over the curved sides of those of the other, or match.
+
+    Polygons in straight pieces passed on 31 % more or less here and there with order 3, 5 % in L2; 15 % where panels match."""
 
     def sides(*corners):
         return [OutlineSide(part, to, radius=radius) for part, to, radius in corners]
@@ -198,11 +200,12 @@ def test_pressure_passes_evenly_between_curved_panels_that_do_not_match(order):
     ball = Revolved([sides(("fit", (1, 0), 1.0), ("fit", (0, 1), 1.0), ("axis", (0, -1), None))], angle=90.0)
     hollow = Revolved([sides(("outer", (2, 0), 2.0), ("outer", (0, 2), 2.0), ("axis", (0, 1), None), ("fit", (1, 0), -1.0),
                              ("fit", (0, -1), -1.0), ("axis", (0, -2), None))], angle=90.0)  # fmt: skip
-    one, two = round_mesh(ball.outline(), 0.5, order), round_mesh(hollow.outline(), 0.8, order)
+    one, two = round_mesh(ball.outline(), 0.25, order), round_mesh(hollow.outline(), size, order)
     met = face(one, "fit", two, "fit", None)
     passed, weight = met.loads @ np.ones(len(met.secondary)), two.weight[met.primary]
-    assert not met.matched and np.abs(passed - 1.0).max() < 0.05
-    assert np.sqrt(weight @ (passed - 1.0) ** 2 / weight.sum()) < 0.02
+    assert met.matched == (size == 0.25)
+    assert np.abs(passed - 1.0).max() < (1e-12 if met.matched else 0.03)
+    assert np.sqrt(weight @ (passed - 1.0) ** 2 / weight.sum()) < 4e-3
 
 
 def test_how_far_facets_miss_their_circle_is_known_node_by_node():
