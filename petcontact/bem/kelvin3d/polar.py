@@ -42,6 +42,8 @@ CENTRE = 0.5
 """1 less the distance over the radius of curvature, below which that counts for the zeros of |y - x|²."""
 TOGETHER = 4
 """Rays that take the same number of points: a vector of the compiled code."""
+Powers = tuple[Array, Array, Array]
+"""Vectors along rays, (n, 3) each, by powers of ρ."""
 FLATTEST = 1e-10
 """Height of a side over the panel's size below which the foot is on the side."""
 
@@ -144,7 +146,7 @@ def polar_rule(panels: CurvedPanels, number: int, x: Array, foot: Array, distanc
     ray = (np.stack([side[:, 1], -side[:, 0]], axis=1) + np.sinh(s)[:, None] * side) / cosh[:, None]
     reach, share, slope, end = h * cosh, weight / cosh, ray @ to_local.T, np.zeros(2)
     positions, normals = _along_rays(panel, foot, slope)
-    zeros = [_nearest_zero(*powers, STRAIGHT / size**2) for powers in (positions, normals)]
+    zeros = [_nearest_zero(*terms, STRAIGHT / size**2) for terms in (positions, normals)]
     middle = half = 0.5 * reach
     if not own:
         b = ray @ (frame @ (y[0, 0] - x))
@@ -187,7 +189,7 @@ def _around_side(height: float, ends: Array, part: tuple[float, float], side: Ar
     return float(ellipse(zeros, 0.5 * s.sum(), 0.5 * (s[1] - s[0])).min())
 
 
-def _along_rays(panel: CurvedPanels, foot: Array, slope: Array) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
+def _along_rays(panel: CurvedPanels, foot: Array, slope: Array) -> tuple[Powers, Powers]:
     """(y - y_0) / ρ and the normal times the area factor by powers of ρ, (n, 3) each, along rays of slopes (n, 2)."""
     shift = (np.array([[1.0, z, z * z], [0.0, 1.0, 2.0 * z], [0.0, 0.0, 1.0]]) for z in foot)
     c = np.einsum("ai,bj,ijk->abk", *shift, panel.shape[0].reshape(3, 3, 3))
@@ -202,7 +204,7 @@ def _along_rays(panel: CurvedPanels, foot: Array, slope: Array) -> tuple[tuple[A
     return (y_1, y_2, y_3), (n_0, n_1, n_2)
 
 
-def _about_centres(away: Array, flat: Array, slope: Array, position: tuple[Array, ...], straight: float) -> Array:
+def _about_centres(away: Array, flat: Array, slope: Array, position: Powers, straight: float) -> Array:
     """Zeros of |y - x|² to its fourth order, (2, n), on rays that curve about the target; on others the flat panel's."""
     y_1, y_2, y_3 = position
     second, third = 1.0 + 2.0 * y_2 @ away, 2.0 * (np.sum(y_1 * y_2, axis=1) + y_3 @ away)
