@@ -134,8 +134,12 @@ def natural_residuals(
     still = STILL * contact_norm(displaced, system.weight)
     for pair in pairs:
         both = (x[pair] for x in (sigma, displaced, strained, least))
-        (size, *tractions), (_, *moving), (_, *straining), (floor, *_) = group_norms(system.weight[pair], law.groups, *both)
+        (size, *tractions), (_, *moving), (whole, *straining), (floor, *_) = group_norms(
+            system.weight[pair], law.groups, *both
+        )
         for group, traction, moved, own in zip(law.groups, tractions, moving, straining, strict=True):
+            # under a free plate that all of a body sticks to, tangents move by round-off only
+            own = own if own > ROUND_OFF * whole else whole
             rho[pair, group] = balance = ratio(max(moved, still, FLOOR * max(floor, own)), traction or size, 0.0)
             if balance == 0.0:
                 common = balanced(law, system, v, sigma)[0] if common is None else common
