@@ -84,15 +84,10 @@ INLINE void side_of(const double (*taylor)[3], const double *foot, const double 
     }
 }
 
-/* ln ρ of an interval of the angle s about a side from t1 to t2 along it, at a height over the foot: zeros of |y - y_0|² on the flat
-   side, and on the true one, whose position is a + b τ + c τ², τ from -1 to 1: two pairs. */
-INLINE double around_side(double height, double t1, double t2, const double *s, const double *a, const double *b,
-                          const double *c)
+/* Zeros above the real axis of a quartic that is a squared length, by powers: one by Newton's steps from x + iy, and the other. */
+INLINE void zeros_of(const double *q, int steps, double x, double y, double *re, double *im)
 {
-    const double middle = 0.5 * (s[0] + s[1]), half = 0.5 * (s[1] - s[0]);
-    const double q[5] = {dot3(a, a), 2.0 * dot3(a, b), dot3(b, b) + 2.0 * dot3(a, c), 2.0 * dot3(b, c), dot3(c, c)};
-    double x = -(t1 + t2) / (t2 - t1), y = 2.0 * height / (t2 - t1);
-    for (int step = 0; step < 4; step++) { /* Newton's, from the flat side's */
+    for (int step = 0; step < steps; step++) {
         double u = q[4], v = 0.0, du = 0.0, dv = 0.0;
         for (int d = 3; d >= 0; d--) {
             const double slope = du * x - dv * y + u, old = u;
@@ -105,15 +100,52 @@ INLINE double around_side(double height, double t1, double t2, const double *s, 
         x -= (u * du + v * dv) * over;
         y -= (v * du - u * dv) * over;
     }
-    const double fourth = q[4] > 1e-12 * q[2] ? q[4] : 1e-12 * q[2], mean = -0.5 * q[3] / fourth - x;
+    const double fourth = q[4] > 1e-12 * fabs(q[2]) ? q[4] : 1e-12 * fabs(q[2]), mean = -0.5 * q[3] / fourth - x;
     const double rest = mean * mean - q[0] / (fourth * (x * x + y * y)), root = sqrt(fabs(rest));
-    const double re[2] = {x, rest > 0.0 ? mean - copysign(root, mean) : mean}, im[2] = {fabs(y), rest > 0.0 ? 0.0 : root};
+    re[0] = x;
+    im[0] = fabs(y);
+    re[1] = rest > 0.0 ? mean - copysign(root, mean) : mean;
+    im[1] = rest > 0.0 ? 0.0 : root;
+}
+
+/* ln ρ of an interval of the angle s about a side from t1 to t2 along it, at a height over the foot: zeros of |y - y_0|² on the flat
+   side, and on the true one, whose position is a + b τ + c τ², τ from -1 to 1: two pairs. */
+INLINE double around_side(double height, double t1, double t2, const double *s, const double *a, const double *b,
+                          const double *c)
+{
+    const double middle = 0.5 * (s[0] + s[1]), half = 0.5 * (s[1] - s[0]);
+    const double q[5] = {dot3(a, a), 2.0 * dot3(a, b), dot3(b, b) + 2.0 * dot3(a, c), 2.0 * dot3(b, c), dot3(c, c)};
+    double re[2], im[2];
+    zeros_of(q, 4, -(t1 + t2) / (t2 - t1), 2.0 * height / (t2 - t1), re, im);
     double least = ellipse(0.0, 0.5 * PI, middle, half);
     for (int k = 0; k < 2; k++) {
         double u, v;
         complex_area_sinh((0.5 * (t1 + t2) + 0.5 * (t2 - t1) * re[k]) / height, 0.5 * (t2 - t1) * im[k] / height, &u, &v);
         const double bent = ellipse(u, v, middle, half);
         least = bent < least ? bent : least;
+    }
+    return least;
+}
+
+/* ln ρ of an interval of v about the zeros of |y - x|² along a ray, where the target is about as far as its centre of curvature:
+   powers q of ρ, q[2] less than one and q[4] > 0; ρ = c sinh v - b. */
+INLINE double around_centre(const double *q, double along, double scale, double middle, double half)
+{
+    const double rest = q[2] * q[2] - 4.0 * q[4] * q[0], over = 0.5 / q[4]; /* first without the odd powers */
+    double x = 0.0, y = 0.0, least = INFINITY, re[2], im[2];
+    if (rest > 0.0)
+        y = sqrt(2.0 * q[0] / (fabs(q[2]) + sqrt(rest)));
+    else {
+        const double size = sqrt(q[0] / q[4]);
+        x = sqrt(0.5 * (size - q[2] * over));
+        y = sqrt(0.5 * (size + q[2] * over));
+    }
+    zeros_of(q, 8, x, y, re, im);
+    for (int k = 0; k < 2; k++) {
+        double u, v;
+        complex_area_sinh((re[k] + along) / scale, im[k] / scale, &u, &v);
+        const double zero = ellipse(u, v, middle, half);
+        least = zero < least ? zero : least;
     }
     return least;
 }
@@ -193,6 +225,7 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         const double length = sqrt(corner[i][0] * corner[i][0] + corner[i][1] * corner[i][1]);
         size = length > size ? length : size;
     }
+    const double straight = 1e-6 / (size * size);
     rays->own = distance <= 1e-10 * size;
     taylor_of(p->shape, foot[0], foot[1], rays->taylor);
     for (int k = 0; k < 3; k++)
@@ -248,7 +281,7 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
         rays->xi[i] = (ray[0][i] - m01 * rays->eta[i]) / m00;
     }
     const double(*c)[3] = (const double(*)[3])rays->taylor;
-    double slope[2][RAYS], bend[2][RAYS], middle[RAYS], half[RAYS];
+    double slope[2][RAYS], bend[2][RAYS], middle[RAYS], half[RAYS], powers[3][RAYS]; /* of ρ, 2 to 4, in |y - x|² */
     for (int i = 0; i < n; i += 4) {
         Four xi, eta, y[3][3], a[2][3], b[2][3], normal[3][3];
         memcpy(&xi, rays->xi + i, sizeof xi);
@@ -269,6 +302,15 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
             normal[2][k] = c[3][u] * b[1][v] - c[3][v] * b[1][u] + a[0][u] * b[0][v] - a[0][v] * b[0][u] +
                            a[1][u] * c[1][v] - a[1][v] * c[1][u];
         }
+        Four second = 1.0 - (Four){0.0}, third = {0.0}, fourth = {0.0};
+        for (int k = 0; k < 3; k++) {
+            second += 2.0 * c[0][k] * y[1][k];
+            third += 2.0 * (y[0][k] * y[1][k] + c[0][k] * y[2][k]);
+            fourth += y[1][k] * y[1][k] + 2.0 * y[0][k] * y[2][k];
+        }
+        memcpy(powers[0] + i, &second, sizeof second);
+        memcpy(powers[1] + i, &third, sizeof third);
+        memcpy(powers[2] + i, &fourth, sizeof fourth);
         bends_of(y, slope[0] + i, bend[0] + i);
         bends_of(normal, slope[1] + i, bend[1] + i);
     }
@@ -284,6 +326,12 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
             middle[i] = 0.5 * logarithm(low * high);
             half[i] = 0.5 * logarithm(high / low);
             log_rho[i] = ellipse(0.0, 0.5 * PI, middle[i], half[i]);
+            if (powers[0][i] < 0.5) {
+                const double fourth = powers[2][i] > straight ? powers[2][i] : straight;
+                const double q[5] = {square, 2.0 * along, powers[0][i], powers[1][i], fourth};
+                const double zero = around_centre(q, along, scale, middle[i], half[i]);
+                log_rho[i] = zero < log_rho[i] ? zero : log_rho[i];
+            }
             rays->along[i] = along;
             rays->scale[i] = scale;
             rays->up[i] = sqrt(low * high);
@@ -292,7 +340,7 @@ INLINE void rays_about(const Panel *p, const Near *near, const double *x, Rays *
     for (int k = 0; k < 2; k++) {
         double re[RAYS], im[RAYS];
         for (int i = 0; i < n; i++)
-            nearest_zero(slope[k][i], bend[k][i], 1e-6 / (size * size), re + i, im + i);
+            nearest_zero(slope[k][i], bend[k][i], straight, re + i, im + i);
         if (!rays->own)
             for (int i = 0; i < n; i++) {
                 double along, up;

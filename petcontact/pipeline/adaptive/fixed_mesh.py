@@ -4,6 +4,7 @@ joined; on surfaces by the tails of tractions."""
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -20,7 +21,7 @@ from ..discrete.discretise import MeshMaker, discretise
 from ..run import prepare, unreported
 from ..trust.known_data import missed_data
 from .difference import difference, displacement_difference
-from .order_below import beside_error, whole_error
+from .other_orders import beside_error, whole_error
 from .slip import contact_lines, displacement_scale
 from .tails import TailErrors
 
@@ -58,15 +59,8 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
         solution = _warned(solution, missed)
     curves = all(isinstance(mesh, CurveMesh) for mesh in solution.meshes.values())
     reason = "" if carries_something(solution) or not solution.nodes else "contact carries nothing"
-    if not solution.nodes and not curves:
-        error = whole_error(solution, lambda make: _again(solution, make, comm, law))
-        if math.isfinite(error):
-            return _estimated(solution, {"estimated_error": min(error, 1.0)})
-        reason = "compare with a finer mesh"
-    if not reason and not curves:
-        beside = beside_error(solution, lambda make: _again(solution, make, comm, law)) if solution.bilateral else math.nan
-        error, of_resultants = TailErrors(solution).error(beside)
-        return _estimated(solution, {"estimated_error": error, "resultant_error": of_resultants})
+    if not curves and not reason:
+        return _on_surfaces(solution, lambda make: _again(solution, make, comm, law))
     reason = reason or _costly(solution, comm)
     if not reason:
         try:
@@ -77,6 +71,21 @@ def with_estimate(solution: Solution, comm: Any, law: Any = None) -> Solution:
         except PetcontactError:  # data given for the nodes of one mesh, a body that half the elements do not hold
             reason = "half as many elements do not pose the problem"
     return replace(solution, info={**solution.info, "error_unknown": reason})
+
+
+def _on_surfaces(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> Solution:
+    """As `with_estimate`."""
+    whole = beside = math.nan
+    if solution.bilateral or not solution.nodes:
+        whole = whole_error(solution, solved_on)
+    if not solution.nodes:
+        if math.isnan(whole):
+            return replace(solution, info={**solution.info, "error_unknown": "compare with a finer mesh"})
+        return _estimated(solution, {"estimated_error": min(whole, 1.0)})
+    if solution.bilateral and math.isnan(whole):
+        beside = beside_error(solution, solved_on)
+    error, of_resultants = TailErrors(solution).error(beside, whole)
+    return _estimated(solution, {"estimated_error": error, "resultant_error": of_resultants})
 
 
 def _estimated(solution: Solution, found: dict[str, Any]) -> Solution:

@@ -65,13 +65,13 @@ class TailErrors:
         parts = {(side.body, side.part) for side in self._sides} | {side.primary for side in self._sides if side.primary}
         return {(body, part): EdgeJumps(self._meshes[body], part) for body, part in parts}
 
-    def error(self, beside: float = math.nan) -> tuple[float, float]:
+    def error(self, beside: float = math.nan, whole: float = math.nan) -> tuple[float, float]:
         """Relative errors in L2, over all interfaces and step ends the largest: of u_t, or of p and q, and of resultants.
 
         Of p and q: tails and what jumps add, over ‖p‖, which fade out towards the rim of a part as `difference` does. Of u_t
-        of the paper's problem, over ‖u_t‖: the tail of u in the contact, and what other faces add, which is `beside` where
-        that is known (see `beside_error`), else by `slip_squares` and by what tractions lack of equilibrium. Resultants are
-        off by about the product of both, and by the same lack.
+        of the paper's problem, over ‖u_t‖: `whole` where that is known (see `whole_error`), else the tail of u in the
+        contact, and what other faces add: `beside` where that is known (see `beside_error`), else by `slip_squares` and by
+        what tractions lack of equilibrium. Resultants are off by about the product of both, and by the same lack.
         """
         solution, worst = self.solution, 0.0
         for step in step_ends(solution.steps):
@@ -86,6 +86,8 @@ class TailErrors:
             return min(worst, 1.0), min(worst**2 + uneven, 1.0)
         if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
             return 0.0, worst**2 + uneven
+        if not math.isnan(whole):
+            return min(whole, 1.0), worst * min(whole, 1.0) + uneven
         squares, (mesh,) = self.slip_squares(solution.last), self._meshes
         contact = np.isin(np.arange(mesh.n_elements), mesh.element[solution.contact.nodes])
         scale, order = displacement_scale(solution), int(mesh.order[~contact].max(initial=0))

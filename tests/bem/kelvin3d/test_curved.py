@@ -96,6 +96,16 @@ def test_more_digits_are_there_close_above_a_side(corners: int, order: int, seed
         assert np.abs(ours[..., 0] - true).max() <= 2e-10 * np.abs(true).max()
 
 
+def test_more_digits_are_there_near_a_centre_of_curvature() -> None:
+    """2e-10 where it is asked for: |y - x|² loses its ρ² term there, and the flat panel's zeros left 3e-10."""
+    rng = np.random.default_rng([3, 146, 15])
+    panel = a_curved_panel(3, 2, rng, 0.15)
+    x = beside(panel, (0.7,) * 7, rng)[4:5]
+    exact = by_subdivision(panel, x[0])
+    for ours, true in zip(integrals(x, panel, NU, tolerance=1e-11), exact, strict=True):
+        assert np.abs(ours[..., 0] - true).max() <= 1e-12 * np.abs(true).max()
+
+
 @pytest.mark.parametrize(("corners", "seed", "row"), [(4, 3, 0), (3, 21, 1)])
 def test_points_beside_a_side_have_their_foot_there(corners: int, seed: int, row: int) -> None:
     """Newton's way to the nearest point stopped in a corner, and where its step passed the side: T was off by 3e-2."""

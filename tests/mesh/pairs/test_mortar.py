@@ -192,7 +192,7 @@ def test_polygons_are_clipped(seed):
 def test_pressure_passes_evenly_between_curved_panels(order, size):
     """A ball in a hollow sphere: panels of one go over the curved sides of those of the other, or match.
 
-    Polygons in straight pieces passed on 31 % more or less here and there with order 3, 5 % in L2; 15 % where panels match."""
+    Polygons in straight pieces passed on 31 % more or less here and there with order 3, 5 % in L2; 15 % on matching ones."""
 
     def sides(*corners):
         return [OutlineSide(part, to, radius=radius) for part, to, radius in corners]

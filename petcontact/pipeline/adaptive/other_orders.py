@@ -1,0 +1,190 @@
+"""Errors by panels of another order: of u_t in bilateral contact, and of u where there is no contact."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ...arrays import Array, Mask
+from ...contact.law_protocol import STICK
+from ...errors import PetcontactError
+from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...model.shapes.files import Superelement
+from ...refinement.corner_exponents import SLIDING
+from ...refinement.panels.edges import edge_exponent
+from ...results.records import step_ends
+from ...results.solution import Solution
+from ..discrete.discretise import MeshMaker
+from .slip import displacement_scale
+
+HIGHEST = 3
+"""Order of panels."""
+FEW, MOST = 1200, 5000
+"""Nodes of a body up to which another solve is nothing to wait for: of panels of the next order, which costs up to four
+times the first one, and of the solution where they are of the order below, which costs .5 to .8 of it."""
+SURE = 1.6
+"""Factor of `share`, measured by scripts/verify_space: far from the limit errors fall slower than they do there."""
+
+
+def share(order: int, other: int, exponent: float) -> float:
+    """Error over what another order changes, of a functional whose error falls as (p + 1)^-4λ.
+
+    As those of energies do where displacements behave like r^λ at the ends of elements: the error in the norm of energy
+    falls as (p + 1)^-2λ, twice as fast as in h (I. Babuska, M. Suri, The h-p version of the finite element method with
+    quasiuniform meshes, RAIRO M2AN 21 (1987) 199-238), and that of the energy is its square.
+
+    Parameters
+    ----------
+    order, other : int
+        p, and that of the solution that it is compared with.
+    exponent : float
+        λ.
+
+    Examples
+    --------
+    >>> [round(share(order, other, 0.6), 2) for order, other in ((2, 1), (3, 2), (2, 3))]
+    [0.61, 1.01, 2.01]
+    """
+    return 1.0 / abs(math.pow((order + 1.0) / (other + 1.0), 4.0 * exponent) - 1.0)
+
+
+def whole_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
+    """Error of u_t of one body in bilateral contact, or of u of bodies without contact, the largest over bodies and step
+    ends: in L2 a `share` of what it changes by where all panels are of the next order; without contact, where that costs
+    too much, of the order below.
+
+    Parameters
+    ----------
+    solution : Solution
+    solved_on : callable
+        The solution of the same problem on other meshes.
+
+    Returns
+    -------
+    float
+        nan where it is not known: in contact, with panels of order 3 and where more than `FEW` nodes were to be solved
+        for; without it with panels of order 0, too, where these are many, and on more than `MOST`.
+    """
+    meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+    if any(isinstance(body.geometry, Superelement) for body in solution.problem.body):
+        return math.nan
+    change = 1
+    if max(map(_next_nodes, meshes)) > FEW or max(mesh.order.max() for mesh in meshes) >= HIGHEST:
+        change = -1
+        if solution.bilateral or max(mesh.n_nodes for mesh in meshes) > MOST or min(mesh.order.min() for mesh in meshes) < 1:
+            return math.nan
+    orders = [int(mesh.order.max()) for mesh in meshes]
+    shares = [share(order, order + change, _exponent(solution, k)) for k, order in enumerate(orders)]
+    changed = [other_order(mesh, np.ones(mesh.n_elements, dtype=bool), change, each)
+               for mesh, each in zip(meshes, shares, strict=True)]  # fmt: skip
+    other = _converged(solved_on, changed)
+    if other is None:
+        return math.nan
+    worst = 0.0
+    for one, two in zip(step_ends(solution.steps), step_ends(other.steps), strict=True):
+        for mesh, second, each, name in zip(meshes, changed, shares, one.bodies, strict=True):
+            found = (mesh, one.bodies[name].u), (second, two.bodies[name].u)
+            (lower, u), (higher, finer) = found[::change]
+            apart, nodes = lower.basis_at(higher.element, higher.places) @ u - finer, np.arange(higher.n_nodes)
+            if solution.bilateral:
+                nodes, size = other.contact.nodes, displacement_scale(solution)
+                apart = apart - np.sum(apart * higher.normal, axis=1, keepdims=True) * higher.normal
+            else:
+                size = _norm(mesh.weight, one.bodies[name].u)
+            worst = max(worst, SURE * each * _norm(higher.weight[nodes], apart[nodes]) / size if size > 0.0 else 0.0)
+    return worst
+
+
+def beside_error(solution: Solution, solved_on: Callable[[MeshMaker], Solution]) -> float:
+    """Error of u_t of one body in bilateral contact that is due to its other faces, over ‖u_t‖, by what it changes by where
+    these are of the order below.
+
+    It sees what tails do not: a body that is too stiff as a whole, since its held face or its bending is resolved poorly.
+
+    Parameters
+    ----------
+    solution, solved_on
+        As in `whole_error`.
+
+    Returns
+    -------
+    float
+        nan where it is not known: beside panels of order 0 and 1, and on more than `MOST` nodes.
+    """
+    mesh, nodes = as_surface(solution.mesh), solution.contact.nodes
+    contact = np.zeros(mesh.n_elements, dtype=bool)
+    contact[mesh.element[nodes]] = True
+    order = mesh.order[~contact]
+    from_file = isinstance(solution.problem.body[0].geometry, Superelement)
+    if from_file or mesh.n_nodes > MOST or len(order) == 0 or order.min() < 2:
+        return math.nan
+    gained = share(p := int(order.max()), p - 1, _exponent(solution, 0))
+    other = _converged(solved_on, [other_order(mesh, ~contact, -1, gained)])
+    if other is None:
+        return math.nan
+    return (
+        SURE
+        * gained
+        * _norm(solution.contact.weight, other.contact.u_t - solution.contact.u_t)
+        / displacement_scale(solution)
+    )
+
+
+def _exponent(solution: Solution, number: int) -> float:
+    """λ of a body; what is in contact may stick where some of it does."""
+    sticks = set(solution.contact.part[solution.contact.state == STICK].tolist())
+    slides = dict.fromkeys(set(solution.contact.part.tolist()) - sticks, (SLIDING,)) if solution.bilateral else {}
+    body = solution.problem.body[number]
+    return edge_exponent(as_surface(list(solution.meshes.values())[number]), body, slides)
+
+
+def _norm(weight: Array, values: Array) -> float:
+    return math.sqrt(float(weight @ np.sum(values**2, axis=1)))
+
+
+def _converged(solved_on: Callable[[MeshMaker], Solution], meshes: Sequence[SurfaceMesh]) -> Solution | None:
+    """The solution on other meshes, where there is one."""
+    try:
+        other = solved_on(lambda number, one, boundary: meshes[number])
+    except PetcontactError:  # data given for the nodes of one mesh
+        return None
+    return other if other.converged else None
+
+
+def _next_nodes(mesh: SurfaceMesh) -> int:
+    """Of the mesh with all panels of the next order."""
+    triangle = np.isnan(mesh.corners[:, 3, 0])
+    after = mesh.order + 2
+    return int(np.sum(np.where(triangle, after * (after + 1) // 2, after**2)))
+
+
+def other_order(mesh: SurfaceMesh, marked: Mask, change: int, gained: float) -> SurfaceMesh:
+    """The mesh with marked panels of another order, and curved sides so far nearer to, or from, the arcs through their
+    points that this times `gained` is what they are off.
+
+    A parabola of chord h and sagitta s = hθ/4 lies hθ³/120 inside of an arc of the angle 2θ, on average; one whose sagitta
+    is less by 0.8 s (s/h)² lies that much further inside.
+
+    Parameters
+    ----------
+    mesh : SurfaceMesh
+    marked : (n_elements,) bool array
+    change : int
+        Of the order, 1 or -1.
+    gained : float
+        As `share` has it.
+    """
+    start, end = mesh.corners, np.roll(mesh.corners, -1, axis=1)
+    triangle = np.isnan(start[:, 3, 0])
+    end[triangle, 2] = start[triangle, 0]
+    order = mesh.order + change * marked
+    if not len(mesh.middles):
+        return replace(mesh, order=order)
+    sagitta = mesh.middles[:, :4] - 0.5 * (start + end)
+    part = np.sum(sagitta**2, axis=2) / np.sum((end - start) ** 2, axis=2)
+    off = change / gained * 0.8 * part[:, :, None] * sagitta
+    off = np.concatenate([off, 0.5 * off.sum(axis=1, keepdims=True)], axis=1)
+    return replace(mesh, order=order, middles=mesh.middles + off)
