@@ -28,6 +28,12 @@ def handlers():
         signal.signal(number, handler)
 
 
+@pytest.fixture(autouse=True)
+def told(monkeypatch):
+    """Options of a problem that nothing used are told by the next command in the process: not by that of the next test."""
+    monkeypatch.setattr("petcontact.runtime.petsc._from_tables", {})
+
+
 @pytest.fixture(scope="session")
 def comm():
     """PETSc.COMM_SELF: the serial tests must not meet on a communicator of many."""

@@ -28,8 +28,7 @@ def test_an_option_that_nothing_reads_is_refused(words, message, capsys):
     assert message in said and said.count("\n") == 1
 
 
-def test_petsc_options_that_nothing_uses_are_named_in_python(monkeypatch):
-    monkeypatch.setattr("petcontact.runtime.petsc._from_tables", {})  # of the process: later tests shall not see them
+def test_petsc_options_that_nothing_uses_are_named_in_python():
     problem = example(1, mesh=MeshOptions(element_size=0.8))
     with pytest.warns(UserWarning, match=r"petsc_options that nothing used: nix, -ksp_type"):
         solve(problem, petsc_options={"ksp_type": "gmres", "pc_type": "jacobi", "nix": 1, "-ksp_type": "cg"})

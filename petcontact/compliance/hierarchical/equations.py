@@ -109,7 +109,9 @@ class MixedEquations:
             return self._state(posed, known, sigma, np.zeros(self.coupling.size + posed.balance.count))
         x = self._start(posed, start)
         strained = self._sizes(start.z - self.motions @ (self._dual.T @ start.z))  # rigid motions have no residual
-        sizes, rest = np.maximum(strained, NEGLIGIBLE * self._sizes(start.z)), np.zeros(self.coupling.size + count)
+        # where bodies meet, the round-off of the largest displacement is in the equations of both
+        sizes = np.maximum(strained, NEGLIGIBLE * self._sizes(start.z).max(initial=0.0))
+        rest = np.zeros(self.coupling.size + count)
         if not sizes.all():
             self._weight[:] = 1.0
             sizes = np.where(sizes > 0.0, sizes, self._sizes(self.whole(self._residual(posed, known, sigma, rest))))
@@ -136,10 +138,17 @@ class MixedEquations:
         alpha = np.zeros(bodies + motion.shape[2])
         common = min(len(alpha), len(start.alpha))
         alpha[:common] = start.alpha[:common]
-        moving = (motion @ alpha[bodies:]).ravel()
-        opposite = -(coupling.opposite @ start.z[coupling.met]) - moving
-        z = start.z.copy()
-        z[coupling.secondary] = coupling.nearest(posed.expansion.relation, start.v, start.sigma, opposite)
+        z, v = start.z.copy(), start.v
+        held = posed.balance.held
+        if len(held):
+            # motions that are given: rigid ones leave the equations of bodies as they are, an iteration strains them
+            change = np.linalg.lstsq(held, posed.balance.amplitude - held @ alpha, rcond=None)[0]
+            alpha += change
+            moved = self.motions @ np.linalg.solve(self._coordinates, change[:bodies]) if bodies else np.zeros(len(z))
+            z += moved
+            v = v + (coupling.seen @ moved[coupling.met] + (motion @ change[bodies:]).ravel()).reshape(v.shape)
+        opposite = -(coupling.opposite @ z[coupling.met]) - (motion @ alpha[bodies:]).ravel()
+        z[coupling.secondary] = coupling.nearest(posed.expansion.relation, v, start.sigma, opposite)
         multipliers = np.linalg.solve(self._coordinates, start.beta - start.alpha[:bodies]) if bodies else np.zeros(0)
         return np.concatenate([z, multipliers, alpha[bodies:]])
 

@@ -8,6 +8,8 @@ therefore hands on force and moment of the normal tractions exactly.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import scipy
 
@@ -21,8 +23,8 @@ SMOOTH = 0.5
 """Least cosine between the normals of neighbouring elements of one smooth surface."""
 LARGEST = 1.0
 """Change of an entry of V, of all those that sum to 1, beyond which the centre of what it sees stays where it is."""
-SINGULAR = 1e-10
-"""Of singular values of normal equations, over the largest: those below it are round-off."""
+STABLE = 0.02
+"""Least ratio of sums of squares with signs and without; polynomials that pieces do not determine so well are left out."""
 WHOLE = 0.9
 """Share of an element that faces something from which on all its polynomials are determined there; below, affine ones."""
 
@@ -58,25 +60,37 @@ def projection(
         chosen = np.flatnonzero((alike == (points, p, negative, one)).all(axis=1))
         place = start[chosen][:, None] + np.arange(points)
         node = secondary.first_node[element[start[chosen]]][:, None] + np.arange(p)
-        trial = np.eye(p) if one < 0 else _affine(secondary.x[node[0]])
-        factor = root[place][:, :, None] * (basis[place][:, :, :p] @ trial)
-        found = trial @ _least_squares(factor, np.sign(weight[place]) if negative else None)
+        factor = root[place][:, :, None] * basis[place][:, :, :p]
+        if negative:
+            found = np.stack([
+                _signed(inside, sign, [*([np.eye(p)] if one < 0 else []), _affine(x), np.ones((p, 1))])
+                for inside, sign, x in zip(factor, np.sign(weight[place]), secondary.x[node], strict=True)
+            ])  # fmt: skip
+        else:
+            trial = np.eye(p) if one < 0 else _affine(secondary.x[node[0]])
+            found = trial @ np.linalg.pinv(factor @ trial)
         found *= root[place][:, None, :]
-        rows.append(np.broadcast_to(node[:, :, None], found.shape).ravel())
-        columns.append(np.broadcast_to(place[:, None], found.shape).ravel())
-        entries.append(found.ravel())
+        kept = found.any(axis=(1, 2))
+        rows.append(np.broadcast_to(node[kept, :, None], found[kept].shape).ravel())
+        columns.append(np.broadcast_to(place[kept, None], found[kept].shape).ravel())
+        entries.append(found[kept].ravel())
     triples = np.concatenate(entries), (np.concatenate(rows), np.concatenate(columns))
     project = scipy.sparse.csr_array(triples, shape=(secondary.n_nodes, len(element)))
     seen = _seen(primary, others[segments.other[order]], segments.opposite[order], y[order])
     return scipy.sparse.csr_array(project @ seen)
 
 
-def _least_squares(factor: Array, sign: Array | None) -> Array:
-    """Inverses (g, p, q) of factors (g, q, p) in least squares; of sums with signs (g, q) by their normal equations."""
-    if sign is None:
-        return np.asarray(np.linalg.pinv(factor))
-    signed = factor.transpose(0, 2, 1) * sign[:, None]
-    return np.asarray(np.linalg.pinv(signed @ factor, rcond=SINGULAR, hermitian=True) @ signed)
+def _signed(factor: Array, sign: Array, trials: Sequence[Array]) -> Array:
+    """The inverse (p, q) of a factor (q, p) in least squares with signs (q,), of the first trial functions (p, r) that they
+    determine; zero where nothing is: what lies beside the other side, but for slivers that cancel."""
+    for trial in trials:
+        along, size, across = np.linalg.svd(factor @ trial, full_matrices=False)
+        known = size > ROUND * size[0]
+        along, across = along[:, known], across[known].T / size[known]
+        gram = along.T @ (sign[:, None] * along)
+        if np.linalg.eigvalsh(gram)[0] >= STABLE:
+            return np.asarray(trial @ across @ np.linalg.solve(gram, along.T * sign))
+    return np.zeros(factor.T.shape)
 
 
 def _seen(mesh: BoundaryMesh, element: Index, place: Array, x: Array) -> scipy.sparse.csr_array:
