@@ -25,6 +25,10 @@ from .preconditioner import Preconditioner
 from .rows import BodyRows
 
 RESTART = 200
+GUESSED = 0.01
+"""Size of what lies still until contact moves it, over the largest."""
+ROUGH = 1e-3
+"""Reduction of the residual from which sizes of what lay still are taken."""
 
 
 class MixedEquations:
@@ -107,19 +111,14 @@ class MixedEquations:
         if not self.sum(np.array([any(values.any() for values in given)])).any():
             self.iterations, self.defect = 0, 0.0
             return self._state(posed, known, sigma, np.zeros(self.coupling.size + posed.balance.count))
-        x = self._start(posed, start)
-        strained = self._sizes(start.z - self.motions @ (self._dual.T @ start.z))  # rigid motions have no residual
-        # where bodies meet, the round-off of the largest displacement is in the equations of both
-        sizes = np.maximum(strained, NEGLIGIBLE * self._sizes(start.z).max(initial=0.0))
-        rest = np.zeros(self.coupling.size + count)
+        x, scale = self._start(posed, start), float(np.sqrt(len(self.rows)))
+        sizes = self._strained(start.z)
         if not sizes.all():
             self._weight[:] = 1.0
+            rest = np.zeros(self.coupling.size + count)
             sizes = np.where(sizes > 0.0, sizes, self._sizes(self.whole(self._residual(posed, known, sigma, rest))))
-        # each body's residual is one over its own size, however stiff others are
-        sizes = np.maximum(sizes, NEGLIGIBLE * sizes.max()) if sizes.any() else np.ones(len(sizes))
-        self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))
-        left = self._residual(posed, known, sigma, x)
-        scale, size = float(np.sqrt(len(sizes))), self._norm(left)
+        still = sizes <= NEGLIGIBLE * sizes.max() if preconditioner is not self._open else np.zeros(len(sizes), dtype=bool)
+        left, size = self._weighed(np.where(still, GUESSED * sizes.max(), sizes), posed, known, sigma, x)
         target = max(rtol * scale, forcing * size)
         self.iterations = 0
         if size > target:
@@ -127,10 +126,30 @@ class MixedEquations:
                 preconditioner.update(posed.expansion)
                 self._used = posed, preconditioner
                 self._border = self._eliminated()
-            x += self._krylov(left, target, count)
-            size = target
+            while still.any() and forcing == 0.0 and size > target:
+                # how large contact makes what lay still shows first
+                x += self._krylov(left, max(target, ROUGH * size), count)
+                sizes = self._strained(self._state(posed, known, sigma, x).z)
+                left, size = self._weighed(sizes, posed, known, sigma, x)
+                still &= self._sizes(self.whole(left)) > ROUGH
+            if size > target:
+                x += self._krylov(left, target, count)
+                size = target
         self.defect = size / scale
         return self._state(posed, known, sigma, x)
+
+    def _strained(self, z: Array) -> Array:
+        """Sizes of the bodies' displacements without rigid motions, which have no residual, but for their round-off: where
+        bodies meet, that of the largest is in the equations of both."""
+        strained = self._sizes(z - self.motions @ (self._dual.T @ z))
+        return np.maximum(strained, NEGLIGIBLE * self._sizes(z).max(initial=0.0))
+
+    def _weighed(self, sizes: Array, posed: Posed, known: Array, sigma: Array, x: Array) -> tuple[Array, float]:
+        """This rank's rows of what is left and its norm: each body's over its own size, however stiff others are."""
+        sizes = np.maximum(sizes, NEGLIGIBLE * sizes.max()) if sizes.any() else np.ones(len(sizes))
+        self._weight = np.repeat(1.0 / sizes, np.diff(self.coupling.first))
+        left = self._residual(posed, known, sigma, x)
+        return left, self._norm(left)
 
     def _start(self, posed: Posed, start: State) -> Array:
         """Unknowns that are nearest to a solution."""
@@ -233,7 +252,7 @@ class MixedEquations:
         self._solver = solver
         solver.ksp.setTolerances(rtol=1e-14, atol=target)
         solver.solve(rhs, solution)
-        self.iterations, self.reason = solver.iterations, solver.reason
+        self.iterations, self.reason = self.iterations + solver.iterations, solver.reason
         whole = self.whole(solution.getArray(readonly=True))
         rhs.destroy()
         solution.destroy()
