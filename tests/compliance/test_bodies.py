@@ -14,7 +14,7 @@ from petcontact import MeshOptions, Problem, Solution, Traction, load, solve
 from petcontact.compliance.body.dense import DenseBody
 from petcontact.compliance.body.full import FullBody
 from petcontact.compliance.body.hodlr import HodlrBody
-from petcontact.contact.methods.newton import LATE
+from petcontact.contact.methods.prediction import LATE
 from petcontact.linalg.bordered import BorderedKrylov, Elimination
 from petcontact.model.base import parse
 from petcontact.model.load_steps import Step

@@ -13,18 +13,15 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array
-from ...linalg.ksp import LinearSolver
-from ...runtime.petsc import petsc
 from ...runtime.signals import together
 from ...runtime.threads import one_blas_thread
-from ...runtime.world import of_petsc
 from ..body.base import NEGLIGIBLE
 from .coupling import Coupling, Relation
+from .krylov import FlexibleKrylov
 from .posed import Balance, Posed, State
 from .preconditioner import Preconditioner
 from .rows import BodyRows
 
-RESTART = 200
 GUESSED = 0.01
 """Size of what lies still until contact moves it, over the largest."""
 ROUGH = 1e-3
@@ -39,15 +36,15 @@ class MixedEquations:
 
     Attributes
     ----------
-    iterations, reason : int
-        Of the last Krylov solve.
+    krylov : FlexibleKrylov
+        Its iterations are those of the last solve.
     defect : float
         Residual that the last solve left, of each body relative to its solution.
     """
 
     def __init__(self, rows: Sequence[BodyRows], coupling: Coupling, comm: Any) -> None:
         self.rows, self.coupling, self.comm = rows, coupling, comm
-        self.iterations, self.reason, self.defect = 0, 0, 0.0
+        self.defect = 0.0
         self.rank, ranks = comm.getRank(), comm.getSize()
         self._mpi = comm.tompi4py() if ranks > 1 else None
         spans = [[np.arange(*body.bounds[r : r + 2]) + at for at, body in zip(coupling.first, rows, strict=False)]
@@ -70,8 +67,7 @@ class MixedEquations:
         if r:
             moved = [self._multiplied(q) for q in coupling.padded(self.motions).T]
             self._shift = self.motions[self._mine] - np.column_stack(moved)
-        self._solvers: dict[int, LinearSolver] = {}
-        self._solver: LinearSolver | None = None
+        self.krylov = FlexibleKrylov(comm, self)
         self._used: tuple[Posed, Preconditioner] | None = None
         self.at_rest = State(np.zeros(n), np.zeros(coupling.shape), np.zeros(coupling.shape), np.zeros(r), np.zeros(r))
         free = Balance.at_rest(coupling.shape, r)
@@ -109,7 +105,7 @@ class MixedEquations:
         known -= posed.factors
         given = known, sigma, posed.rows, posed.balance.load, posed.balance.amplitude
         if not self.sum(np.array([any(values.any() for values in given)])).any():
-            self.iterations, self.defect = 0, 0.0
+            self.krylov.iterations, self.defect = 0, 0.0
             return self._state(posed, known, sigma, np.zeros(self.coupling.size + posed.balance.count))
         x, scale = self._start(posed, start), float(np.sqrt(len(self.rows)))
         sizes = self._strained(start.z)
@@ -120,7 +116,7 @@ class MixedEquations:
         still = sizes <= NEGLIGIBLE * sizes.max() if preconditioner is not self._open else np.zeros(len(sizes), dtype=bool)
         left, size = self._weighed(np.where(still, GUESSED * sizes.max(), sizes), posed, known, sigma, x)
         target = max(rtol * scale, forcing * size)
-        self.iterations = 0
+        self.krylov.iterations = 0
         if size > target:
             with one_blas_thread():
                 preconditioner.update(posed.expansion)
@@ -128,12 +124,12 @@ class MixedEquations:
                 self._border = self._eliminated()
             while still.any() and forcing == 0.0 and size > target:
                 # how large contact makes what lay still shows first
-                x += self._krylov(left, max(target, ROUGH * size), count)
+                x += self.whole(self.krylov(left, len(x), max(target, ROUGH * size)))
                 sizes = self._strained(self._state(posed, known, sigma, x).z)
                 left, size = self._weighed(sizes, posed, known, sigma, x)
                 still &= self._sizes(self.whole(left)) > ROUGH
             if size > target:
-                x += self._krylov(left, target, count)
+                x += self.whole(self.krylov(left, len(x), target))
                 size = target
         self.defect = size / scale
         return self._state(posed, known, sigma, x)
@@ -233,31 +229,6 @@ class MixedEquations:
 
     # -- Krylov -------------------------------------------------------------------------------------------------------
 
-    def _krylov(self, residual: Array, target: float, count: int) -> Array:
-        module, comm, size = petsc(), of_petsc(self.comm), self.coupling.size + count
-        rhs = module.Vec().createMPI((len(residual), size), comm=comm)
-        rhs.setArray(residual)
-        solution = rhs.duplicate()
-        solution.set(0.0)
-        solver = self._solvers.get(count)
-        if solver is None:
-            layout = (len(residual), size)
-            matrix = module.Mat().createPython((layout, layout), context=self, comm=comm)
-            matrix.setUp()
-            solver = LinearSolver(comm, "", "iterate", ksp_type="fgmres", pc_type="python", context=self)
-            solver.ksp.setGMRESRestart(RESTART)
-            solver.set_operator(matrix)
-            matrix.destroy()
-            self._solvers[count] = solver
-        self._solver = solver
-        solver.ksp.setTolerances(rtol=1e-14, atol=target)
-        solver.solve(rhs, solution)
-        self.iterations, self.reason = self.iterations + solver.iterations, solver.reason
-        whole = self.whole(solution.getArray(readonly=True))
-        rhs.destroy()
-        solution.destroy()
-        return whole
-
     def mult(self, matrix: Any, x: Any, y: Any) -> None:
         """The matrix of type python, as PETSc calls it."""
         assert self._used is not None
@@ -326,11 +297,6 @@ class MixedEquations:
     def _norm(self, own: Array) -> float:
         return float(np.sqrt(self.sum(np.array([own @ own]))[0]))
 
-    @property
-    def kind(self) -> str:
-        """KSP and PC by their types; empty as long as nothing was solved."""
-        return "" if self._solver is None else self._solver.kind
-
     def view(self, matrix: Any, viewer: Any) -> None:
         """The line of -ksp_view, of the matrix and of the preconditioner."""
         viewer.printfASCII(f"    {self.coupling.size} unknowns of {len(self.rows)} bodies, {self.memory() / 1e6:.0f} MB\n")
@@ -342,6 +308,5 @@ class MixedEquations:
 
     def close(self) -> None:
         """Free the PETSc objects, and let go of the matrices."""
-        for solver in self._solvers.values():
-            solver.close()
-        self._solvers, self._used, self.rows = {}, None, []
+        self.krylov.close()
+        self._used, self.rows = None, []

@@ -40,7 +40,7 @@ class _SolvedCompliance(ContactCompliance):
     def apply(self, sigma: Array) -> Array:
         """The product S σ, by one solve."""
         state, equations = self._joint.under(sigma), self._joint.equations
-        self.ksp_iterations, self.ksp_reason = equations.iterations, equations.reason
+        self.ksp_iterations, self.ksp_reason = equations.krylov.iterations, equations.krylov.reason
         return state.v + self.soft * sigma
 
     def matrix(self) -> Array:
@@ -51,13 +51,13 @@ class _SolvedCompliance(ContactCompliance):
     def robin(self, rho: Array, r: Array, modes: Modes | None, work: Array) -> tuple[Array, Array]:
         """δσ + ρ δv = r: one solve."""
         state, equations = self._joint.robin(rho, r, modes, work, self.soft), self._joint.equations
-        self.ksp_iterations, self.ksp_reason = equations.iterations, equations.reason
+        self.ksp_iterations, self.ksp_reason = equations.krylov.iterations, equations.krylov.reason
         return state.v + self.soft * state.sigma, state.sigma
 
     @property
     def kind(self) -> str:
         """Of the KSP without a prefix."""
-        return self._joint.equations.kind
+        return self._joint.equations.krylov.kind
 
 
 class MonolithicBodies(JointBodies):
@@ -100,12 +100,12 @@ class MonolithicSystem(ComposedSystem):
     @property
     def ksp_iterations(self) -> int:
         """KSP iterations of the last solve."""
-        return self._joint.equations.iterations
+        return self._joint.equations.krylov.iterations
 
     @property
     def ksp_reason(self) -> int:
         """Why the last KSP stopped, as PETSc's number."""
-        return self._joint.equations.reason
+        return self._joint.equations.krylov.reason
 
     def apply(self, sigma: Array) -> Array:
         """S σ: one solve, or none where σ is that of the last solution, or of a small change of it that was asked for."""

@@ -18,12 +18,12 @@ import numpy as np
 import scipy
 
 from ...arrays import Array
+from ...errors import SolverError
 from ...frozen import frozen
-from ...linalg.bordered import Elimination
 from ...model.solver_options import Method
 from ..active_set.monolithic import MonolithicSolver
-from ..active_set.pivots import LinearSolver, Pivot, Predictor, box_problem, next_tau, pivots
-from ..active_set.solvers import BlockFactors, SurrogateActiveSetSolver, active_set_solver
+from ..active_set.pivots import LinearSolver, Pivot, Predictor, next_tau, pivots
+from ..active_set.solvers import BlockFactors, active_set_solver
 from ..criterion import equilibrium_defect
 from ..equilibrium import unbalanced_load
 from ..iteration import Iteration, Recorder
@@ -31,23 +31,12 @@ from ..law_protocol import OPEN, ContactLaw, law_residual
 from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
-from ..system import ContactSystem, RigidModeConstraint, Surrogate, is_monolithic
+from ..system import ContactSystem, is_monolithic
+from .prediction import LOOSE, Foresight, first_guess, prediction
 from .starts import Guess, everywhere, frictionless, tau_of
 
 PLAIN_SIZE = 300
 """Contact unknowns of a dense S up to which more of its own steps cost less than to set T up."""
-# Seconds of one core with a dense S of bodies in the plane, of 200 to 900 unknowns, of which about two thirds are active.
-STEP, STEP_FLOP = 5e-4, 2e-11
-"""A step of q unknowns takes STEP + STEP_FLOP q³."""
-PREDICTION, PREDICTION_UNKNOWN = 1e-2, 5e-5
-"""Setting T up and predicting once take PREDICTION + PREDICTION_UNKNOWN q."""
-LATE = (2, 8)
-"""Least and most steps with a dense S before a prediction: most problems need no more than 2, and after 8 exchanges may have
-stopped gaining (`pivots.PATIENCE`)."""
-LOOSE, FORESIGHT = 1e-5, 20
-"""Tolerance and exchanges of a prediction, which need not be exact."""
-IN_VAIN = 3
-"""Predictions in turn that may fail to reduce the number of wrong nodes, where a step costs less."""
 TRIES = 3
 """Times that nodes are made to stick or to close because the loads are not in equilibrium."""
 STIFF = 1e4
@@ -87,10 +76,10 @@ class SemismoothNewton:
             predict = linear and (late or system.matrix_free or system.u_0.size > PLAIN_SIZE)
         # a mixed system's step costs no more than T does to set up
         mixed = is_monolithic(system)
-        surrogate = _prediction(system) if not mixed and (system.matrix_free or (predict and not late)) else None
+        surrogate = prediction(system) if not mixed and (system.matrix_free or (predict and not late)) else None
         if surrogate is not None:
             surrogate.rtol = LOOSE
-        foretell = _Foresight(system, law, surrogate) if predict and (late or surrogate is not None) else None
+        foretell = Foresight(system, law, surrogate) if predict and (late or surrogate is not None) else None
         solver: LinearSolver
         if is_monolithic(system):
             solver = MonolithicSolver(system, iteration.criterion.tolerance)
@@ -111,68 +100,8 @@ def build(options: Method, rule: Rule | None) -> SemismoothNewton:
     return SemismoothNewton()
 
 
-def first_guess(system: ContactSystem, surrogate: Surrogate, solver: LinearSolver) -> tuple[Array, Array]:
-    """σ and v that T gives for full stick; T is scaled to S on it."""
-    base, modes = system.u_0, system.modes
-    stuck = Linearisation.all_stick(base)
-    constraint = RigidModeConstraint(modes, stuck, np.zeros_like(base), float(np.abs(base).max(initial=0.0)))
-    sigma, coordinates = Elimination(surrogate.solve, *constraint.spread(stuck.active))(-base, constraint.rhs)
-    displacement = solver.apply(sigma)
-    surrogate.fit(sigma, displacement)
-    v = base + displacement
-    return sigma, v if modes is None else v + modes.motion @ constraint.motion(coordinates)
-
-
-def _prediction(system: ContactSystem) -> Surrogate | None:
-    """T, where there is one that costs less than the steps that it saves."""
-    surrogate = system.surrogate()
-    return surrogate if getattr(surrogate, "predicts", True) else None
-
-
-class _Foresight:
-    """Sets by the contact problem of T through an iterate; where T is still to be made, once the steps so far have cost as
-    much as that will, and then as long as fewer nodes are wrong after it."""
-
-    def __init__(self, system: ContactSystem, law: ContactLaw, surrogate: Surrogate | None) -> None:
-        self.surrogate, self._system, self._law = surrogate, system, law
-        self._wait = 0 if surrogate is not None else steps_before(system.u_0.size)
-        self._late, self._fewest, self._vain = surrogate is None, len(system.u_0) + 1, 0
-
-    def __call__(self, step: Pivot) -> tuple[Array, Array]:
-        """τ and σ of the prediction."""
-        self._wait -= 1
-        if self._wait > 0 or step.wrong == 0 or (self._late and self._vain > IN_VAIN):
-            return step.tau, step.sigma
-        self._vain = 0 if step.wrong < self._fewest else self._vain + 1
-        self._fewest = min(self._fewest, step.wrong)
-        if self.surrogate is None:
-            self.surrogate = _prediction(self._system)
-        if self.surrogate is None:
-            return step.tau, step.sigma
-        return self.through(self.surrogate, step.sigma, step.v, step.tau)
-
-    def through(self, surrogate: Surrogate, sigma: Array, v: Array, tau: Array) -> tuple[Array, Array]:
-        """τ and σ predicted by a surrogate from any σ, v and τ."""
-        modes, base = self._system.modes, v - surrogate.apply(sigma)
-        last = box_problem(SurrogateActiveSetSolver(surrogate), self._law, base, tau, sigma, FORESIGHT, LOOSE, modes)
-        if last.wrong == 0 and not last.push.any():
-            return last.linearised.tau, last.sigma
-        # bodies that lose contact in T's problem give no prediction
-        return (last.tau, last.sigma) if modes is None else (tau, sigma)
-
-
-def steps_before(unknowns: int) -> int:
-    """Steps with a dense S of some unknowns that cost as much as T and a prediction by it.
-
-    >>> steps_before(300), steps_before(900), steps_before(2000)
-    (8, 4, 2)
-    """
-    price = (PREDICTION + PREDICTION_UNKNOWN * unknowns) / (STEP + STEP_FLOP * unknowns**3)
-    return min(max(round(price), LATE[0]), LATE[1])
-
-
 def _first_guess(
-    system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: LinearSolver, foretell: _Foresight | None
+    system: ContactSystem, law: ContactLaw, iteration: Iteration, solver: LinearSolver, foretell: Foresight | None
 ) -> Guess:
     base = system.u_0
     stuck = everywhere(base, law, 0.0)
@@ -211,16 +140,23 @@ class _Run:
 
     def state(self, first: Guess) -> ContactState:
         """Where the first attempt that ends well ends, or the last one; none follows where the loads cannot be held."""
-        state = None
+        state, failure = None, None
         # another start is found sooner than the way out of a cycle; each is made when it is its turn, as it may be a solve
         once, again = itertools.tee(self._starts(first))
         for self.to_the_end, (tau, sigma, v) in itertools.chain(
             ((False, one) for one in once), ((True, one) for one in again)
         ):
-            state = self._attempt(tau, sigma, v)
+            try:
+                state = self._attempt(tau, sigma, v)
+            except SolverError as error:
+                # sets on the way may leave equations that nearly are singular: those of another start need not
+                failure = failure or error
+                continue
             if state.converged or state.stopped or self.recorder.exhausted or self._overloaded:
                 break
-        assert state is not None
+        if state is None:
+            assert failure is not None
+            raise failure
         return state
 
     @cached_property

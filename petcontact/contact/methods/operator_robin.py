@@ -20,7 +20,7 @@ from ..linearisation import Linearisation
 from ..rho_rules import Rule
 from ..state import ContactState
 from ..system import ContactSystem
-from .newton import first_guess
+from .prediction import first_guess
 from .settling import settled
 from .starts import everywhere
 

@@ -1,0 +1,70 @@
+"""PETSc's flexible GMRES for the equations of bodies, one for each number of unknowns."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...arrays import Array
+from ...linalg.ksp import LinearSolver
+from ...runtime.petsc import petsc
+from ...runtime.world import of_petsc
+
+RESTART = 200
+
+
+class FlexibleKrylov:
+    """Solves with a matrix and a preconditioner of type python.
+
+    Parameters
+    ----------
+    comm : PETSc communicator
+    context : object
+        Has `mult` and `apply`, as PETSc calls them.
+
+    Attributes
+    ----------
+    iterations, reason : int
+        Of the solves since `iterations` was set, and of the last one.
+    """
+
+    def __init__(self, comm: Any, context: Any) -> None:
+        self._comm, self._context = comm, context
+        self.iterations, self.reason = 0, 0
+        self._solvers: dict[int, LinearSolver] = {}
+        self._last: LinearSolver | None = None
+
+    def __call__(self, residual: Array, size: int, target: float) -> Array:
+        """This rank's part of a solution, of `size` unknowns in all, that leaves no more than the target of a residual."""
+        module, comm, layout = petsc(), of_petsc(self._comm), (len(residual), size)
+        rhs = module.Vec().createMPI(layout, comm=comm)
+        rhs.setArray(residual)
+        solution = rhs.duplicate()
+        solution.set(0.0)
+        solver = self._solvers.get(size)
+        if solver is None:
+            matrix = module.Mat().createPython((layout, layout), context=self._context, comm=comm)
+            matrix.setUp()
+            solver = LinearSolver(comm, "", "iterate", ksp_type="fgmres", pc_type="python", context=self._context)
+            solver.ksp.setGMRESRestart(RESTART)
+            solver.set_operator(matrix)
+            matrix.destroy()
+            self._solvers[size] = solver
+        self._last = solver
+        solver.ksp.setTolerances(rtol=1e-14, atol=target)
+        solver.solve(rhs, solution)
+        self.iterations, self.reason = self.iterations + solver.iterations, solver.reason
+        own: Array = solution.getArray(readonly=True).copy()
+        rhs.destroy()
+        solution.destroy()
+        return own
+
+    @property
+    def kind(self) -> str:
+        """KSP and PC by their types; empty as long as nothing was solved."""
+        return "" if self._last is None else self._last.kind
+
+    def close(self) -> None:
+        """Free the PETSc objects."""
+        for solver in self._solvers.values():
+            solver.close()
+        self._solvers = {}
