@@ -96,6 +96,7 @@ class MonolithicSystem(ComposedSystem):
         self._known: tuple[Array, Array] | None = None
         self._change: tuple[Array, Array] | None = None
         self._states: States | None = None
+        self._exchanged = u_0.size + 1
 
     @property
     def ksp_iterations(self) -> int:
@@ -143,14 +144,15 @@ class MonolithicSystem(ComposedSystem):
         slack[linearised.stick | ~linearised.active] = 0.0
         n_v = slack + np.eye(k) * ~linearised.active[:, None, :]
         v_0 = np.where(linearised.active & ~linearised.stick, linearised.constant / rho, 0.0)
-        # more of it pays where sets no longer change
-        again = self._states is not None and np.array_equal(self._states, linearised.states)
-        self._states = linearised.states
+        # more of it pays where sets no longer change, or change more than before: of a loose solution they may be far off
+        changed = rho.size if self._states is None else int((self._states != linearised.states).sum())
+        exact = changed == 0 or changed >= self._exchanged
+        self._states, self._exchanged = linearised.states, changed
         wanted = min(tolerance, self._joint.tolerance)
         state = self._joint.related(
             n_v, n_sigma, v_0, linearised.constant, offset=self._offset, shares=self._shares,
             balance=self._joint.balance(self.modes, constraint), rtol=INNER * wanted,
-            forcing=FORCING**2 if again else FORCING, soft=self._soft,
+            forcing=FORCING**2 if exact else FORCING, soft=self._soft,
         )  # fmt: skip
         self.defect = self._joint.equations.defect * tolerance / wanted
         v = state.v + self._soft * state.sigma

@@ -45,6 +45,7 @@ def frictionless(solver: LinearSolver, law: ContactLaw, system: ContactSystem, s
         return
     smooth = replace(law, coefficient=np.zeros_like(law.coefficient), bound=np.zeros_like(law.bound))
     for step in itertools.islice(pivots(solver, smooth, system.u_0, system.modes, stuck), WITHOUT):
-        if step.wrong == 0 and not step.push.any():
-            yield np.where((smooth.states(step.tau) == OPEN)[:, None], step.tau, stuck), step.sigma, step.v
+        if step.wrong == 0:
+            if not step.push.any():
+                yield np.where((smooth.states(step.tau) == OPEN)[:, None], step.tau, stuck), step.sigma, step.v
             return
