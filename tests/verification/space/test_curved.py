@@ -104,6 +104,8 @@ def test_shells_in_contact(tmp_path: Path, turn: float) -> None:
     error = np.sqrt(pair.weight @ (pair.pressure / exact - 1.0) ** 2 / pair.weight.sum())
     shear = np.sqrt(pair.weight @ np.sum(pair.sigma_t**2, axis=1) / pair.weight.sum()) / exact
     assert solution.converged and error < (1e-2 if turn == 0.0 else 5e-2) and shear < 1e-2, (error, shear)
+    # tails alone see 1.2 of the error where panels do not match
+    assert 1.5 * error < solution.info["estimated_error"] < 4.0 * error
 
 
 def test_distorted_elements_are_named(tmp_path: Path) -> None:
