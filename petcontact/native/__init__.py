@@ -25,7 +25,7 @@ import numpy as np
 
 VARIABLE = "PETCONTACT_NATIVE"
 SUFFIX = ".abi3.so"
-INTERFACE = 0x2ED15284
+INTERFACE = 0xE37ADF14
 """`petcontact_interface` of the C files beside this one; a library of others expects other arguments."""
 FILLER = "pipippp"
 """Arguments of a function of C that fills columns of an operator: what it knows, rows, columns, and two blocks."""

@@ -18,6 +18,9 @@ from petcontact.bem.kelvin3d.integrals import integrals
 from petcontact.bem.kelvin3d.kernel import Kelvin3D
 from petcontact.bem.kelvin3d.rules import TOLERANCE
 from petcontact.bem.kernels import field_of
+from petcontact.mesh.curved.panels import make_curved_panels
+from petcontact.mesh.pairs import panel_faces
+from petcontact.mesh.pairs.panel_faces import PanelFaces
 from petcontact.mesh.panels import Panels, make_panels
 from petcontact.model.case import load
 from petcontact.model.problem import Material
@@ -113,3 +116,23 @@ def test_columns_agree_with_numpy(monkeypatch: pytest.MonkeyPatch, name: str, ke
             assert np.abs(ours - theirs).max() <= 1e-12 * np.abs(theirs).max()
         assert np.array_equal(quick.system_entries(rows, columns), quick.all_entries(rows, columns)[0])
         assert np.array_equal(quick.outer_entries(rows, columns), quick.all_entries(rows, columns)[1])
+
+
+@pytest.mark.parametrize("corners", [3, 4])
+def test_lines_meet_curved_panels_where_numpy_says(monkeypatch: pytest.MonkeyPatch, corners: int) -> None:
+    """Lines down on a cap, and lines of any direction: most of these meet nothing, or only from behind."""
+    random, n = np.random.default_rng(corners), 400
+    reference = np.array([(-1, -1), (1, -1), (1, 1), (-1, 1)] if corners == 4 else [(0, 0), (1, 0), (0, 1)], dtype=float)
+    middles = 0.5 * (reference + np.roll(reference, -1, axis=0))
+    points = np.concatenate([reference, middles, *([reference.mean(axis=0, keepdims=True)] if corners == 4 else [])])
+    caps = np.column_stack([points, 1.0 - 0.3 * np.sum(points**2, axis=1)]) + 0.03 * random.normal(size=(8, len(points), 3))
+    x, way = random.uniform(-1.2, 1.2, (n, 3)), random.normal(size=(n, 3))
+    way[: n // 2] = [0.0, 0.0, -1.0]
+    curved = make_curved_panels(caps, 1, np.arange(8))[0]
+    faces, number = PanelFaces.of([curved], np.arange(8)), random.integers(0, 8, n)
+    way /= np.linalg.norm(way, axis=1, keepdims=True)
+    ours = faces._pierced(number, x, way)
+    monkeypatch.setattr(panel_faces, "_meet", None)
+    for one, other in zip(ours, faces._pierced(number, x, way), strict=True):
+        assert 0.2 < np.isfinite(one).mean() < 0.8
+        assert np.allclose(one, other, rtol=0.0, atol=1e-11, equal_nan=True)

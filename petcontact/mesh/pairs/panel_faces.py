@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from ... import native
 from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 from ...geometry.quadratic import position
@@ -26,6 +27,7 @@ ALIKE = 1e-6
 """Distance over the size of a panel up to which corners and middles of sides are those of another."""
 STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
 """Newton's steps to where a line meets a curved panel, the relative step that ends them, and how far they may leave it."""
+_meet = native.function("petcontact_space_meet", "ippppppidddpp")
 
 
 @frozen
@@ -189,9 +191,17 @@ class PanelFaces(Faces):
         distance = np.sum((self.centre[number] - x) * plane, axis=1) / np.sum(direction * plane, axis=1)
         place, bent = self._projected(number, x, direction), np.flatnonzero(self.bent[number])
         if len(bent):
-            place[bent], distance[bent] = _newton(
-                self.shape[number[bent]], self.polygon[number[bent]], x[bent], direction[bent], self.size[number[bent]]
-            )
+            place[bent], distance[bent] = self._pierced(number[bent], x[bent], direction[bent])
+        return place, distance
+
+    def _pierced(self, number: Index, x: Array, direction: Array) -> tuple[Array, Array]:
+        """`_met` of curved panels."""
+        if _meet is None:
+            return _newton(self.shape[number], self.polygon[number], x, direction, self.size[number])
+        place, distance = np.empty((len(x), 2)), np.empty(len(x))
+        arrays = [native.contiguous(a) for a in (self.shape, self.polygon, self.size, x, direction)]
+        _meet(len(x), *map(native.pointer, (native.contiguous(number, np.int64), *arrays)), STEPS, CLOSE, SLACK, BEYOND,
+              native.pointer(place), native.pointer(distance))  # fmt: skip
         return place, distance
 
     def _lifted(self, number: Index, local: Array, weight: Array) -> tuple[Array, Array]:
@@ -201,7 +211,7 @@ class PanelFaces(Faces):
         if len(bent):
             some = number[bent]
             x = self.centre[some] + self.size[some, None] * np.einsum("kc,kcd->kd", local[bent], self.frame[some, :2])
-            place[bent] = _newton(self.shape[some], self.polygon[some], x, -self.frame[some, 2], self.size[some])[0]
+            place[bent] = self._pierced(some, x, -self.frame[some, 2])[0]
             lean = np.sum(self.at(some, place[bent])[1] * self.frame[some, 2], axis=1)
             weight[bent] = np.where(lean > SLACK, weight[bent] / np.where(lean > SLACK, lean, 1.0), 0.0)
         kept = np.all(np.isfinite(place), axis=1)
