@@ -40,7 +40,7 @@ ROUND = 16
 """The same on round bodies, whose panels are of one size."""
 LONGEST = 1.5
 """Panels of the first mesh over the shortest edge of the box."""
-SHARE = 0.7
+SHARE = 0.9
 """Of the sum of squared errors, whose panels are cut."""
 SMALLEST = 12
 """Times that panels may be halved for one mesh where a contact is smaller than they are."""

@@ -12,7 +12,7 @@ from ...bem.kernels import kernel_for
 from ...contact.law_protocol import OPEN, SLIP
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import as_surface
-from ...refinement.panels.jumps import EdgeJumps
+from ...refinement.panels.jumps import EdgeJumps, strained
 from ...refinement.panels.marks import element_sizes, faded
 from ...refinement.panels.tail import FADE, TINY, Tails, rim_distance
 from ...results.records import PairResult, StepResult, step_ends
@@ -83,8 +83,8 @@ class TailErrors:
                 size = float(weight @ pair.pressure**2)
                 if size > 0.0:
                     jumps = 0.0 if solution.bilateral else sum(each.sum() for each in self.jump_squares(step, side))
-                    squares = (weight @ error**2 + jumps for error in _errors(pair))
-                    worst = max(worst, math.sqrt(max(self.rough_square(step, side), *squares) / size))
+                    smooth = (weight @ error**2 + jumps for error in _errors(pair))
+                    worst = max(worst, math.sqrt(max(self.rough_square(step, side), *smooth) / size))
         uneven = max((float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps), default=0.0)
         if not solution.bilateral:
             return min(worst, 1.0), min(worst**2 + uneven, 1.0)
@@ -148,7 +148,7 @@ class TailErrors:
             carries = np.abs(found.traction[nodes]).max(axis=1) > 0.0
             loaded = np.bincount(mesh.element[nodes], carries * inside(mesh, part, nodes), mesh.n_elements)
             share = loaded / np.maximum(np.bincount(mesh.element[nodes], minlength=mesh.n_elements), 1)
-            square = edges.pressure_squares(found.u, self._sizes[number], kernel) * share[edges.other]
+            square = edges.pressure_squares(strained(mesh, found.u), self._sizes[number], kernel) * share[edges.other]
             # the larger panel of the two is the one to be cut
             size, pair = self._sizes[number], np.stack([edges.element, edges.other])
             np.add.at(result[number], pair[np.argmax(size[pair], axis=0), np.arange(len(square))], square)

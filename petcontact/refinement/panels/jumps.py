@@ -8,14 +8,23 @@ import numpy as np
 
 from ...arrays import Array
 from ...bem.kernel import Kernel
+from ...geometry.rotation import rigid_motions
 from ...mesh.surface_mesh import SurfaceMesh
 
 ALONG = 4
 """Points on each edge."""
 OUTSIDE = 2e-3
 """Distance of these points from the edge over that of the edge from the middle of the panel."""
+BESIDE = 0.1
+"""Distance over the length of an edge up to which a panel lies beyond it: others are on the far side of the body."""
 FIRST = 0.2
 """Distance of the first nodes of a panel from its edge over its size."""
+
+
+def strained(mesh: SurfaceMesh, u: Array) -> Array:
+    """Displacements (n, 3) without the rigid motion in them, which polynomials on curved panels do not follow."""
+    modes = rigid_motions((mesh.x - mesh.x.mean(axis=0)) / np.ptp(mesh.x)).reshape(u.size, -1)
+    return u - (modes @ np.linalg.lstsq(modes.T @ modes, modes.T @ u.ravel(), rcond=None)[0]).reshape(u.shape)
 
 
 class EdgeJumps:
@@ -46,9 +55,11 @@ class EdgeJumps:
         there, back = faces.cast(x, normal), faces.cast(x, -normal)
         nearer = np.abs(there.distance) < np.abs(back.distance)
         beyond, opposite = np.where(nearer, there.face, back.face), np.where(nearer[:, None], there.place, back.place)
-        found = (beyond >= 0) & (beyond != number)
+        length = np.tile(length, ALONG)
+        close = np.minimum(np.abs(there.distance), np.abs(back.distance)) < BESIDE * length
+        found = close & (beyond >= 0) & (beyond != number)
         self.element, self.other = numbers[number[found]], numbers[beyond[found]]
-        self.length = np.tile(length / ALONG, ALONG)[found]
+        self.length = length[found] / ALONG
         self._own, self._beyond = mesh.basis_at(self.element, place[found]), mesh.basis_at(self.other, opposite[found])
 
     def of(self, values: Array) -> Array:

@@ -10,7 +10,9 @@ from petcontact.bem.kernels import kernel_for
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.model.bodies import Material
-from petcontact.refinement.panels.jumps import EdgeJumps
+from petcontact.model.problem import Problem
+from petcontact.refinement.meshes import mesh_of
+from petcontact.refinement.panels.jumps import EdgeJumps, strained
 from petcontact.refinement.panels.marks import element_sizes
 
 BOX = BoxSurface(np.array([-1.0, -1.0, 0.0]), np.array([1.0, 1.0, 1.0]))
@@ -31,6 +33,23 @@ def test_what_is_continuous_does_not_jump_and_a_step_does(hanging):
     found = edges.of(np.sign(hanging.x[:, :1]))
     assert set(np.round(found, 12)) == {0.0, 2.0}
     assert edges.length[found > 1.0].sum() == pytest.approx(4.0)
+
+
+def test_the_far_side_of_a_ring_is_not_beside_the_rim_of_this_one_and_turning_strains_nothing():
+    sides = [{"part": "bottom", "to": [1.0, 0.0]}, {"part": "outer", "to": [1.0, 1.0]}, {"part": "top", "to": [0.6, 1.0]},
+             {"part": "bore", "to": [0.6, 0.0]}]  # fmt: skip
+    ring = Problem.model_validate({
+        "material": {"young_modulus": 1.0, "poisson_ratio": 0.3}, "mesh": {"element_size": 0.3, "order": 1},
+        "geometry": {"shape": "revolved", "loops": [sides]},
+        "boundary": [{"part": "bottom", "condition": "displacement", "value": [0, 0, 0]}]})  # fmt: skip
+    mesh = mesh_of(ring, ring.geometry.outline())
+    edges = EdgeJumps(mesh, "outer")
+    centre = np.stack([np.bincount(mesh.element, mesh.weight * c) for c in mesh.x.T], axis=1)
+    centre /= np.bincount(mesh.element, mesh.weight)[:, None]
+    apart = np.linalg.norm(centre[edges.element] - centre[edges.other], axis=1)
+    assert len(apart) > 50 and apart.max() < 0.6
+    turned = np.cross([0.3, -0.2, 0.9], mesh.x)
+    assert edges.of(turned).max() > 1e-3 and edges.of(strained(mesh, turned)).max() < 1e-12
 
 
 def test_the_pressure_beside_a_jump_grows_as_panels_shrink(hanging):
