@@ -269,7 +269,8 @@ class Problem(Setting):
         keys = [f"method.{key}" for key in self.method.ignored]
         for k, body in enumerate(self.body):
             place = "" if self._is_flat else f"body[{k}]."
-            keys += [f"{place}mesh.{key}" for key in body.mesh.ignored(adaptive=adaptive)]
+            if not adaptive or body.geometry.outline().dim == 2:  # in space they make the first mesh
+                keys += [f"{place}mesh.{key}" for key in body.mesh.ignored(adaptive=adaptive)]
         return keys
 
     @property

@@ -198,6 +198,11 @@ def test_keys_that_a_solve_does_not_read(problem, adaptive, wanted):
     assert problem.ignored(adaptive=adaptive) == wanted
 
 
+def test_adaptive_solves_in_space_begin_with_the_mesh_that_is_asked_for():
+    problem = load(CONFIGS / "space_b.toml", {"mesh.order": 1, "mesh.accuracy": 0.1})
+    assert problem.ignored(adaptive=True) == [] and problem.ignored() == ["mesh.accuracy"]
+
+
 def test_mesh_keys_of_several_bodies_name_their_body():
     lower, upper = two().body
     problem = two().model_copy(update={"body": (lower, upper.model_copy(update={"mesh": MeshOptions(1.0)}))})

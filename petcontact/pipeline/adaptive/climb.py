@@ -3,8 +3,7 @@
 Meshes come from refinement levels, each with an error about ten times smaller than the one before: more order and
 a milder grading where the solution is smooth, smaller elements of low order at corners and edges of contact, stick and
 slip. The solution of one level places these edges for the next one and is its start. The difference of two levels is the
-error of the lower one; it is the estimate for the upper one, which is returned. What the last step gains
-is not claimed: the pace of the steps before says little of it.
+error of the lower one; it is the estimate for the upper one, which is returned. What the last step gains is not claimed.
 """
 
 from __future__ import annotations
@@ -33,6 +32,7 @@ from ..eliminate import Announce
 from ..run import prepare, reported, run, unreported, with_paths
 from ..steps.increment import Monitor, PreparedProblem
 from ..steps.load_steps import known_factors
+from ..trust.first_panels import with_missed_curves
 from .fixed_mesh import MOST, carries_something, with_estimate
 from .panel_tails import PanelTails
 from .quantity import Quantity, Reached, short_of
@@ -142,6 +142,7 @@ class AdaptiveSolve:
         problem, found = self._kept, self.solutions[-1]
         if problem is not None:
             found = with_paths(problem, found if found.info else reported(problem, found))
+            found = with_missed_curves(problem.discrete, found, self.solutions[0].meshes, self.quantity.wanted)
         return replace(found, problem=self.problem)
 
     def close(self) -> None:
@@ -213,8 +214,7 @@ class AdaptiveSolve:
         if discrete.problem.bem.mat_type == "auto" and largest <= self.quantity.dense_nodes:
             changes["mat_type"] = "dense"
         bem, method = discrete.problem.bem.model_copy(update=changes), self.problem.method
-        if self.solutions:
-            # where sets cycle there may be no solution
+        if self.solutions:  # where sets cycle there may be no solution
             needed = max((step.iterations for step in self.solutions[-1].steps), default=0)
             method = method.model_copy(update={"max_iterations": min(method.max_iterations, max(MOST, 10 * needed))})
         discrete = replace(discrete, problem=self.problem.model_copy(update={"bem": bem, "method": method}))
