@@ -34,6 +34,6 @@ def test_finer_panels_of_a_file_that_stay_off_the_curved_face_are_warned_of(comm
         "obstacle": [{"name": "floor"}],
         "contact": [{"name": "spot", "secondary": "ball.bottom", "primary": "floor", "gap": "z + 1",
                      "direction": [0, 0, -1]}]}, "balls")  # fmt: skip
-    solution = adapt(problem, 0.4, comm=comm)
+    solution = adapt(problem, 0.7, comm=comm)
     assert len(solution.info["levels"]) > 1
     assert any("miss its curved faces by about" in warning for warning in solution.info["warnings"]) != known
