@@ -134,8 +134,8 @@ def announcer(status: Any, adaptive: bool) -> Callable[[int, int, float, float],
         began = time.perf_counter()
         if seconds > SOON:
             size = f"{nodes} nodes, {unknowns} unknowns, about {memory / 1e9:.2g} GB"
-            what = "on this mesh, which others may follow" if adaptive else "in all"
-            print(f"petcontact: {size}: about {seconds:.0f} s of processor time {what}", file=sys.stderr, flush=True)
+            what = "for this mesh" if adaptive else "of processor time"
+            print(f"petcontact: {size}: about {seconds:.0f} s {what}", file=sys.stderr, flush=True)
         return progress
 
     return announced

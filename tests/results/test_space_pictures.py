@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from types import SimpleNamespace
+
 import h5py
 import meshio
 import numpy as np
 import pytest
+from curved_bodies import as_surface, icosphere
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from matplotlib.figure import Figure
@@ -13,11 +16,12 @@ from matplotlib.figure import Figure
 from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Revolved, Traction, solve
 from petcontact import OutlineSide as Side
 from petcontact.contact.law_protocol import OPEN
+from petcontact.mesh.panelling import facet_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.model.base import parse
 from petcontact.results.figures.bands import band_colours, beyond, cut
 from petcontact.results.figures.plots import drawings, plot_on
-from petcontact.results.figures.space import draw_gap
+from petcontact.results.figures.space import _front, draw_gap
 from petcontact.results.figures.surface import best_view
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.places import small_triangles, vtk_cells
@@ -184,3 +188,13 @@ def test_colour_bars_point_to_values_beyond_the_bands():
     assert beyond(np.array([0.0, 3.0]), band_colours(np.array([0.0]), 2.0)) == "max"
     assert beyond(np.array([0.0, 2.0, np.nan]), band_colours(np.array([0.0]), 2.0)) == "neither"
     assert beyond(np.array([-1.0, 0.0, 3.0]), band_colours(np.array([0.0]), 2.0)) == "both"
+
+
+def test_the_far_side_of_a_round_body_does_not_cover_what_is_in_contact():
+    """A ball that rests on its lowest nodes is seen from below; held all round its equator it is shown whole."""
+    ball = facet_mesh(as_surface({"all": icosphere(2)}), 1)
+    solution = SimpleNamespace(meshes={"ball": ball}, sides={"c": ("ball", "all")}, nodes={"c": np.arange(ball.n_nodes)})
+    z = ball.x[:, 2]
+    front = _front(solution, "c", z < -0.9)
+    assert front[z < -0.1].all() and not front[z > 0.1].any()
+    assert _front(solution, "c", np.abs(z) < 0.3).all()

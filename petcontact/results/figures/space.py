@@ -21,6 +21,8 @@ ARROWS = 500
 """Most arrows of one panel."""
 NEARLY = 1.0 - 1e-4
 """Cosine of the angle to an axis from which on a direction is called by its name."""
+ROUND = 0.3
+"""Length of the mean normal of what is in contact below which that goes round the body."""
 SMALL, MARGIN, NEXT = 0.5, 0.2, 1.1
 """Share of the extent of a face up to which contact is shown alone, how much of its own is shown beside it, and up to
 which multiple of the distance to the next node that is open."""
@@ -76,7 +78,8 @@ def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
             pair = step.pairs[name]
             directions, words = view(pair)
             x = pair.x @ directions.T
-            shown = _window(axes, x, np.any([end.pairs[name].state != OPEN for end in ends], axis=0))
+            closed = np.any([end.pairs[name].state != OPEN for end in ends], axis=0)
+            shown = _window(axes, x, closed) & _front(solution, name, closed)
             draw_states(axes, x[shown], pair.state[shown])
             axes.set(xlabel=words[0], ylabel=words[1], aspect="equal")
             axes.set_title(": ".join(([name] if len(names) > 1 else []) + [plain(step.title)]), fontsize="small")
@@ -98,6 +101,13 @@ def view(pair: PairResult) -> tuple[Array, tuple[str, str]]:
     return directions, (names[0], names[1])
 
 
+def _front(solution: SolutionData, name: str, closed: Mask) -> Mask:
+    """Which nodes lie on the side of a round body that is in contact; all where contact goes round."""
+    normal = solution.meshes[solution.sides[name][0]].normal[solution.nodes[name]]
+    mean = normal[closed if closed.any() else slice(None)].mean(axis=0)
+    return np.asarray((np.linalg.norm(mean) < ROUND) | (normal @ mean >= 0.0))
+
+
 def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, PairResult]]:
     """One panel an interface, and its fields at the end."""
     pairs = solution.pairs
@@ -115,7 +125,8 @@ def _shade(axes: Any, solution: SolutionData, name: str, values: Array, what: st
 
     pair, mesh, nodes = solution.pairs[name], as_surface(solution.meshes[solution.sides[name][0]]), solution.nodes[name]
     directions, names = view(pair)
-    places, triangles, rims = small_triangles(mesh, TRIANGLES, np.unique(mesh.element[nodes]))
+    front = _front(solution, name, pair.state != OPEN)
+    places, triangles, rims = small_triangles(mesh, TRIANGLES, np.unique(mesh.element[nodes[front]]))
     nodal = np.zeros(mesh.n_nodes)
     nodal[nodes] = values
     shown = values[_window(axes, pair.x @ directions.T, pair.state != OPEN)]
