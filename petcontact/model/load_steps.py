@@ -250,9 +250,18 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
             raise ValueError(f"{here}.body: no body {name!r}{hint}")
         return bodies[names.index(name)]
 
+    found = set[tuple[str, ...]]()
+
+    def once(here: str, what: str, *name: str) -> None:
+        if (what, *name) in found:
+            raise ValueError(f"{here}: {what} {'.'.join(name)!r} is changed twice in this step; change it once")
+        found.add((what, *name))
+
     for k, change in enumerate(step.boundary):
         here = f"{key}.boundary[{k}]"
-        changed_condition(body_of(change, here), change, here)
+        body = body_of(change, here)
+        changed_condition(body, change, here)
+        once(f"{here}.part", "part", body.name, change.part)
     for k, loads in enumerate(step.loads):
         here = f"{key}.loads[{k}]"
         check_material(here, body_of(loads, here), loads)
@@ -260,11 +269,13 @@ def check_step(key: str, step: Step, bodies: Sequence[Body], obstacles: list[str
         if other.name not in obstacles:
             hint = nearest(other.name, obstacles) or "; obstacles are " + (", ".join(obstacles) or "none")
             raise ValueError(f"{key}.obstacle[{k}].name: no obstacle {other.name!r}{hint}")
+        once(f"{key}.obstacle[{k}].name", "obstacle", other.name)
     forces = [force.name for body in bodies for force in body.point_force if force.name]
     for k, force in enumerate(step.point_force):
         if force.name not in forces:
             hint = nearest(force.name, forces) or "; point forces with a name are " + (", ".join(forces) or "none")
             raise ValueError(f"{key}.point_force[{k}].name: no point force {force.name!r}{hint}")
+        once(f"{key}.point_force[{k}].name", "point force", force.name)
 
 
 def changed_obstacle(obstacle: Obstacle, step: Step) -> Obstacle:

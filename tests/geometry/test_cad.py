@@ -11,6 +11,7 @@ import pytest
 
 from petcontact import Gmsh, InputError, load
 from petcontact.commands.main import main
+from petcontact.errors import OutputError
 from petcontact.geometry.cad import part as cad_part
 from petcontact.geometry.cad.step_names import face_names
 from petcontact.mesh.panelling import facet_mesh
@@ -169,6 +170,16 @@ def test_a_worker_that_fails_is_one_line(tmp_path, monkeypatch, program, line):
     monkeypatch.setattr(importlib.util, "find_spec", lambda name: sys)
     with pytest.raises(InputError, match=line):
         cad_part.ask("part.step")
+
+
+@pytest.mark.parametrize("text", ["", "$Nodes\n1 2"])
+def test_a_mesh_that_is_cut_off_replaces_nothing(tmp_path, monkeypatch, text):
+    """Gmsh says nothing of a disk that is full."""
+    face = cad_part.CadFace(1, "a", "Plane", 1.0, (0.0, 0.0, 0.0))
+    surface = cad_part.CadSurface("part.step", 0, (face,), ("a",), (0.0, 0.0, 0.0), (1.0, 1.0, 1.0))
+    monkeypatch.setattr(cad_part, "ask", lambda *_, target, **__: Path(target).write_text(text))
+    with pytest.raises(OutputError, match=r"part.step: its mesh cannot be written whole to .*; is there room\?"):
+        surface.write_msh(tmp_path / "part.msh", 1.0)
 
 
 @pytest.mark.parametrize(

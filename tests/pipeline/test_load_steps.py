@@ -248,6 +248,15 @@ def test_several_bodies_need_a_body_name():
         parse(Problem, data, "test")
 
 
+@pytest.mark.parametrize("kind", ["boundary", "obstacle"])
+def test_what_a_step_changes_twice_is_refused(kind):
+    data = tomllib.loads(STACK if kind == "boundary" else PUNCH)
+    changes = next(step[kind] for step in data["step"] if kind in step)
+    changes.append(changes[0])
+    with pytest.raises(InputError, match=rf"step\[\d\].{kind}\[\d\]\.(part|name): .* is changed twice in this step"):
+        parse(Problem, data, "test")
+
+
 def test_tresca_friction_that_is_too_small_is_named():
     """A bound of 0.2 over a length of 2 holds less than a pull of 0.5, whatever the pressure."""
     text = BLOCK.replace("friction_coefficient = 0.3", "friction_bound = 0.2").replace("levels = 9", "levels = 4")

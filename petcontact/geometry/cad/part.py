@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import importlib.util
 import json
+import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -12,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InputError
+from ...errors import InputError, OutputError
 from ...frozen import frozen
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
@@ -24,6 +25,8 @@ LARGEST = 500_000_000
 """Bytes of a CAD file."""
 PANELS = 12
 """Cells along the diagonal of the box around a solid, where no size is given."""
+END = b"$EndElements\n"
+"""Of a mesh file."""
 HOW = "pip install 'petcontact[cad]'"
 LIBRARIES = "apt install libglu1-mesa libxft2 libxcursor1 libxinerama1"
 """What Gmsh's wheel needs and Debian's minimal systems lack."""
@@ -111,10 +114,16 @@ class CadSurface(SolidSurface):
         ------
         InputError
             If Gmsh cannot mesh it.
+        OutputError
+            If not all of the file could be written, of which Gmsh says nothing.
         """
         parts = {part: [face.number for face, own in zip(self.faces, self.part_of, strict=True) if own == part]
                  for part in self.parts}  # fmt: skip
         ask(self.file, target=str(target), parts=parts, size=size or self.usual_size, order=order)
+        with open(target, "rb") as file:
+            file.seek(max(0, os.path.getsize(target) - len(END)))
+            if file.read() != END:
+                raise OutputError(f"{self.file}: its mesh cannot be written whole to {Path(target).parent}; is there room?")
 
     def table(self) -> list[list[str]]:
         """Number, part, kind, area and centre of each face, after a head."""
