@@ -198,3 +198,21 @@ def test_the_far_side_of_a_round_body_does_not_cover_what_is_in_contact():
     front = _front(solution, "c", z < -0.9)
     assert front[z < -0.1].all() and not front[z > 0.1].any()
     assert _front(solution, "c", np.abs(z) < 0.3).all()
+
+
+def test_panels_that_face_nothing_have_no_gap_in_the_picture():
+    """A plate on a block a third as wide: of its nine panels only the one in the middle is drawn."""
+
+    def box(name, low, high, boundary):
+        material, geometry = {"young_modulus": 1.0, "poisson_ratio": 0.3}, {"shape": "box", "lower": low, "upper": high}
+        return {"name": name, "material": material, "boundary": boundary, "geometry": geometry,
+                "mesh": {"element_size": 1.0, "order": 1}}  # fmt: skip
+
+    pressed = [{"part": "top", "condition": "displacement", "value": [0, 0, -0.01]}]
+    held = [{"part": "bottom", "condition": "displacement", "value": [0, 0, 0]}]
+    bodies = [box("plate", [-1, -1, 1], [2, 2, 2], pressed), box("block", [0, 0, 0], [1, 1, 1], held)]
+    pair = {"name": "pair", "secondary": "plate.bottom", "primary": "block.top"}
+    found, figure = solve(parse(Problem, {"body": bodies, "contact": [pair]}, "plate")), Figure()
+    assert np.isinf(found.pairs["pair"].gap).sum() == 32
+    draw_gap(figure, found)
+    assert figure.axes[0].dataLim.extents == pytest.approx([0.0, 0.0, 1.0, 1.0])

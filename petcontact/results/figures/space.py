@@ -62,10 +62,9 @@ def draw_error(figure: Any, solution: SolutionData) -> None:
 
 
 def draw_gap(figure: Any, solution: SolutionData) -> None:
-    """What is left of the gap on each interface at the end."""
+    """What is left of the gap on each interface at the end; panels that face nothing somewhere are left out."""
     for axes, name, pair in _panels(figure, solution):
-        gap = np.where(np.isfinite(pair.gap), np.maximum(pair.gap, 0.0), 0.0)
-        _shade(axes, solution, name, gap, label("gap", solution.problem.units.length))
+        _shade(axes, solution, name, np.maximum(pair.gap, 0.0), label("gap", solution.problem.units.length))
 
 
 def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
@@ -125,11 +124,12 @@ def _shade(axes: Any, solution: SolutionData, name: str, values: Array, what: st
 
     pair, mesh, nodes = solution.pairs[name], as_surface(solution.meshes[solution.sides[name][0]]), solution.nodes[name]
     directions, names = view(pair)
-    front = _front(solution, name, pair.state != OPEN)
-    places, triangles, rims = small_triangles(mesh, TRIANGLES, np.unique(mesh.element[nodes[front]]))
+    front, known = _front(solution, name, pair.state != OPEN), np.isfinite(values)
+    whole = np.setdiff1d(mesh.element[nodes[front & known]], mesh.element[nodes[~known]])
+    places, triangles, rims = small_triangles(mesh, TRIANGLES, whole if len(whole) else np.unique(mesh.element[nodes]))
     nodal = np.zeros(mesh.n_nodes)
-    nodal[nodes] = values
-    shown = values[_window(axes, pair.x @ directions.T, pair.state != OPEN)]
+    nodal[nodes] = np.where(known, values, 0.0)
+    shown = nodal[nodes][_window(axes, pair.x @ directions.T, pair.state != OPEN) & (known | (len(whole) == 0))]
     colours = band_colours(shown)
     # between the nodes a polynomial passes what it has at them
     between = np.clip(mesh.basis_at(places.element, places.place) @ nodal, shown.min(), shown.max())
