@@ -8,6 +8,7 @@ import difflib
 import gc
 import importlib
 import os
+import re
 import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
@@ -34,6 +35,15 @@ COMMANDS = {
 READING = {"export", "fatigue", "field", "plot"}
 """Those of the folder `reading`: they read a result file."""
 SHORT = {"-o", "-n", "-h"}
+
+
+class Paragraphs(argparse.HelpFormatter):
+    """Paragraphs of prose as wide as the terminal; lines that are indented stay as they are."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        blocks = [block if re.search("^ ", block, re.MULTILINE) else super(Paragraphs, self)._fill_text(block, width, indent)
+                  for block in text.strip().split("\n\n")]  # fmt: skip
+        return "\n\n".join(blocks)
 
 
 class Parser(argparse.ArgumentParser):
@@ -128,7 +138,7 @@ def _command(arguments: Sequence[str]) -> int:
     folder = "reading." if name in READING else ""
     module = importlib.import_module(f".{folder}{name}", __package__)
     command = Parser(prog=f"petcontact {name}", description=module.__doc__,
-                     formatter_class=argparse.RawDescriptionHelpFormatter)  # fmt: skip
+                     formatter_class=Paragraphs)  # fmt: skip
     module.add_arguments(command)
     return int(module.run(command.parse_all(ours[1:]), theirs))
 

@@ -66,6 +66,7 @@ for words in {lines}:
     assert done.returncode == 0 and done.stderr == ""
     assert [line for line in done.stdout.splitlines() if "STATUS" in line] == [f"STATUS 0 {' '.join(w)}" for w in lines]
     assert all(f"usage: petcontact {name}" in done.stdout for name in COMMANDS)
+    assert max(map(len, done.stdout.splitlines())) <= 80
 
 
 def test_a_missing_petsc_is_one_line_where_it_is_asked_for(folder):
