@@ -145,7 +145,11 @@ def _called(function: Callable[..., Any], variables: Mapping[str, Array], count:
     unknown = [one for one in names if one not in variables]
     if unknown:
         raise InputError(f"{name} has a parameter {unknown[0]!r}; allowed are {', '.join(variables)}")
-    values = np.asarray(function(**{one: variables[one] for one in names}), dtype=float)
+    found = np.asarray(function(**{one: variables[one] for one in names}))
+    try:
+        values = found.astype(float, casting="unsafe" if found.dtype == object else "same_kind")
+    except (TypeError, ValueError):
+        raise InputError(f"{name} returns values of type {found.dtype}, expected real numbers") from None
     if values.shape not in ((), (count,)):
         raise InputError(f"{name} returns an array of shape {values.shape}, expected ({count},) or a number")
     values = np.broadcast_to(values, (count,)).copy()

@@ -47,6 +47,8 @@ def test_functions_and_arrays_are_the_expressions_they_stand_for(solution):
 @pytest.mark.parametrize(
     ("bound", "message"),
     [(lambda x, speed: x, "has a parameter 'speed'; allowed are x, y, nx, ny, s"),
+     (lambda x: x + 1j, "returns values of type complex128, expected real numbers"),
+     (lambda x: ["1"] * len(x), "returns values of type <U1, expected real numbers"),
      (lambda x: x[:3], r"returns an array of shape \(3,\), expected \(40,\)"),
      (lambda x: 1.0 / (x - x), r"function <lambda> is not finite at x = 0.1"),
      (np.ones(7), "has 7 values, the part has 40 nodes")],
