@@ -94,7 +94,8 @@ def run(arguments: argparse.Namespace, petsc_words: list[str]) -> int:
     report_unused(first)
     if number:
         what = "the last iterate" if solution.status == "failed" else "the solution"
-        begin = "" if "accuracy" in solution.info else f", go on with --set method.start={output}"  # adaptive ones begin anew
+        # an adaptive solve begins anew
+        begin = "" if "accuracy" in solution.info else f", go on with --set method.start={output}"
         raise Interrupted(number, f"{what} is saved in {output}{begin}")
     return STATUS[solution.status]
 
