@@ -146,7 +146,8 @@ class RevolvedSurface(SolidSurface):
             place = np.nan_to_num(side.nearest(at[mine].reshape(-1, 2)))
             # what lies close to an end belongs on the rim that the end is turned into
             slack = np.repeat(RIM * size[mine], at.shape[1]) / side.length
-            place = np.where(place < slack, 0.0, np.where(place > 1.0 - slack, 1.0, place))
+            rims = [end[0] > ON_AXIS * self.section.diameter for end in (side.start, side.end)]
+            place = np.where(rims[0] & (place < slack), 0.0, np.where(rims[1] & (place > 1.0 - slack), 1.0, place))
             near = side.point(place).reshape(-1, *at.shape[1:])
             distance = np.nansum((near - at[mine]) ** 2, axis=(1, 2))
             better = distance < least[mine]

@@ -64,7 +64,7 @@ class Curves(Faces):
         ends = np.repeat([0.0, 1.0], len(self))
         return np.tile(np.arange(len(self)), 2), ends, ends
 
-    def cast(self, x: Array, direction: Array) -> Hits:
+    def _cast(self, x: Array, direction: Array) -> Hits:
         """See `Faces.cast`."""
         return self._nearest(_crossings, x, direction)
 

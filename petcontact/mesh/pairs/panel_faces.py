@@ -27,6 +27,8 @@ ALIKE = 1e-6
 """Distance over the size of a panel up to which corners and middles of sides are those of another."""
 STEPS, CLOSE, BEYOND = 20, 1e-13, 0.5
 """Newton's steps to where a line meets a curved panel, the relative step that ends them, and how far they may leave it."""
+SHALLOW = 0.05
+"""Overlaps over the size of a panel up to which no other face lies between."""
 _meet = native.function("petcontact_space_meet", "ippppppidddpp")
 
 
@@ -100,7 +102,7 @@ class PanelFaces(Faces):
         number, side = np.nonzero(np.any(following != self.polygon, axis=2))
         return number, self.polygon[number, side], following[number, side]
 
-    def cast(self, x: Array, direction: Array) -> Hits:
+    def _cast(self, x: Array, direction: Array) -> Hits:
         """See `Faces.cast`."""
         i, j = self._near_lines(x, direction, np.zeros(len(x)))
         place, distance = self._met(j, x[i], direction[i])
@@ -122,7 +124,14 @@ class PanelFaces(Faces):
     def segments(self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None) -> Segments:
         """See `Faces.segments`: the others, projected onto the plane of each panel, clip it."""
         found = self._clipped(other, order, opposite, direction)
-        return self._nearest_only(other, found, along(direction, self.frame[:, 2]), direction)
+        found = self._nearest_only(other, found, along(direction, self.frame[:, 2]), direction)
+        x, normal = self.at(found.face, found.place)
+        normal = along(direction, normal)
+        distance = np.sum((other.at(found.other, found.opposite)[0] - x) * normal, axis=1)
+        deep = np.flatnonzero(distance < -SHALLOW * self.size[found.face])
+        kept = np.ones(len(x), dtype=bool)
+        kept[deep] = ~other.beyond(x[deep], normal[deep], distance[deep])
+        return found.take(kept)
 
     def _clipped(self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None) -> Segments:
         """`segments` of panels, whatever lies between."""

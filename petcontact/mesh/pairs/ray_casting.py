@@ -99,12 +99,30 @@ class Faces(ABC):
         are straight or flat.
         """
 
-    @abstractmethod
     def cast(self, x: Array, direction: Array) -> Hits:
         """The nearest meeting of the lines x + t·direction with faces whose outward normal points against it.
+
+        It lies behind a point only where the body overlaps it: the far side of a body is no face that meets it.
 
         Parameters
         ----------
         x, direction : (m, d) arrays
             Points [length] and unit vectors.
         """
+        hits = self._cast(x, direction)
+        beyond = self.beyond(x, direction, hits.distance)
+        return Hits(np.where(beyond, -1, hits.face), hits.place, np.where(beyond, np.inf, hits.distance)) \
+            if beyond.any() else hits  # fmt: skip
+
+    def beyond(self, x: Array, direction: Array, distance: Array) -> Mask:
+        """Which of the meetings at some distances (m,) lie behind a point and beyond another face, which looks its way."""
+        result = distance < 0.0
+        behind = np.flatnonzero(result)
+        half = 0.5 * distance[behind, None] * direction[behind]
+        between = self._cast(x[behind] + half, -direction[behind]).distance
+        result[behind] = np.abs(between) < (0.5 - SLACK) * -distance[behind]
+        return result
+
+    @abstractmethod
+    def _cast(self, x: Array, direction: Array) -> Hits:
+        """The nearest meeting, wherever it is."""

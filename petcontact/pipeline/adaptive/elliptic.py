@@ -1,32 +1,36 @@
-"""Meshes whose panels follow the edges of elliptical contacts on faces of boxes, and of their stick zones, before panels are
-cut one by one."""
+"""Meshes whose panels follow the edges of elliptical contacts, and of their stick zones, before panels are cut one by
+one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 
 import numpy as np
 
-from ...geometry.surface import BoxSurface
+from ...geometry.surface import SolidSurface
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.problem import Problem
-from ...refinement.panels.rings import ringed, stick_of, zone_of
+from ...refinement.panels.patches import patch_of
+from ...refinement.panels.rings import ringed, sector
+from ...refinement.panels.small_contact import SmallContact, small_contact
+from ...refinement.panels.zone import Zone, stick_of, zone_of
 from ...results.records import step_ends
 from ...results.solution import Solution
-from ..discrete.interfaces import interfaces_of
+from ..discrete.interfaces import InterfaceSpec, interfaces_of
 
 RINGS = {1: 0.09, 2: 0.04, 3: 0.02}
 """Rings of panels about the core of a contact, and the estimate with them, measured on Hertz' contact."""
 FALL = 0.15
 """Estimate that rings have to reach at most, over that before: an edge is known the better the smaller it is."""
-
+MOVED = 0.003
+"""Of an edge over the radius, from which on the same rings are set once more."""
 
 Completed = Callable[[list[SurfaceMesh]], list[SurfaceMesh]]
 """Meshes with what else they need; none where they cost too much."""
 
 
 class EllipticContacts:
-    """How many rings each elliptical contact has so far.
+    """The rings that each elliptical contact had so far: as many as before once more, where its edge has moved, or more.
 
     Panels as wide at a circular edge as those of rings are nine times as many, and the error is larger: p is a root there,
     which no polynomial follows across.
@@ -34,57 +38,96 @@ class EllipticContacts:
     Parameters
     ----------
     problem : Problem
+
+    Attributes
+    ----------
+    first : dict
+        The first mesh of each body, by its number.
     """
 
     def __init__(self, problem: Problem) -> None:
-        boxes = [isinstance(body.geometry.outline(), BoxSurface) for body in problem.body]
+        outlines = [body.geometry.outline() for body in problem.body]
+        self._surfaces = [shape if isinstance(shape, SolidSurface) and shape.known else None for shape in outlines]
         faces = {side.name: [(side.body, side.part), *([side.primary] if side.primary else [])]
                  for side in interfaces_of(problem)}  # fmt: skip
         every = [face for both in faces.values() for face in both]
         self._faces = {name: both for name, both in faces.items()
-                       if all(boxes[body] and every.count((body, part)) == 1 for body, part in both)}  # fmt: skip
-        self._rings = dict.fromkeys(self._faces, 0)
+                       if all(self._surfaces[body] and every.count((body, part)) == 1 for body, part in both)}  # fmt: skip
+        self.first = dict[int, SurfaceMesh]()
+        self._made = {name: list[tuple[int, Zone]]() for name in self._faces}
 
-    def meshes(self, solution: Solution, estimate: float, wanted: float, completed: Completed) -> list[SurfaceMesh]:
+    def meshes(
+        self, solution: Solution, small: Mapping[str, Zone], errors: tuple[float, float], completed: Completed
+    ) -> list[SurfaceMesh]:
         """The meshes of the bodies, with more rings than before where these make an estimate smaller; none where not.
 
         Where contact is at the end of the last step; it must not be elsewhere before. The last rings, which shall do, are
         about the edges of stick zones too, unless the meshes would not be completed then: rings before them are wider than
-        those at these edges, which they show well enough.
+        those at these edges, which they show well enough. `small` are zones where contact is expected that is smaller than
+        a panel.
         """
         for sticks in (True, False):
-            rings, meshes = self._ringed(solution, estimate, wanted, sticks)
+            rings, meshes = self._ringed(solution, small, errors, sticks)
             meshes = completed(meshes) if rings else []
             if meshes:
-                self._rings |= rings
+                for name, found in rings.items():
+                    self._made[name].append(found)
                 return meshes
         return []
 
     def _ringed(
-        self, solution: Solution, estimate: float, wanted: float, sticks: bool
-    ) -> tuple[dict[str, int], list[SurfaceMesh]]:
-        """How many rings which contacts get, and the meshes with them."""
+        self, solution: Solution, small: Mapping[str, Zone], errors: tuple[float, float], sticks: bool
+    ) -> tuple[dict[str, tuple[int, Zone]], list[SurfaceMesh]]:
+        """How many rings which contacts get about which zones, and the meshes with them."""
+        estimate, wanted = errors
         meshes, ends, rings = (
             [as_surface(mesh) for mesh in solution.meshes.values()],
             step_ends(solution.steps),
-            dict[str, int](),
+            dict[str, tuple[int, Zone]](),
         )
         for name, both in self._faces.items():
-            more = [n for n, reached in RINGS.items() if n > self._rings[name] and reached < estimate]
+            more = [n for n, reached in RINGS.items() if self._may_have(name, n) and reached < estimate]
             if not more or solution.bilateral:
                 continue
             count = next((n for n in more if RINGS[n] <= max(wanted, FALL * estimate)), more[-1])
             pair, closed = ends[-1].pairs[name], np.any([step.pairs[name].pressure > 0.0 for step in ends], axis=0)
-            zone = zone_of(pair.x, pair.weight, pair.pressure, closed)
-            if zone is None:
+            zone = small.get(name) or zone_of(pair.x, pair.weight, pair.pressure, closed)
+            if zone is None or any(n == count and zone.apart(old) < MOVED for n, old in self._made[name]):
                 continue
             last = RINGS[count] <= wanted or count == max(RINGS)
             stick = stick_of(pair.x, pair.weight, pair.state, pair.slip_increment, zone) if sticks and last else None
-            made = [ringed(meshes[body], part, zone, count, stick) for body, part in both]
+            made = [self._filled((meshes[body], self.first[body]), body, part, zone, count, stick) for body, part in both]
             if any(mesh is None for mesh in made):
                 continue
             for (body, _), mesh in zip(both, made, strict=True):
                 assert mesh is not None
                 meshes[body] = mesh
-            rings[name] = count
+            rings[name] = count, zone
         return rings, meshes
+
+    def _may_have(self, name: str, rings: int) -> bool:
+        """Whether a contact had no more rings so far, and these once at most."""
+        made = [n for n, _ in self._made[name]]
+        return rings >= max(made, default=0) and made.count(rings) < 2
+
+    def _filled(
+        self, mesh: tuple[SurfaceMesh, SurfaceMesh], body: int, part: str, zone: Zone, count: int, stick: Zone | None
+    ) -> SurfaceMesh | None:
+        """Rings on a face, if there is a place for them."""
+        surface = self._surfaces[body]
+        assert surface is not None
+        patch = patch_of(surface, *mesh, part, zone, sector(count))
+        return None if patch is None else ringed(patch, zone, count, stick)
+
+
+def small_contacts(problem: Problem, solution: Solution) -> list[tuple[InterfaceSpec, SmallContact]]:
+    """Contacts after the last step that are smaller than the panels they are on."""
+    found, step = [], solution.tried[-1]
+    for side in interfaces_of(problem):
+        both = [problem.body[number] for number in (side.body, *(side.primary or ())[:1])]
+        soft = sum((1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in both)
+        mesh, pair = as_surface(solution.meshes[both[0].name]), step.pairs[side.name]
+        expected = small_contact(mesh, solution.nodes[side.name], pair.pressure, pair.gap, 1.0 / soft)
+        if expected is not None and expected.too_large(mesh, side.part).any():
+            found.append((side, expected))
+    return found

@@ -22,15 +22,16 @@ from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import at_edges, directions, halved, matched, sides
 from ...refinement.panels.marks import FINER, facing, faded, largest, too_large
 from ...refinement.panels.quartering import cut, parents
-from ...refinement.panels.small_contact import SmallContact, small_contact
+from ...refinement.panels.small_contact import SmallContact
 from ...refinement.panels.tail import FADE
+from ...refinement.panels.zone import Zone
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..discrete.interfaces import InterfaceSpec, interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
 from ..trust.increments import OVERLAP, is_unresolved
-from .elliptic import EllipticContacts
+from .elliptic import EllipticContacts, small_contacts
 from .quantity import beyond_budget
 from .tails import TailErrors
 
@@ -90,7 +91,8 @@ class PanelTails:
         """The mesh of the config, or a coarse one where it names none; later the refined one."""
         if self._meshes:
             return LevelMesh(self._meshes[number], 0.0)
-        return LevelMesh(mesh_of(self._first(one(), boundary), boundary), 0.0)
+        self._elliptic.first[number] = as_surface(found := mesh_of(self._first(one(), boundary), boundary))
+        return LevelMesh(found, 0.0)
 
     def _first(self, one: Problem, boundary: Boundary) -> Problem:
         """With the options of the first mesh: order 2 for u_t, which is smooth, else 1, as good a node and cheaper."""
@@ -144,7 +146,9 @@ class PanelTails:
                 meshes = self._cut(meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes])[0]
             return [] if self._too_much(solution, meshes) else meshes
 
-        meshes = self._elliptic.meshes(solution, self.estimate, self.wanted, completed)
+        small = {side.name: Zone(expected.centre, (expected.axes * expected.half[:, None]).T)
+                 for side, expected in small_contacts(self._problem, solution)}  # fmt: skip
+        meshes = self._elliptic.meshes(solution, small, (self.estimate, self.wanted), completed)
         self._meshes = [*meshes] or self._meshes
         return bool(meshes)
 
@@ -216,7 +220,7 @@ class PanelTails:
 
     def _refine(self, solution: Solution, marked: list[Mask], raised: list[Mask]) -> None:
         """The next meshes: panels of the next order, others halved along marked coordinates, again at rims; or why not."""
-        meshes, small = [as_surface(mesh) for mesh in solution.meshes.values()], self._small(solution)
+        meshes, small = [as_surface(mesh) for mesh in solution.meshes.values()], small_contacts(self._problem, solution)
         if small:
             marked, most = self._within(meshes, small), SMALLEST
         else:
@@ -234,18 +238,6 @@ class PanelTails:
                 break
         self.exhausted = "" if found else reason
         self._meshes = [*found] or self._meshes
-
-    def _small(self, solution: Solution) -> list[tuple[InterfaceSpec, SmallContact]]:
-        """Contacts after the last step that are smaller than the panels they are on."""
-        found, step, bodies = [], solution.tried[-1], self._problem.body
-        for side in self._sides:
-            both = [bodies[side.body], *([bodies[side.primary[0]]] if side.primary else [])]
-            soft = sum((1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in both)
-            mesh, pair = as_surface(solution.meshes[both[0].name]), step.pairs[side.name]
-            expected = small_contact(mesh, solution.nodes[side.name], pair.pressure, pair.gap, 1.0 / soft)
-            if expected is not None and expected.too_large(mesh, side.part).any():
-                found.append((side, expected))
-        return found
 
     @staticmethod
     def _within(meshes: Sequence[SurfaceMesh], small: Sequence[tuple[InterfaceSpec, SmallContact]]) -> list[Mask]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ...arrays import Array
+from ...arrays import Array, Index
 from ...mesh.surface_mesh import SurfaceMesh
 
 SAME = 1e-9
@@ -36,6 +36,13 @@ def closed(mesh: SurfaceMesh) -> SurfaceMesh:
     return replace(mesh, corners=corners, middles=middles)
 
 
+def numbered(points: Array) -> Index:
+    """Numbers (n,) of points (n, 3), equal ones of the same place."""
+    pairs = scipy.spatial.cKDTree(points).query_pairs(SAME * float(np.ptp(points, axis=0).max()), output_type="ndarray")
+    graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
+    return np.asarray(scipy.sparse.csgraph.connected_components(graph, directed=False)[1])
+
+
 class _Sides:
     """Sides between numbered points, brought onto each other from the longest on.
 
@@ -49,11 +56,9 @@ class _Sides:
 
     def __init__(self, start: Array, stop: Array, middle: Array) -> None:
         points = np.concatenate([start, stop, middle])
-        pairs = scipy.spatial.cKDTree(points).query_pairs(SAME * float(np.ptp(points, axis=0).max()), output_type="ndarray")
-        graph = scipy.sparse.coo_array((np.ones(len(pairs)), pairs.T), shape=(len(points), len(points)))
-        number, found = scipy.sparse.csgraph.connected_components(graph, directed=False)
+        found = numbered(points)
         self.numbers = found.reshape(3, -1)
-        self.position = np.empty((number, 3))
+        self.position = np.empty((1 + found.max(), 3))
         self.position[found] = points
         self._tree = scipy.spatial.cKDTree(self.position.copy())
         self._middle = {frozenset((a, b)): m for a, b, m in self.numbers.T.tolist()}

@@ -7,9 +7,17 @@ from hypothesis import strategies as st
 
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
-from petcontact.refinement.panels.rings import ELONGATED, Zone, ringed, stick_of, zone_of
+from petcontact.refinement.panels import rings as module
+from petcontact.refinement.panels.patches import patch_of
+from petcontact.refinement.panels.zone import ELONGATED, Zone, stick_of, zone_of
 
-BOX = box_mesh(BoxSurface(np.array([-1.5, -1.0, -2.0]), np.array([1.5, 2.0, 0.0])), lambda part: 0.75, 1, 1.0)
+SHAPE = BoxSurface(np.array([-1.5, -1.0, -2.0]), np.array([1.5, 2.0, 0.0]))
+BOX = box_mesh(SHAPE, lambda part: 0.75, 1, 1.0)
+
+
+def ringed(mesh, part, zone, rings, *stick):
+    patch = patch_of(SHAPE, mesh, mesh, part, zone, module.sector(rings))
+    return None if patch is None else module.ringed(patch, zone, rings, *stick)
 
 
 def axes(a, b, angle):

@@ -1,0 +1,258 @@
+"""Patches of faces that rings of panels fill: where they end, and the panels that stay around them."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Callable
+
+import numpy as np
+
+from ...arrays import Array, Index, Mask
+from ...frozen import frozen
+from ...geometry.quadratic import QuadraticCells, samples
+from ...geometry.surface import BoxSurface, SolidSurface
+from ...mesh.surface_mesh import SurfaceMesh
+from .axes import sides
+from .hanging import numbered
+from .quartering import cut, parents
+from .zone import Zone
+
+PATCH, LEFT = 1.5, 0.5
+"""Half the sides of the rectangle that rings fill over the reach of the zone, and what it leaves at least beside it."""
+CLEAR = 1.1
+"""Least distance of the rim of a patch from the centre over that of the edge."""
+AROUND = (1.25, 1.5, 2.0)
+"""Panels within such distances, over those of the edge, may be a patch: the first of them that has a good rim."""
+WIDEST, NARROWEST = 2.6, 0.12
+"""Angles of the sides of a good rim, seen from the centre [rad]."""
+UNEVEN = 3.0
+"""Largest over smallest distance of the points of a good rim."""
+MOST = 40
+"""Panels around a zone, and panels that a patch may replace."""
+FINEST = 16
+"""Times that panels are halved for a patch."""
+WIDE = 1.4
+"""Largest angle of a panel between the sides of a rim over that of a sector."""
+
+
+@frozen
+class Patch:
+    """A part of a face that panels in rings shall fill.
+
+    Attributes
+    ----------
+    rest : SurfaceMesh
+        The body's panels outside of it.
+    part : int
+        Of the face.
+    rim : (2n, 3) array
+        Ends and middles of the outer sides of n sectors, counter-clockwise seen from outside the body [length].
+    counts : (int, int)
+        Sectors on the first and third, and on the second and fourth of the four sides of a grid within [-].
+    onto : callable
+        Points (k, 3) to points of the face.
+    """
+
+    rest: SurfaceMesh
+    part: int
+    rim: Array
+    counts: tuple[int, int]
+    onto: Callable[[Array], Array]
+
+
+def patch_of(
+    surface: SolidSurface, mesh: SurfaceMesh, first: SurfaceMesh, part: str, zone: Zone, sector: float
+) -> Patch | None:
+    """The patch of a face for a zone; None where there is none around it.
+
+    Parameters
+    ----------
+    surface : SolidSurface
+        The exact one.
+    mesh, first : SurfaceMesh
+        Of today, and the one that was the first of all: of this are the panels of the face outside of the patch.
+    part : str
+        The face.
+    zone : Zone
+    sector : float
+        About the angle of a panel [rad].
+    """
+    if isinstance(surface, BoxSurface):
+        return _rectangle(mesh, part, zone, sector)
+    return _panels_around(surface, mesh, first, part, zone, sector)
+
+
+def _rectangle(mesh: SurfaceMesh, part: str, zone: Zone, sector: float) -> Patch | None:
+    """On the face of a box: a rectangle, and rectangles beside it."""
+    number = mesh.part_names.index(part)
+    mine = mesh.part == number
+    low, high = (each[mine] for each in mesh.boxes)
+    low, high, normal = low.min(axis=0), high.max(axis=0), mesh.normal[mesh.first_node[:-1][mine][0]]
+    axis = int(np.abs(normal).argmax())
+    uv = [(axis + 1) % 3, (axis + 2) % 3][:: 1 if normal[axis] > 0.0 else -1]
+    centre = zone.centre[uv]
+    reach, face = np.linalg.norm(zone.axes[uv], axis=1), np.stack([low[uv], high[uv]])
+    far = np.abs(face - centre) < (PATCH + LEFT) * reach
+    patch = np.where(far, face, centre + np.outer([-1.0, 1.0], PATCH * reach))
+
+    def placed(points: Array) -> Array:
+        result = np.full((*points.shape[:-1], 3), low[axis])
+        result[..., uv] = points
+        return result
+
+    beside = np.full((len(cells := _beside(face, patch, centre)), 4, 3), low[axis])
+    beside[..., uv] = _corners(cells)
+    corners = np.concatenate([mesh.corners[~mine], beside])
+    rest = SurfaceMesh(
+        corners, np.append(mesh.order[~mine], np.ones(len(beside), dtype=int)),
+        np.append(mesh.part[~mine], np.full(len(beside), number)), mesh.part_names,
+        np.concatenate([mesh.middles[~mine], np.full((len(beside), 5, 3), np.nan)]),
+    )  # fmt: skip
+    rim, counts = _equal_angles(zone, placed(_corners(patch[None])[0]), sector)
+    return None if rim is None else Patch(rest, number, rim, counts, lambda x: placed(x[..., uv]))
+
+
+def _equal_angles(zone: Zone, corners: Array, sector: float) -> tuple[Array | None, tuple[int, int]]:
+    """A rim between corners (4, 3), points at equal angles along each side."""
+    seen = zone.facing(corners).local(corners)
+    angle = np.unwrap(np.angle(np.append(seen, seen[:1], axis=0) @ [1.0, 1.0j]))
+    span = np.diff(angle)
+    if not np.all((span > 0.0) & (span < np.pi)) or not np.isclose(span.sum(), 2.0 * np.pi):
+        return None, (0, 0)
+    count = np.maximum(1, np.round(span / sector)).astype(int)
+    count = np.maximum(count, np.roll(count, 2))
+    points = []
+    for k in range(4):
+        phi = angle[k] + span[k] * np.arange(2 * count[k]) / (2 * count[k])
+        towards, along = np.column_stack([np.cos(phi), np.sin(phi)]), seen[(k + 1) % 4] - seen[k]
+        share = np.cross(seen[k], towards) / np.cross(towards, along)
+        points.append(corners[k] + share[:, None] * (corners[(k + 1) % 4] - corners[k]))
+    return np.concatenate(points), (int(count[0]), int(count[1]))
+
+
+def _corners(rectangles: Array) -> Array:
+    """Corners (n, 4, 2), counter-clockwise, of rectangles given by their least and largest coordinates, (n, 2, 2)."""
+    return np.stack([rectangles[:, [i, j], [0, 1]] for i, j in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
+
+
+def _beside(face: Array, patch: Array, centre: Array) -> Array:
+    """Rectangles (n, 2, 2) of a face outside of a patch of it, none of which is longer than its distance from a centre."""
+    cells = [np.array([[a, c], [b, d]]) for a, b in itertools.pairwise(np.unique([face[0, 0], *patch[:, 0], face[1, 0]]))
+             for c, d in itertools.pairwise(np.unique([face[0, 1], *patch[:, 1], face[1, 1]]))]  # fmt: skip
+    cells = [cell for cell in cells if not np.array_equal(cell, patch)]
+    result = []
+    while cells:
+        cell = cells.pop()
+        length, middle = cell[1] - cell[0], cell.mean(axis=0)
+        k = int(length.argmax())
+        if length[k] <= np.linalg.norm(middle - centre):
+            result.append(cell)
+            continue
+        for end in (0, 1):
+            half = cell.copy()
+            half[end, k] = middle[k]
+            cells.append(half)
+    return np.array(result).reshape(-1, 2, 2)
+
+
+def _panels_around(
+    surface: SolidSurface, mesh: SurfaceMesh, first: SurfaceMesh, part: str, zone: Zone, sector: float
+) -> Patch | None:  # fmt: skip
+    """On curved panels: those around the zone, which are cut until they have a good rim, and the others none of which is
+    longer than its distance from the centre."""
+    number = mesh.part_names.index(part)
+    found = _joined(mesh.reordered(np.flatnonzero(mesh.part != number)), first.reordered(first.elements_of(part)))
+    for _ in range(FINEST):
+        here = np.flatnonzero(found.part == number)
+        away = np.full(found.n_elements, np.inf)
+        away[here] = _distance(zone, found, here)
+        if np.count_nonzero(away < AROUND[0]) > MOST:
+            return None
+        for near in (away < each for each in AROUND):
+            rim = _rim(zone, found, np.flatnonzero(near), sector)
+            if rim is not None:
+                rest = _graded(found, near, number, zone.centre, surface)
+                return Patch(rest, number, *rim, lambda x: surface.onto(np.full(len(x), number), x[:, None])[:, 0])
+        found = cut(found, np.repeat((away < AROUND[0])[:, None], 2, axis=1), surface)
+    return None
+
+
+def _joined(one: SurfaceMesh, other: SurfaceMesh) -> SurfaceMesh:
+    """The panels of both."""
+    corners, order, part, middles = (np.concatenate([getattr(mesh, name) for mesh in (one, other)])
+                                     for name in ("corners", "order", "part", "middles"))  # fmt: skip
+    return SurfaceMesh(corners, order, part, one.part_names, middles)
+
+
+def _graded(mesh: SurfaceMesh, near: Mask, number: int, centre: Array, surface: SolidSurface) -> SurfaceMesh:
+    """The panels that are not near, those of a part cut until none is longer than its distance from a centre."""
+    while True:
+        length, (low, high) = np.linalg.norm(sides(mesh), axis=2).max(axis=1), mesh.boxes
+        long = (mesh.part == number) & ~near & (length > np.linalg.norm(0.5 * (low + high) - centre, axis=1))
+        if not long.any():
+            return mesh.reordered(np.flatnonzero(~near))
+        along = np.repeat(long[:, None], 2, axis=1)
+        near, mesh = near[parents(mesh, along)], cut(mesh, along, surface)
+
+
+def _distance(zone: Zone, mesh: SurfaceMesh, panels: Index) -> Array:
+    """Of panels from the centre of a zone over that of its edge, about: of points on them, (n,)."""
+    result = np.full(len(panels), np.inf)
+    for corners in (3, 4):
+        mine = np.flatnonzero(np.isnan(mesh.corners[panels, 3, 0]) == (corners == 3))
+        six = [mesh.corners[panels[mine], :corners], mesh.middles[panels[mine], : 2 * corners - 3]]
+        cells = QuadraticCells(np.concatenate(six, axis=1))
+        foot, _ = cells.nearest(np.repeat(zone.centre[None], len(mine), axis=0))
+        x = np.concatenate([cells.at(cells.each(samples(corners)))[0], cells.at(foot[:, None])[0]], axis=1)
+        result[mine] = zone.distance(x.reshape(-1, 3)).reshape(x.shape[:2]).min(axis=1, initial=np.inf)
+    return result
+
+
+def _rim(zone: Zone, mesh: SurfaceMesh, panels: Index, sector: float) -> tuple[Array, tuple[int, int]] | None:
+    """The rim of panels around a zone, its sides halved where they are wide, and the counts of a grid within; None where it
+    is not a single loop all points of which are seen from the centre at fair angles."""
+    loop = _loop(mesh, panels)
+    if loop is None:
+        return None
+    zone = zone.facing(loop[0])
+    span = np.diff(_angles(zone, loop[0]))
+    if not np.all((span > NARROWEST) & (span < WIDEST)) or not np.isclose(span.sum(), 2.0 * np.pi):
+        return None
+    pieces = 2 ** np.ceil(np.log2(np.maximum(span / (WIDE * sector), 1.0))).astype(int)
+    if pieces.sum() % 2 or pieces.sum() > MOST:
+        return None
+    t = np.concatenate([np.arange(2 * count)[:, None] / (2 * count) for count in pieces.tolist()])
+    start, middle, stop = np.repeat(loop, 2 * pieces, axis=1)
+    rim = (1.0 - t) * (1.0 - 2.0 * t) * start + 4.0 * t * (1.0 - t) * middle + t * (2.0 * t - 1.0) * stop
+    reach = np.linalg.norm(zone.local(rim), axis=1)
+    if reach.min() < CLEAR or reach.max() > UNEVEN * reach.min():
+        return None
+    counts = len(rim) // 8, len(rim) // 4 - len(rim) // 8
+    # the corners of the grid within are as far from one another as they can be
+    angle = _angles(zone, rim[::2])
+    ends = np.arange(len(angle) - 1)[:, None] + np.cumsum([0, *counts, *counts])
+    first = int(np.diff(np.append(angle[:-1], angle + 2.0 * np.pi)[ends]).max(axis=1).argmin())
+    return np.roll(rim, -2 * first, axis=0), counts
+
+
+def _angles(zone: Zone, loop: Array) -> Array:
+    """Increasing angles at which points (n, 3) around a zone are seen, the first one again at the end, (n + 1,) [rad]."""
+    return np.unwrap(np.angle(zone.local(np.append(loop, loop[:1], axis=0)) @ [1.0, 1.0j]))
+
+
+def _loop(mesh: SurfaceMesh, panels: Index) -> Array | None:
+    """Starts, middles and ends (3, n, 3) of the sides around panels, in order; None where these are not a single loop."""
+    count = np.where(np.isnan(mesh.corners[panels, 3, 0]), 3, 4)
+    panel, k = np.repeat(panels, count), np.concatenate([np.arange(n) for n in (0, *count.tolist())])
+    after = np.where(k + 1 == np.repeat(count, count), 0, k + 1)
+    start, stop, middle = mesh.corners[panel, k], mesh.corners[panel, after], mesh.middles[panel, k]
+    if not len(panel) or np.isnan(middle).any():
+        return None
+    first, last = numbered(np.concatenate([start, stop])).reshape(2, -1).tolist()
+    inner = {*zip(last, first, strict=True)}
+    outer = [i for i, ends in enumerate(zip(first, last, strict=True)) if ends not in inner]
+    following = {first[i]: i for i in outer}
+    order = outer[:1]
+    while len(order) < len(outer) and last[order[-1]] in following:
+        order.append(following[last[order[-1]]])
+    return None if len({*order}) < len(outer) else np.stack([start[order], middle[order], stop[order]])

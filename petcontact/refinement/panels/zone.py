@@ -1,0 +1,127 @@
+"""Elliptical zones on surfaces: where contact is, and where it sticks."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...arrays import Array, Mask, States
+from ...frozen import frozen
+
+INSET = 0.999
+"""Of the semi-axes: a panel that ends beyond the edge of contact carries a pressure there, one before it does no harm."""
+STRAY = 0.1
+"""Largest share of a contact that is not in the ellipse, or lacks in it, beside a strip at its edge."""
+STRIP = 0.04
+"""Half the width of that strip over the radius: a row of nodes there may be in contact or not."""
+LEAST, MOST = 0.15, 0.9
+"""Radius of a stick zone that has rings, and how far it reaches, over the radius of the contact."""
+ELONGATED = 3.0
+"""Largest ratio of the axes of an ellipse."""
+
+
+@frozen
+class Zone:
+    """An ellipse: x = centre + axes z, |z| <= 1.
+
+    Attributes
+    ----------
+    centre : (3,) array
+        [length]
+    axes : (3, 2) array
+        Both semi-axes, as vectors [length].
+    """
+
+    centre: Array
+    axes: Array
+
+    def local(self, x: Array) -> Array:
+        """z of points (n, 3), (n, 2)."""
+        return np.asarray((x - self.centre) @ np.linalg.pinv(self.axes).T)
+
+    def distance(self, x: Array) -> Array:
+        """Of points (n, 3) over that of the edge, (n,) [-]; those high above the zone are as far as they are high."""
+        away = x - self.centre - (z := self.local(x)) @ self.axes.T
+        high = np.linalg.norm(away, axis=1) / np.linalg.norm(self.axes, axis=0).max()
+        return np.asarray(np.hypot(np.linalg.norm(z, axis=1), high))
+
+    def apart(self, other: Zone) -> float:
+        """How far centre and axes are from those of another zone of the same order of axes, over the axes [-]."""
+        square = np.sum((self.centre - other.centre) ** 2) + np.sum(
+            (self.axes @ self.axes.T - other.axes @ other.axes.T) ** 2
+        ) / np.sum(self.axes**2)
+        return float(np.sqrt(square / np.sum(self.axes**2)))
+
+    def facing(self, loop: Array) -> Zone:
+        """With axes in the order in which points (n, 3) around it run counter-clockwise."""
+        z = self.local(loop)
+        return self if np.sum(np.cross(z, np.roll(z, -1, axis=0))) > 0.0 else Zone(self.centre, self.axes[:, ::-1])
+
+
+def zone_of(x: Array, weight: Array, pressure: Array, closed: Mask) -> Zone | None:
+    """The ellipse over which Hertz' pressure has the moments of a given one; None where the contact is another.
+
+    Hertz' pressure on semi-axes a, b has ∫p x²/∫p = a²/5. Moments are exact to a few thousandths on meshes on which p is
+    off by a tenth.
+
+    Parameters
+    ----------
+    x : (m, 3) array
+        Nodes [length].
+    weight : (m,) array
+        [area]
+    pressure : (m,) array
+        [stress]
+    closed : (m,) bool array
+        Which nodes are in contact, in any increment.
+    """
+    load = weight * pressure
+    if not load.sum() > 0.0:
+        return None
+    centre = load @ x / load.sum()
+    square, vectors = np.linalg.eigh((x - centre).T @ ((x - centre) * load[:, None]) / load.sum())
+    if not 0.0 < square[2] <= ELONGATED**2 * square[1]:
+        return None
+    zone = Zone(centre, vectors[:, 1:] * INSET * np.sqrt(5.0 * square[1:]))
+    distance = zone.distance(x)
+    stray = (closed != (distance < 1.0)) & (np.abs(distance - 1.0) > STRIP)
+    return zone if weight[stray].sum() <= STRAY * weight[closed].sum() else None
+
+
+def stick_of(x: Array, weight: Array, state: States, slip: Array, zone: Zone) -> Zone | None:
+    """The ellipse, of the shape of the contact's, that parts what sticks from what slips; None where none does.
+
+    Stick zones are such ellipses under a tangential load (Cattaneo) and under a growing normal one (Spence), shifted where
+    a body is stretched besides. The edge lies between the last node that sticks and the first that slips, where |Δw|, which
+    grows like the power 3/2 of the distance, is 0 by a line through its power 2/3 over the square of the radius.
+
+    Parameters
+    ----------
+    x : (m, 3) array
+        Nodes [length].
+    weight : (m,) array
+        [area]
+    state : (m,) array
+        0 stick, 1 slip, 2 open.
+    slip : (m, 2) array
+        Δw of the increment [length].
+    zone : Zone
+        The contact.
+    """
+    closed = state != 2
+    z, area, sticks, slip = zone.local(x)[closed], weight[closed], state[closed] == 0, slip[closed]
+    total = area[sticks].sum()
+    if sticks.all() or not total > 0.0:
+        return None
+    middle = area[sticks] @ z[sticks] / total
+    square = np.sum((z - middle) ** 2, axis=1)
+    order = np.argsort(square)
+    right = np.cumsum(np.where(sticks, area, -area)[order])
+    last = int(right[:-1].argmax())
+    power = np.linalg.norm(slip[~sticks], axis=1) ** (2.0 / 3.0)
+    away, root = square[~sticks], np.sqrt(area[~sticks])
+    (start, slope), *_ = np.linalg.lstsq(root[:, None] * np.vander(away, 2, True), root * power, rcond=None)
+    edge = -start / slope if slope > 0.0 else 0.0
+    radius = float(np.sqrt(np.clip(edge, *square[order[last : last + 2]])))
+    stray = total - right[last] > STRAY * total
+    return None if stray or radius < LEAST or radius + np.linalg.norm(middle) > MOST else \
+        Zone(zone.centre + zone.axes @ middle, radius * zone.axes)  # fmt: skip
