@@ -13,15 +13,15 @@ from ...arrays import Array, Index, Mask
 from ...frozen import frozen
 from ..boundary_mesh import BoundaryMesh
 from .mortar import balanced, projection, rounded
-from .ray_casting import Segments, along
+from .ray_casting import Faces, Segments, along
 from .sag import sag
 
 NEAR = 0.1
 """Distance, over the size of the secondary, within which elements have to match."""
+CLOSE = 0.01
+"""The same, within which it matters that the secondary ends within an element."""
 SHARED = 1e-6
 """Elements that share less of the secondary's do not face one another."""
-WHOLE = 0.95
-"""Share of an element beyond which the secondary covers all of it."""
 
 
 @frozen
@@ -86,15 +86,14 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     faced = secondary.x[a] + np.where(met, distance, 0.0)[:, None] * normal
     values = rounded(balanced(values, primary.x[b], faced, secondary.tangents_to(normal), primary.weight[b]))
     far = np.linalg.norm(y - own.at(segments.face, segments.place)[0], axis=1)
-    near = segments.take(far < NEAR * float(secondary.weight[a].sum()) ** (1.0 / (secondary.dim - 1)))
+    size = float(secondary.weight[a].sum()) ** (1.0 / (secondary.dim - 1))
+    near, close = segments.take(far < NEAR * size), np.unique(segments.other[far < CLOSE * size])
     measure = [np.asarray(np.bincount(mesh.element, mesh.weight), dtype=float)[some]
                for mesh, some in ((secondary, elements), (primary, others))]  # fmt: skip
     couples = _couples(near, measure[0])
     sides = [np.unique(numbers) for numbers in couples.T]
     matched = all(len(numbers) == len(couples) for numbers in sides)
     sizes = [float(every[numbers].sum()) / max(1, len(numbers)) for every, numbers in zip(measure, sides, strict=True)]
-    covered = (np.bincount(segments.other, segments.weight, len(others)) / measure[1])[sides[1]]
-    ends_within = bool(np.any((covered > 1.0 - WHOLE) & (covered < WHOLE)))
     missed = np.zeros(len(a))
     if not matched:
         number = np.searchsorted(elements, secondary.element[a])
@@ -102,7 +101,18 @@ def face(secondary: BoundaryMesh, part: str, primary: BoundaryMesh, other: str, 
     pushed = values.data * np.repeat(secondary.weight[a], np.diff(values.indptr)) / primary.weight[b][values.indices]
     loads = scipy.sparse.csr_array((pushed, values.indices, values.indptr), shape=values.shape).T
     return Facing(a, b, normal, distance, values, scipy.sparse.csr_array(loads), matched, (sizes[0], sizes[1]),
-                  ends_within, missed)  # fmt: skip
+                  not matched and _ends_within(own, opposite, close, direction), missed)  # fmt: skip
+
+
+def _ends_within(own: Faces, opposite: Faces, numbers: Index, direction: Array | None) -> bool:
+    """Whether some points within one of the primary's elements face the secondary, and others do not."""
+    line = (np.arange(opposite.SAMPLES) + 0.5) / opposite.SAMPLES
+    share = np.stack(np.meshgrid(line, line), axis=-1).reshape(-1, 2)
+    number = np.repeat(numbers, len(share))
+    y, normal = opposite.at(number, opposite.spread(number, np.tile(share, (len(numbers), 1))))
+    met = own.cast(y, along(None if direction is None else -direction, normal)).face >= 0
+    met = met.reshape(len(numbers), len(share))
+    return bool(np.any(met.any(axis=1) & ~met.all(axis=1)))
 
 
 def _couples(segments: Segments, size: Array) -> Index:

@@ -18,7 +18,7 @@ from .clipping import area, cross, fan_rule, shared
 from .ray_casting import SLACK, TOGETHER, Faces, Hits, Segments, along
 
 BENT = 1e-2
-"""Distance over the size of a curved panel up to which two panels lie beside one another: shadows have straight sides."""
+"""Distance over the size of a curved panel within which two lie beside one another: shadows have straight sides."""
 REACH = 5
 """Points along each direction of a curved panel at which its size is found."""
 PIECES, THIN = 6, 3
@@ -128,9 +128,8 @@ class PanelFaces(Faces):
         x, normal = self.at(found.face, found.place)
         normal = along(direction, normal)
         distance = np.sum((other.at(found.other, found.opposite)[0] - x) * normal, axis=1)
-        deep = np.flatnonzero(distance < -SHALLOW * self.size[found.face])
-        kept = np.ones(len(x), dtype=bool)
-        kept[deep] = ~other.beyond(x[deep], normal[deep], distance[deep])
+        kept = distance >= -SHALLOW * self.size[found.face]
+        kept[~kept] = ~other.beyond(x[~kept], normal[~kept], distance[~kept])
         return found.take(kept)
 
     def _clipped(self, other: PanelFaces, order: Index, opposite: Index, direction: Array | None) -> Segments:
@@ -168,10 +167,13 @@ class PanelFaces(Faces):
         """Points (n, 4, pieces + 1, 3) along the sides; curved ones enclose as much with their chord as the curve does."""
         start, end = (corners[:, :, None] for corners in (self.polygon, np.roll(self.polygon, -1, axis=1)))
         share = np.linspace(0.0, 1.0, pieces + 1)[:, None]
+        # ends to the last digit: a side between two places that are one has no direction
         place = start + share * (end - start)
+        place[:, :, -1:] = end
         number = np.broadcast_to(np.arange(len(self))[:, None, None], place.shape[:-1])
         x = self.at(number.ravel(), place.reshape(-1, 2))[0].reshape(*place.shape[:-1], 3)
         chord = x[:, :, :1] + share * (x[:, :, -1:] - x[:, :, :1])
+        chord[:, :, -1] = x[:, :, -1]
         # of a parabola, inscribed lines leave out 1/pieces²
         return x if pieces == 1 else np.asarray(chord + (x - chord) / (1.0 - pieces**-2))
 

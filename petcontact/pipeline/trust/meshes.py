@@ -22,8 +22,8 @@ STIFF = (1.5, 1.5, 1.5, 2.6, 3.4, 4.1)
 times as long as thick bends by .912, .906, .908 and .920 of the truth with orders 2 to 5 and sizes of 1.7, 2.5, 3.3, 4."""
 SHARE = 0.1
 """Of the boundary, that such elements may be: those next to an acute corner always are."""
-PLANE = 1e-9
-"""Height of a panel over its chord, in its size, up to which it is plane."""
+PLANE = 0.05
+"""Height of a panel over its chord, in its size, up to which it is as good as plane."""
 DISTORTED = 2.0
 """Largest over smallest area factor of a curved element that is warned of."""
 STIFFEST = 1e12
@@ -62,7 +62,8 @@ def _distorted(name: str, mesh: BoundaryMesh) -> list[str]:
     if not isinstance(mesh, SurfaceMesh):
         return []
     curved = [batch.elements for batch in mesh.batches() if isinstance(batch.elements, CurvedPanels)]
-    # plane ones with curved sides keep their digits: p with a ratio of 3.9 is the same to 4e-10 with quadrature_tol = 1e-11
+    # plane ones with curved sides keep their digits: p with a ratio of 3.9 is the same to 4e-10 with quadrature_tol = 1e-11,
+    # and to 1e-10 on rings of panels on balls, with one of 2.7
     plane = (np.abs(panels.box[:, :, 2]).max(axis=1) < PLANE for panels in curved)
     ratio = np.concatenate([np.empty(0), *(np.where(flat, 1.0, panels.distortion)
                                            for flat, panels in zip(plane, curved, strict=True))])  # fmt: skip

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable
 
@@ -25,7 +26,7 @@ AROUND = (1.25, 1.5, 2.0)
 """Panels within such distances, over those of the edge, may be a patch: the first of them that has a good rim."""
 WIDEST, NARROWEST = 2.6, 0.12
 """Angles of the sides of a good rim, seen from the centre [rad]."""
-UNEVEN = 3.0
+UNEVEN = 4.0
 """Largest over smallest distance of the points of a good rim."""
 MOST = 40
 """Panels around a zone, and panels that a patch may replace."""
@@ -169,10 +170,11 @@ def _panels_around(
         if np.count_nonzero(away < AROUND[0]) > MOST:
             return None
         for near in (away < each for each in AROUND):
-            rim = _rim(zone, found, np.flatnonzero(near), sector)
-            if rim is not None:
-                rest = _graded(found, near, number, zone.centre, surface)
-                return Patch(rest, number, *rim, lambda x: surface.onto(np.full(len(x), number), x[:, None])[:, 0])
+            if _rim(zone, found, np.flatnonzero(near), sector) is not None:
+                found, near = _graded(found, near, number, zone.centre, surface)
+                rim, rest = _rim(zone, found, np.flatnonzero(near), sector), found.reordered(np.flatnonzero(~near))
+                onto = functools.partial(_onto, surface, number)
+                return None if rim is None else Patch(rest, number, *rim, onto)
         found = cut(found, np.repeat((away < AROUND[0])[:, None], 2, axis=1), surface)
     return None
 
@@ -184,13 +186,19 @@ def _joined(one: SurfaceMesh, other: SurfaceMesh) -> SurfaceMesh:
     return SurfaceMesh(corners, order, part, one.part_names, middles)
 
 
-def _graded(mesh: SurfaceMesh, near: Mask, number: int, centre: Array, surface: SolidSurface) -> SurfaceMesh:
-    """The panels that are not near, those of a part cut until none is longer than its distance from a centre."""
+def _onto(surface: SolidSurface, part: int, x: Array) -> Array:
+    """Points (k, 3) brought onto a part."""
+    return surface.onto(np.full(len(x), part), x[:, None])[:, 0]
+
+
+def _graded(mesh: SurfaceMesh, near: Mask, number: int, centre: Array, surface: SolidSurface) -> tuple[SurfaceMesh, Mask]:
+    """The panels, those of a part that are not near cut until none is longer than its distance from a centre, and which are
+    near."""
     while True:
         length, (low, high) = np.linalg.norm(sides(mesh), axis=2).max(axis=1), mesh.boxes
         long = (mesh.part == number) & ~near & (length > np.linalg.norm(0.5 * (low + high) - centre, axis=1))
         if not long.any():
-            return mesh.reordered(np.flatnonzero(~near))
+            return mesh, near
         along = np.repeat(long[:, None], 2, axis=1)
         near, mesh = near[parents(mesh, along)], cut(mesh, along, surface)
 
@@ -219,6 +227,8 @@ def _rim(zone: Zone, mesh: SurfaceMesh, panels: Index, sector: float) -> tuple[A
     if not np.all((span > NARROWEST) & (span < WIDEST)) or not np.isclose(span.sum(), 2.0 * np.pi):
         return None
     pieces = 2 ** np.ceil(np.log2(np.maximum(span / (WIDE * sector), 1.0))).astype(int)
+    if pieces.sum() % 2:  # the grid within has as many on opposite sides
+        pieces[np.where(pieces == 1, span, 0.0).argmax()] = 2
     if pieces.sum() % 2 or pieces.sum() > MOST:
         return None
     t = np.concatenate([np.arange(2 * count)[:, None] / (2 * count) for count in pieces.tolist()])

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import scipy
@@ -10,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from petcontact import OutlineSide, Revolved
+from petcontact.geometry.round_surfaces import SphereSurface
 from petcontact.mesh.curve_mesh import CurveMesh
 from petcontact.mesh.pairs.clipping import area, clip, fan_rule
 from petcontact.mesh.pairs.contact_search import face
@@ -216,3 +219,36 @@ def test_how_far_facets_miss_their_circle_is_known_node_by_node():
     facing = face(pin, "face", hole, "face", None)
     for chosen, angle in ((pin.x[:, 1] > 0.3, np.pi / 12.0), (pin.x[:, 1] < -0.3, np.pi / 36.0)):
         assert np.allclose(facing.sag[chosen], angle**2 / 8.0, rtol=0.02)
+
+
+@pytest.mark.parametrize("seed", [53, 2239, 218412])
+def test_triangles_cover_one_another_whole(seed):
+    """Shadows of triangles have a side between two places that are one to round-off, which is no side."""
+    rng = np.random.default_rng(seed)
+    one, other = square(rng, 0, 0.0, up=True), square(rng, 0, 0.1, up=False)
+    (elements, own), (others, opposite) = one.faces("face"), other.faces("face")
+    found = own.segments(opposite, one.order[elements], other.order[others], None)
+    np.testing.assert_allclose(np.bincount(found.face, found.weight), one.weight, rtol=1e-10)
+    np.testing.assert_allclose(np.bincount(found.other, found.weight), other.weight, rtol=1e-10)
+
+
+@pytest.mark.parametrize("height", [2.1, 1.9])
+def test_the_far_side_of_a_body_is_not_met(height):
+    """Two discs, one above the other, by all of their rims; and one pushed into the other, where they do overlap."""
+    below = circle(np.random.default_rng(1), 1, 1.0, hole=False)
+    above = curve(np.vstack([below.start, below.end[-1:]]) + np.array([0.0, height]), 1.0, 1)
+    facing = face(above, "face", below, "face", None)
+    gap = facing.distance[facing.met]
+    assert above.x[facing.secondary][facing.met, 1].max() < height
+    assert gap.min() == pytest.approx(height - 2.0, abs=0.05) and gap.max() < height
+
+
+def test_the_far_side_of_a_ball_is_not_met():
+    balls = [round_mesh(SphereSurface(np.array([0.0, 0.0, z]), 1.0), 0.5, 1) for z in (2.1, 0.0)]
+    above, below = (replace(ball, part=0 * ball.part, part_names=("face",)) for ball in balls)
+    facing = face(above, "face", below, "face", None)
+    assert np.all(facing.met == (facing.distance < 10.0)) and facing.met.any()
+    assert np.all(above.x[facing.secondary][facing.met, 2] < 2.1) and facing.distance.min() == pytest.approx(0.1, abs=0.1)
+    own, opposite = above.faces("face")[1], below.faces("face")[1]
+    segments = own.segments(opposite, above.order, below.order, None)
+    assert own.at(segments.face, segments.place)[0][:, 2].max() < 2.1

@@ -219,7 +219,7 @@ def test_spence_by_increments_and_panels_of_its_own():
                      "friction_coefficient": 0.2986}],
         "step": [{"increments": "auto"}],
     }  # fmt: skip
-    solution = adapt(parse(Problem, data, "spence"), 0.1)
+    solution = adapt(parse(Problem, data, "spence"), 0.05)
     pair = solution.pairs["top"]
     closed, stuck = (pair.weight[where].sum() for where in (pair.pressure > 0.0, pair.state == law_protocol.STICK))
     assert solution.converged and 30 <= len(solution.steps) <= 60
