@@ -62,6 +62,8 @@ def cycle_of(solution: SolutionData, first: str | None, last: str | None) -> lis
     for option, name, default in (("--first", first, 1), ("--last", last, max(len(names), 1))):
         if name is not None and name not in names:
             raise InputError(f"{option}: no step {name!r}{nearest(name, names) or '; there are ' + ', '.join(names)}")
+        if name is not None and names.count(name) > 1:
+            raise InputError(f"{option}: {names.count(name)} steps are called {name!r}")
         numbers.append(default if name is None else names.index(name) + 1)
     low, high = numbers
     if low > high:

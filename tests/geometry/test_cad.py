@@ -86,6 +86,8 @@ def test_the_command_lists_surfaces_and_writes_a_mesh(tmp_path, capsys, monkeypa
     lines = capsys.readouterr().out.splitlines()
     assert lines[4].split("|")[1:6] == ["       3 ", " flange ", "    Plane ", "     144 ", "      0 0 6 "]
     assert lines[-1] == "foot.msh" and [path.name for path in tmp_path.iterdir()] == ["foot.msh"]
+    assert main(["mesh", str(FOOT), "--size", "1e-4", "-o", "foot.msh"]) == 2
+    assert "5e+06 at most are made; a size of 0.0" in capsys.readouterr().err
 
 
 @needs_gmsh

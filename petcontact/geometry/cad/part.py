@@ -25,6 +25,8 @@ LARGEST = 500_000_000
 """Bytes of a CAD file."""
 PANELS = 12
 """Cells along the diagonal of the box around a solid, where no size is given."""
+MOST = 5e6
+"""Cells of a mesh."""
 END = b"$EndElements\n"
 """Of a mesh file."""
 HOW = "pip install 'petcontact[cad]'"
@@ -113,13 +115,19 @@ class CadSurface(SolidSurface):
         Raises
         ------
         InputError
-            If Gmsh cannot mesh it.
+            If Gmsh cannot mesh it, or would fill it with too many cells.
         OutputError
             If not all of the file could be written, of which Gmsh says nothing.
         """
+        size = size or self.usual_size
+        cells = 4.0 / 3.0**0.5 * self.area / size**2
+        if cells > MOST:
+            enough = 1.1 * size * float(cells / MOST) ** 0.5
+            raise InputError(f"{self.file}: cells of size {size:g} on {self.area:.4g} of surface are about {cells:.2g}, "
+                             f"{MOST:.0e} at most are made; a size of {enough:.2g} will do")  # fmt: skip
         parts = {part: [face.number for face, own in zip(self.faces, self.part_of, strict=True) if own == part]
                  for part in self.parts}  # fmt: skip
-        ask(self.file, target=str(target), parts=parts, size=size or self.usual_size, order=order)
+        ask(self.file, target=str(target), parts=parts, size=size, order=order)
         with open(target, "rb") as file:
             file.seek(max(0, os.path.getsize(target) - len(END)))
             if file.read() != END:
