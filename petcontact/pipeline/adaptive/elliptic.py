@@ -10,7 +10,7 @@ import numpy as np
 from ...geometry.surface import SolidSurface
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.problem import Problem
-from ...refinement.panels.patches import patch_of
+from ...refinement.panels.patches import patches_of
 from ...refinement.panels.rings import ringed, sector
 from ...refinement.panels.small_contact import SmallContact, small_contact
 from ...refinement.panels.zone import Zone, stick_of, zone_of
@@ -116,8 +116,8 @@ class EllipticContacts:
         """Rings on a face, if there is a place for them."""
         surface = self._surfaces[body]
         assert surface is not None
-        patch = patch_of(surface, *mesh, part, zone, sector(count))
-        return None if patch is None else ringed(patch, zone, count, stick)
+        patches = patches_of(surface, *mesh, part, zone, sector(count))
+        return next((made for patch in patches if (made := ringed(patch, zone, count, stick)) is not None), None)
 
 
 def small_contacts(problem: Problem, solution: Solution) -> list[tuple[InterfaceSpec, SmallContact]]:

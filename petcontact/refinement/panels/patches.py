@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import functools
 import itertools
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Iterator
 
 import numpy as np
 
@@ -32,8 +33,10 @@ MOST = 40
 """Panels around a zone, and panels that a patch may replace."""
 FINEST = 16
 """Times that panels are halved for a patch."""
-WIDE = 1.4
+WIDE = 1.6
 """Largest angle of a panel between the sides of a rim over that of a sector."""
+SLACK = 1e-3
+"""Share of a sector that a rim may have less than all of them."""
 
 
 @frozen
@@ -61,10 +64,10 @@ class Patch:
     onto: Callable[[Array], Array]
 
 
-def patch_of(
+def patches_of(
     surface: SolidSurface, mesh: SurfaceMesh, first: SurfaceMesh, part: str, zone: Zone, sector: float
-) -> Patch | None:
-    """The patch of a face for a zone; None where there is none around it.
+) -> Iterator[Patch]:
+    """Patches of a face for a zone, ones with fewer panels before others; none where there is none around it.
 
     Parameters
     ----------
@@ -83,7 +86,7 @@ def patch_of(
     return _panels_around(surface, mesh, first, part, zone, sector)
 
 
-def _rectangle(mesh: SurfaceMesh, part: str, zone: Zone, sector: float) -> Patch | None:
+def _rectangle(mesh: SurfaceMesh, part: str, zone: Zone, sector: float) -> Iterator[Patch]:
     """On the face of a box: a rectangle, and rectangles beside it."""
     number = mesh.part_names.index(part)
     mine = mesh.part == number
@@ -110,7 +113,8 @@ def _rectangle(mesh: SurfaceMesh, part: str, zone: Zone, sector: float) -> Patch
         np.concatenate([mesh.middles[~mine], np.full((len(beside), 5, 3), np.nan)]),
     )  # fmt: skip
     rim, counts = _equal_angles(zone, placed(_corners(patch[None])[0]), sector)
-    return None if rim is None else Patch(rest, number, rim, counts, lambda x: placed(x[..., uv]))
+    if rim is not None:
+        yield Patch(rest, number, rim, counts, lambda x: placed(x[..., uv]))
 
 
 def _equal_angles(zone: Zone, corners: Array, sector: float) -> tuple[Array | None, tuple[int, int]]:
@@ -120,15 +124,22 @@ def _equal_angles(zone: Zone, corners: Array, sector: float) -> tuple[Array | No
     span = np.diff(angle)
     if not np.all((span > 0.0) & (span < np.pi)) or not np.isclose(span.sum(), 2.0 * np.pi):
         return None, (0, 0)
-    count = np.maximum(1, np.round(span / sector)).astype(int)
-    count = np.maximum(count, np.roll(count, 2))
+    half = _half(sector)
+    across = span[0] + span[2]
+    first = min(max(1, round(half * across / (2.0 * np.pi))), half - 1)
+    count = [first, half - first, first, half - first]
     points = []
     for k in range(4):
         phi = angle[k] + span[k] * np.arange(2 * count[k]) / (2 * count[k])
         towards, along = np.column_stack([np.cos(phi), np.sin(phi)]), seen[(k + 1) % 4] - seen[k]
         share = np.cross(seen[k], towards) / np.cross(towards, along)
         points.append(corners[k] + share[:, None] * (corners[(k + 1) % 4] - corners[k]))
-    return np.concatenate(points), (int(count[0]), int(count[1]))
+    return np.concatenate(points), (count[0], count[1])
+
+
+def _half(sector: float) -> int:
+    """Half the number of sectors all round, each of at most about an angle."""
+    return max(2, math.ceil(np.pi / sector - SLACK))
 
 
 def _corners(rectangles: Array) -> Array:
@@ -158,7 +169,7 @@ def _beside(face: Array, patch: Array, centre: Array) -> Array:
 
 def _panels_around(
     surface: SolidSurface, mesh: SurfaceMesh, first: SurfaceMesh, part: str, zone: Zone, sector: float
-) -> Patch | None:  # fmt: skip
+) -> Iterator[Patch]:
     """On curved panels: those around the zone, which are cut until they have a good rim, and the others none of which is
     longer than its distance from the centre."""
     number = mesh.part_names.index(part)
@@ -168,15 +179,14 @@ def _panels_around(
         away = np.full(found.n_elements, np.inf)
         away[here] = _distance(zone, found, here)
         if np.count_nonzero(away < AROUND[0]) > MOST:
-            return None
+            return
         for near in (away < each for each in AROUND):
             if _rim(zone, found, np.flatnonzero(near), sector) is not None:
-                found, near = _graded(found, near, number, zone.centre, surface)
-                rim, rest = _rim(zone, found, np.flatnonzero(near), sector), found.reordered(np.flatnonzero(~near))
-                onto = functools.partial(_onto, surface, number)
-                return None if rim is None else Patch(rest, number, *rim, onto)
+                graded, near = _graded(found, near, number, zone.centre, surface)
+                rim, rest = _rim(zone, graded, np.flatnonzero(near), sector), graded.reordered(np.flatnonzero(~near))
+                if rim is not None:
+                    yield Patch(rest, number, *rim, functools.partial(_onto, surface, number))
         found = cut(found, np.repeat((away < AROUND[0])[:, None], 2, axis=1), surface)
-    return None
 
 
 def _joined(one: SurfaceMesh, other: SurfaceMesh) -> SurfaceMesh:
@@ -226,10 +236,12 @@ def _rim(zone: Zone, mesh: SurfaceMesh, panels: Index, sector: float) -> tuple[A
     span = np.diff(_angles(zone, loop[0]))
     if not np.all((span > NARROWEST) & (span < WIDEST)) or not np.isclose(span.sum(), 2.0 * np.pi):
         return None
-    pieces = 2 ** np.ceil(np.log2(np.maximum(span / (WIDE * sector), 1.0))).astype(int)
+    pieces = np.ones(len(span), dtype=int)
+    while pieces.sum() < 2 * _half(sector) or (span / pieces).max() > WIDE * sector:
+        pieces[(span / pieces).argmax()] *= 2
     if pieces.sum() % 2:  # the grid within has as many on opposite sides
         pieces[np.where(pieces == 1, span, 0.0).argmax()] = 2
-    if pieces.sum() % 2 or pieces.sum() > MOST:
+    if pieces.sum() > MOST:
         return None
     t = np.concatenate([np.arange(2 * count)[:, None] / (2 * count) for count in pieces.tolist()])
     start, middle, stop = np.repeat(loop, 2 * pieces, axis=1)

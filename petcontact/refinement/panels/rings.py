@@ -119,7 +119,7 @@ def _widths(lines: Array, reach: Array) -> Array:
     """Where rings from the edge to a rim begin and end, over the distance between them, (n,)."""
     narrow = np.linalg.norm(lines[-1] - lines[-2], axis=1).min()
     steps = np.log1p((reach.max() - 1.0) * (GROWTH - 1.0) / (2.0 * narrow)) / np.log(GROWTH)
-    number = max(1, round(float(steps)))
+    number = max(1, int(steps))
     return (GROWTH ** np.arange(number + 1) - 1.0) / (GROWTH**number - 1.0)
 
 

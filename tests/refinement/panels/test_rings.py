@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from petcontact.geometry.surface import BoxSurface
 from petcontact.mesh.panelling import box_mesh
 from petcontact.refinement.panels import rings as module
-from petcontact.refinement.panels.patches import patch_of
+from petcontact.refinement.panels.patches import patches_of
 from petcontact.refinement.panels.zone import ELONGATED, Zone, stick_of, zone_of
 
 SHAPE = BoxSurface(np.array([-1.5, -1.0, -2.0]), np.array([1.5, 2.0, 0.0]))
@@ -16,7 +16,7 @@ BOX = box_mesh(SHAPE, lambda part: 0.75, 1, 1.0)
 
 
 def ringed(mesh, part, zone, rings, *stick):
-    patch = patch_of(SHAPE, mesh, mesh, part, zone, module.sector(rings))
+    patch = next(patches_of(SHAPE, mesh, mesh, part, zone, module.sector(rings)), None)
     return None if patch is None else module.ringed(patch, zone, rings, *stick)
 
 
