@@ -21,6 +21,7 @@ from ..model.solver_options import Bem
 from ..runtime.world import OneRank
 from .choice import LARGEST, check_memory, is_compressed, needed_memory, resolved_bem, solve_seconds
 from .discrete.discretise import Discrete
+from .discrete.facing import mismatch
 from .trust.meshes import check_meshes, check_stiffness
 
 ELASTIC_LIMIT = 1e-7
@@ -61,7 +62,10 @@ def eliminated(discrete: Discrete, comm: Any, cases: int = 1, announce: Announce
     """
     bem, meshes, posed = resolved_bem(discrete.problem.bem), discrete.meshes, discrete.problem.body
     check_stiffness([body.name for body in posed], [body.material.young_modulus for body in posed])
-    discrete.mesh_warnings = check_meshes([body.name for body in posed], meshes, discrete.boundaries)
+    discrete.mesh_warnings = check_meshes([body.name for body in posed], meshes, discrete.boundaries, discrete.adapted)
+    if discrete.facings and not discrete.adapted:
+        for side, facing in zip(discrete.sides, discrete.facings, strict=True):
+            discrete.mesh_warnings += mismatch(side, facing)
     progress = _announced(discrete, bem, announce)
     if discrete.problem.method.formulation == "full":
         bodies: list[ElasticBody | None] = [_full(discrete, bem, comm)]

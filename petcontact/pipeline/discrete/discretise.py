@@ -63,6 +63,8 @@ class Discrete:
         Of each side what it faces; None where that is no body.
     volumes : list of VolumeSolution
         Of each body; None where nothing loads its volume.
+    adapted : bool
+        Whether the meshes are not those of the problem's options: what a user could choose better is not advised then.
     """
 
     problem: Problem
@@ -78,6 +80,7 @@ class Discrete:
     mesh_warnings: list[str] = field(default_factory=list)
     facings: list[Facing | None] = field(default_factory=list)
     volumes: list[VolumeSolution | None] = field(default_factory=list)
+    adapted: bool = False
 
     @functools.cached_property
     def motions(self) -> list[Array]:
@@ -134,10 +137,10 @@ def discretise(
             interfaces.append(periodic_interface(problem, side, meshes[side.body]))
             distance.append(0.0)
             continue
-        interface, smallest, mismatch = contact_interface(side, meshes, facing, all(side.holds_normal for side in sides))
+        interface, smallest, never = contact_interface(side, meshes, facing, all(side.holds_normal for side in sides))
         interfaces.append(interface)
         distance.append(smallest)
-        notes += mismatch
+        notes += never
     given, (interfaces, law) = law, with_law(law, sides, interfaces, meshes)
     data = [boundary_data(problem, b, meshes[b], interfaces) for b in range(len(meshes))]
     loose = list(map(body_motions, boundaries, data, meshes)) if given is None and isinstance(law, Tresca) else []
@@ -151,7 +154,7 @@ def discretise(
     notes += [note for volume in volumes if volume is not None for note in volume.notes]
     wear = wear_between(sides, interfaces, meshes)
     return Discrete(problem, boundaries, meshes, sides, interfaces, law, data, distance, wear, notes,
-                    [] if like is None else like.mesh_warnings, facings, volumes)  # fmt: skip
+                    [] if like is None else like.mesh_warnings, facings, volumes, make_mesh is not None)  # fmt: skip
 
 
 def _without_contact(

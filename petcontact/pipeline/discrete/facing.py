@@ -46,10 +46,21 @@ def facing_of(side: InterfaceSpec, meshes: list[BoundaryMesh]) -> Facing | None:
     return facing
 
 
+def mismatch(side: InterfaceSpec, facing: Facing | None) -> list[str]:
+    """A note where the elements of a pair do not match."""
+    if facing is None or facing.matched or not facing.met.any():
+        return []
+    advice = "; the coarser side is the better secondary" if facing.sizes[0] < FINER * facing.sizes[1] else ""
+    if facing.ends_within:
+        advice = ", and more at the rim of the secondary, which lies inside elements of the primary: let some end there"
+    return [f"pair {side.name!r}: elements of the two sides do not match: forces pass exactly, the pressure is "
+            f"about twice as far off as on elements that do{advice}"]  # fmt: skip
+
+
 def contact_interface(
     side: InterfaceSpec, meshes: list[BoundaryMesh], facing: Facing | None, held: bool
 ) -> tuple[Interface, float, list[str]]:
-    """A side on meshes, the smallest distance or gap of it [length], and notes on how its elements fit."""
+    """A side on meshes, the smallest distance or gap of it [length], and a note where it never touches."""
     mesh = meshes[side.body]
     nodes = mesh.nodes_of(side.part)
     notes: list[str] = []
@@ -58,14 +69,6 @@ def contact_interface(
         if not present.any():
             notes.append(f"pair {side.name!r}: no node of the secondary faces the primary along its normals: "
                          "they never touch")  # fmt: skip
-        elif not facing.matched:
-            advice = "; the coarser side is the better secondary" if facing.sizes[0] < FINER * facing.sizes[1] else ""
-            if facing.ends_within:
-                advice = (
-                    ", and more at the rim of the secondary, which lies inside elements of the primary: let some end there"
-                )
-            notes.append(f"pair {side.name!r}: elements of the two sides do not match: forces pass exactly, the pressure is "
-                         f"about twice as far off as on elements that do{advice}")  # fmt: skip
     else:
         normal, present = along(side.direction, mesh.smooth_normal[nodes]).copy(), np.ones(len(nodes), dtype=bool)
     if side.law.gap == "geometry":

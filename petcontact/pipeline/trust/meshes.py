@@ -30,8 +30,11 @@ STIFFEST = 1e12
 """Largest ratio of the stiffness of two bodies: their displacements add up in 16 digits."""
 
 
-def check_meshes(names: Sequence[str], meshes: Sequence[BoundaryMesh], boundaries: Sequence[Boundary]) -> list[str]:
-    """Warnings of elements that are long next to the thickness of the body behind them.
+def check_meshes(
+    names: Sequence[str], meshes: Sequence[BoundaryMesh], boundaries: Sequence[Boundary], adapted: bool
+) -> list[str]:
+    """Warnings of elements that are long next to the thickness of the body behind them, and of distorted ones, unless they
+    were adapted on a surface that is known.
 
     Raises
     ------
@@ -40,7 +43,8 @@ def check_meshes(names: Sequence[str], meshes: Sequence[BoundaryMesh], boundarie
     """
     warnings = []
     for name, mesh, boundary in zip(names, meshes, boundaries, strict=True):
-        warnings += _distorted(name, mesh)
+        if not adapted or isinstance(boundary, FacetSurface):
+            warnings += _distorted(name, mesh)
         ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.weight)
         limit = np.array(LARGEST)[np.minimum(mesh.order, 2)]
         largest, over = float(ratio.max(initial=0.0)), ratio > limit
