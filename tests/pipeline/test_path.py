@@ -56,6 +56,26 @@ def test_few_increments_are_compared_with_others(increments):
     assert warned(pressed(False, "x**2/8", 12)) == []
 
 
+@pytest.mark.parametrize(("space", "begins"), [(False, 0.05 / 0.06), (True, 0.4)], ids=["plane", "space"])
+def test_what_moves_before_bodies_touch_is_no_slip(space, begins):
+    """Two increments, of which the first closes no gap, agree with one: only what follows after the first touch tells."""
+    gap = "(x**2 + y**2)/4 + 0.08" if space else "x**2/8 + 0.05"
+    once, many, auto = (pressed(space, gap, count) for count in (1, 256, "auto"))
+    shear = [found.pairs["pair"].sigma_t for found in (once, auto, many)]
+    size = np.linalg.norm(shear[2])
+    assert np.linalg.norm(shear[0] - shear[2]) > 0.15 * size and np.linalg.norm(shear[1] - shear[2]) < 0.05 * size
+    work = [sum(step.pairs["pair"].dissipated for step in found.steps) for found in (once, many)]
+    assert auto.converged and len(auto.steps) > 5 and work[0] > 1.5 * work[1]
+    before = auto.steps[0]  # the nodes nearest to the middle are a little off it
+    assert begins < before.load_factor < begins + 0.06 and not before.pairs["pair"].pressure.any()
+
+
+def test_few_increments_after_bodies_touch_are_compared_with_others():
+    for count in (1, 2, 4, 8):
+        assert warned(pressed(False, "x**2/8 + 0.05", count))
+    assert warned(pressed(False, "x**2/8 + 0.05", 64)) == []
+
+
 @pytest.mark.parametrize(("space", "gap", "friction"), [
     (False, 0.0, 0.3), (True, 0.0, 0.3), (False, "x**2/8", None), (False, "x**2/8", 1e-3),
 ])  # fmt: skip

@@ -15,8 +15,28 @@ ENERGY_ERROR = 1e-2
 """The same of the energy dissipated, over itself or the work of all tractions on the slip."""
 LEAST_SLIP = 1e-3
 """Slip, over what the tractions move, below which its path error is relative to that."""
+BEGUN = 0.05
+"""Tractions of a pair that carried nothing at the middle of an increment, over the largest of the step, that it may have at
+its end: halves agree on what moves before a pair touches, whenever that is."""
 SAME = 1e-12
 """Difference of load factors that are the same."""
+
+
+def touching(increment: Increment) -> float:
+    """Load factor of a step at which contact begins, where nothing touches before and nothing moves but by the loads; else
+    that at which the increment begins.
+
+    Nothing but loads displaces the bodies before, and in proportion.
+    """
+    system = increment.problem.system
+    if system.k < system.dim or increment.before.sigma.any() or increment.system.modes is not None:
+        return increment.begun
+    room, left = (-increment.to(t).system.u_0[np.isfinite(system.gap), -1] for t in (increment.begun, 1.0))
+    if room.min(initial=0.0) < 0.0 or left.min(initial=0.0) >= 0.0:
+        return increment.begun
+    closes = left < 0.0
+    share = float((room[closes] / (room[closes] - left[closes])).min())
+    return increment.begun + (1.0 - increment.begun) * share
 
 
 class Halves:
@@ -65,8 +85,9 @@ class Halves:
         law = whole[0].problem.discrete.law
         once, *twice = (float(weight @ dissipation(law, each.before.sigma, outcome.sigma, outcome.v[:, : system.dim - 1])[0])
                         for each, outcome, _ in (whole, first, second))  # fmt: skip
+        begun = [contact_norm(other[pair], weight[pair]) for pair in system.slices if not first[1].sigma[pair].any()]
         differences = (contact_norm(other - one, weight), contact_norm(second[2].slip - whole[2].slip, weight),
-                       abs(sum(twice) - once))  # fmt: skip
+                       abs(sum(twice) - once), max(begun, default=0.0))  # fmt: skip
         sizes = PATH_ERROR * self._tractions, PATH_ERROR * self._slip, \
-            ENERGY_ERROR * max(sum(twice), self._slip * self._tractions)  # fmt: skip
+            ENERGY_ERROR * max(sum(twice), self._slip * self._tractions), BEGUN * self._tractions  # fmt: skip
         return max((a / b if b > 0.0 else np.inf for a, b in zip(differences, sizes, strict=True) if a > 0.0), default=0.0)

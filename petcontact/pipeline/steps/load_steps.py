@@ -20,7 +20,7 @@ from ..discrete.load_states import later_data
 from ..eliminate import eliminated
 from .cycles import Row, later_cycles
 from .diagnosis import is_unbalanced, second_solution, zero_energy_motions
-from .halves import Halves
+from .halves import Halves, touching
 from .increment import Increment, IncrementState, Monitor, ObstacleMotion, PreparedProblem
 from .outcome import step_results
 from .wear import Tried, solved
@@ -34,6 +34,8 @@ SHOWN = 0.2
 """Estimated error of a solution up to which the increments that its path asked for are those of a finer mesh."""
 ROOM = 0.3
 """With increments = "auto": path error over what is allowed up to which the next increment is twice as large."""
+LEAST = 1e-3
+"""Share of a step after which contact begins that is an increment of its own."""
 TOGETHER = 8
 """Increments whose boundary fields are computed at a time, where that takes no more than products: those after one that is
 not accepted are solved in vain."""
@@ -117,6 +119,8 @@ def _step(increment: Increment, monitor: Monitor | None) -> Iterator[Tried]:
     divisible = bool(problem.discrete.problem.step) or not problem.discrete.holds_normals
     halves = Halves(monitor) if step.increments == "auto" else None
     whole = 1.0 if step.increments == "auto" else 1.0 / int(step.increments)
+    if halves and not known and (first := touching(replace(increment, begun=reached))) > reached + LEAST:
+        known, whole = [first], 1.0 - first
     state, end = increment.before, increment.to(1.0)
     # what contact can hold is convex: loads between two that it can hold need no look
     costly = problem.system.size <= LOOKED_AT_FIRST or any(body.is_solved_jointly for body in problem.system.bodies)

@@ -15,7 +15,7 @@ from ...contact.law_protocol import OPEN
 from ...model.load_steps import changed_obstacle
 from ...results.records import StepResult
 from ...results.solution import Solution
-from .halves import SAME
+from .halves import SAME, touching
 from .increment import Increment, ObstacleMotion, PreparedProblem
 from .load_steps import data_from, state_after
 from .wear import solved
@@ -33,20 +33,30 @@ the step."""
 def path_warnings(problem: PreparedProblem, solution: Solution) -> list[str]:
     """What is to be reported of steps of few increments in which a contact with friction grows.
 
-    One increment is compared with two, more with half as many, each started from its own solution.
+    One increment is compared with two, more with half as many, each started from its own solution. Where contact begins on
+    the way those before do not count.
     """
     sides, found = problem.discrete.sides, []
     turning = any(side.direction is None and side.law.gap == "geometry" for side in sides)
     along = "; round bodies need the direction of approach of their pair for it" if turning else ""
     for ends, whole in _growing(problem, solution.steps if solution.converged else []):
-        count = 2 if len(ends) == 1 else len(ends) // 2
-        change, share = _differences(problem, ends, whole, count)
+        begins = touching(whole)
+        later = _after(begins, ends)
+        count = 2 if later == 1 else later // 2
+        change, share = _differences(problem, ends, whole, begins, count)
         if share > REPORTED:
             what = f"step {whole.name!r}" if problem.discrete.problem.step else "the load"
+            touch = " after the bodies touch" if begins else ""
+            auto = f'take [[step]] increments = "auto"{along}'
             found.append(f"{what} depends on the path: q differs by {change:.0%} ({share:.0%} of p) between {len(ends)} and "
-                         f'{count} increments; if all loads grow together, take [[step]] increments = "auto"{along}; if '
-                         "they really come one after the other, give each a [[step]], which is another path")  # fmt: skip
+                         f"{count} increments{touch}; if all loads grow together, {auto}; if they really come one after the "
+                         "other, give each a [[step]], which is another path")  # fmt: skip
     return found
+
+
+def _after(begins: float, ends: Sequence[StepResult]) -> int:
+    """How many increments end after contact begins."""
+    return sum(end.load_factor > begins + SAME for end in ends)
 
 
 def _growing(problem: PreparedProblem, results: Sequence[StepResult]) -> Iterator[tuple[list[StepResult], Increment]]:
@@ -60,13 +70,15 @@ def _growing(problem: PreparedProblem, results: Sequence[StepResult]) -> Iterato
         before, own = [r for r in once if r.step < number], [r for r in once if r.step == number]
         if jointly and sum(r.iterations for r in own) > PATIENT:
             continue
-        if step.increments == "auto" or not 0 < len(own) <= FEW or not _grows(problem, [*before[-1:], own[-1]]):
+        if step.increments == "auto" or not own or not _grows(problem, [*before[-1:], own[-1]]):
             continue
         if any(data_from(problem, earlier, before) is not None for earlier in range(2, number + 1)):
             return  # bodies are held in another way than those of the first step
         begun = state_after(problem, before)
         motions = [ObstacleMotion.of(o, begun, k, system.dim) for k, o in enumerate(obstacles)]
-        yield own, Increment(problem, step, number, motions, begun, 1.0)
+        whole = Increment(problem, step, number, motions, begun, 1.0)
+        if _after(touching(whole), own) <= FEW:
+            yield own, whole
 
 
 def _grows(problem: PreparedProblem, ends: Sequence[StepResult]) -> bool:
@@ -81,12 +93,14 @@ def _grows(problem: PreparedProblem, ends: Sequence[StepResult]) -> bool:
     return friction > REPORTED**2 * pressure
 
 
-def _differences(problem: PreparedProblem, ends: list[StepResult], whole: Increment, count: int) -> tuple[float, float]:
-    """How much q at the end of a step differs from that after another number of increments, over q and over p, in L2; 0
-    where one of them fails."""
+def _differences(
+    problem: PreparedProblem, ends: list[StepResult], whole: Increment, begins: float, count: int
+) -> tuple[float, float]:
+    """How much q at the end of a step differs from that after another number of increments from where contact begins, over q
+    and over p, in L2; 0 where one of them fails."""
     weight, tangential, state, reached = problem.system.weight, problem.system.dim - 1, whole.before, 0.0
     last = state_after(problem, ends)
-    for target in np.arange(1, count + 1) / count:
+    for target in np.append([begins] if begins else [], begins + (1.0 - begins) * np.arange(1, count + 1) / count):
         near = [r for r in ends if abs(r.load_factor - target) < SAME]
         near_to, share = (state_after(problem, near), 1.0) if near else (last, target)
         assert near_to.start is not None
