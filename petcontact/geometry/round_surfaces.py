@@ -137,15 +137,18 @@ class CylinderSurface(SolidSurface):
             yield 2, _quadrilaterals(self.start + (outer @ turn @ across)[:, None] + up[:, None] * (self.end - self.start))
 
     def onto(self, part: Index, points: Array) -> Array:
-        """Away from the axis, all points of the side and those on the rims of the discs."""
+        """Away from the axis, all points of the side and those on the rims of the discs; along it, those of the discs."""
         axis = (self.end - self.start) / self.height
         along = (points - self.start) @ axis
         away = points - self.start - along[..., None] * axis
         distance = np.linalg.norm(away, axis=-1, keepdims=True)
         panel = np.linalg.norm(np.nanmax(points, axis=-2) - np.nanmin(points, axis=-2), axis=-1)[..., None, None]
-        outside = (np.reshape(part, (-1, *[1] * (points.ndim - 1))) == 2) | (np.abs(distance - self.radius) < RIM * panel)
+        face = np.reshape(part, (-1, *[1] * (points.ndim - 1)))
+        outside = (face == 2) | (np.abs(distance - self.radius) < RIM * panel)
+        height = np.choose(face, [np.zeros_like(distance), np.full_like(distance, self.height), along[..., None]])
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.where(outside, points + (self.radius / distance - 1.0) * away, points)
+            share = np.where(outside, self.radius / distance, 1.0)
+        return np.asarray(self.start + np.where(np.isnan(away), np.nan, height * axis) + share * away)
 
     def _across(self) -> Array:
         """Two unit vectors (2, 3) across the axis, right-handed with it."""
