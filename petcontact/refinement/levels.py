@@ -12,8 +12,6 @@ MOST_GAIN = 40.0
 """Ratio of the errors of two neighbouring levels beyond which it is chance."""
 ROUND_OFF = 1e-12
 """Differences below it say nothing of the pace: where nothing moves on one mesh and round-off on the next, nothing grows."""
-NEVER = (math.inf, math.inf)
-"""Accuracies from and to which."""
 MARGIN = 1.3
 """How far below the wanted error a level's typical error is when it is tried first."""
 
@@ -67,14 +65,11 @@ class Ladder:
     """Levels to climb, and what takes the place of the second where a rough accuracy is wanted.
 
     There one difference is believed, that of the first two meshes: it is the error of the first. The second level does not
-    do for that, whose orders and smallest elements are near those of the first: both may miss the same. Nor is it needed
-    where the fourth will do: the third, whose zones are those of the first then, has the wanted error all the same.
+    do for that, whose orders and smallest elements are near those of the first: both may miss the same.
 
     Attributes
     ----------
     levels : tuple of Level
-    fourth : (float, float)
-        From and to which accuracies the second level is left out, since the fourth level is the last [-].
     rough : float
         Accuracy from which on the second level is left out [-].
     rougher : float
@@ -83,18 +78,13 @@ class Ladder:
     """
 
     levels: tuple[Level, ...]
-    fourth: tuple[float, float]
     rough: float
     rougher: float
     milder: Level
 
-    def skips(self, accuracy: float) -> bool:
-        """Whether the first difference is that of the first and the third level, and others follow."""
-        return self.fourth[0] <= accuracy < self.fourth[1]
-
     def to(self, accuracy: float) -> tuple[Level, ...]:
         """The levels to climb to an accuracy."""
-        if accuracy < self.rough and not self.skips(accuracy):
+        if accuracy < self.rough:
             return self.levels
         return (self.levels[0], *([self.milder] if accuracy >= self.rougher else []), *self.levels[2:])
 
@@ -103,12 +93,12 @@ class Ladder:
         return accuracy >= self.rough and len(differences) == 1
 
 
-SLIP_LADDER = Ladder(REFINEMENT_LEVELS, (4e-5, 8e-5), 2e-3, 1e-2, Level(Grading(3, 0.25, 0.9), 1e-4, 1e-4))
+SLIP_LADDER = Ladder(REFINEMENT_LEVELS, 2e-3, 1e-2, Level(Grading(3, 0.25, 0.9), 1e-4, 1e-4))
 """Of 183 random bodies the error on the third level was at most .99 times the one difference, of 9 in 10 less than a fifth.
 On the milder one it was at most 2.8e-3 on all 168 of 214 whose difference was below 1e-2, and .14, .57, 1.06 times the
 estimate on 50, 90, 99 % of them. With corners twice as coarse two of 62 were above 1e-2, where the difference was a tenth of
 the error."""
-CONTACT_LADDER = Ladder(CONTACT_REFINEMENT_LEVELS, NEVER, 5e-2, 5e-2, Level(Grading(3, 0.25), 2e-4, 2e-3, 5e-3))
+CONTACT_LADDER = Ladder(CONTACT_REFINEMENT_LEVELS, 5e-2, 5e-2, Level(Grading(3, 0.25), 2e-4, 2e-3, 5e-3))
 """On the milder level errors of 108 random problems were at most .032 where 5e-2 was wanted, and .40, .90, 1.44 times the
 estimate in 50, 90, 99 % of them."""
 

@@ -131,8 +131,7 @@ class Slip:
         assert self._body is not None
         if SLIP_LADDER.believes(self.differences, self.wanted):
             return max(self.differences[0], self._levels[1].error)
-        gain = GAIN ** (2 if SLIP_LADDER.skips(self.wanted) and len(self.differences) == 2 else 1)
-        return estimated_error(self.differences, [self._body.truncation(level.resolved) for level in self._levels], gain)
+        return estimated_error(self.differences, [self._body.truncation(level.resolved) for level in self._levels])
 
     def info(self) -> dict[str, Any]:
         """What a solution reports of its zones."""
@@ -150,12 +149,12 @@ class Slip:
                 "zone_errors": zone_errors(zones, before[0] if before else []), **differ}  # fmt: skip
 
 
-def estimated_error(differences: list[float], truncation: list[float], gain: float = GAIN) -> float:
+def estimated_error(differences: list[float], truncation: list[float]) -> float:
     """Error of the last level from the differences of neighbouring ones, infinite while there are fewer than two of them.
 
     The last difference is the error of the last level but one, and an estimate for the last one that does not flatter.
     Two levels may be alike by chance, or because elements at a corner are as small as they can be: no step is believed
-    to gain more than `gain`, and nothing more than the sizes of elements at corners allow: errors C T_k there show as
+    to gain more than GAIN, and nothing more than the sizes of elements at corners allow: errors C T_k there show as
     differences d_k = C (T_k - T_(k+1)).
 
     Parameters
@@ -164,17 +163,15 @@ def estimated_error(differences: list[float], truncation: list[float], gain: flo
         Of levels 0 and 1, 1 and 2, ...
     truncation : list of k + 1 floats
         T of each level, see `Body.truncation`.
-    gain : float, optional
-        The square of GAIN where a level between the first two is left out.
     """
     if len(differences) < 2:
         return math.inf
-    least = [max(d, before / gain) for d, before in zip(differences, [0.0, *differences], strict=False)]
+    least = [max(d, before / GAIN) for d, before in zip(differences, [0.0, *differences], strict=False)]
     steps = zip(least, truncation[:-1], truncation[1:], strict=True)
     # each difference bounds C, as far as its two meshes differ at corners at all
     bounds = [d / (before - after) for d, before, after in steps if before > 1.01 * after]
     left = truncation[-1] * min(bounds, default=0.0)
-    return max(believed(differences, gain), left)
+    return max(believed(differences, GAIN), left)
 
 
 def displacement_scale(solution: Solution) -> float:
