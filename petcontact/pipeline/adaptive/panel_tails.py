@@ -30,6 +30,7 @@ from ...results.solution import Solution
 from ..discrete.interfaces import InterfaceSpec, interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
+from ..trust.first_panels import bent_sides, overlapping_sides
 from ..trust.increments import OVERLAP, is_unresolved
 from .elliptic import EllipticContacts, small_contacts
 from .quantity import beyond_budget
@@ -178,6 +179,8 @@ class PanelTails:
             np.minimum.at(most, element[faced], -gap[faced])
             # the gap may be as much smaller between nodes as it varies from node to node
             marked[side.body] |= (2.0 * least + most <= gap.min())[:, None]
+        for mine, bent in zip(marked, overlapping_sides(self._problem, solution, failed), strict=True):
+            mine |= bent
         self._refine(solution, marked, [mine[:, 0] & False for mine in marked])
         return not self.exhausted
 
@@ -287,7 +290,12 @@ class PanelTails:
                   for mine, mesh, contact in zip(marked, meshes, self._touching(meshes), strict=True)]  # fmt: skip
         finer = [cut(mesh, mine, _surface(body))
                  for mesh, mine, body in zip(meshes, marked, self._problem.body, strict=True)]  # fmt: skip
-        return finer, [parents(mesh, mine) for mesh, mine in zip(meshes, marked, strict=True)]
+        parent = [parents(mesh, mine) for mesh, mine in zip(meshes, marked, strict=True)]
+        more = bent_sides(self._problem, self._last, finer, self.wanted) if self._last else []
+        if any(mine.any() for mine in more):
+            finer, number = self._cut(finer, more)
+            parent = [old[new] for old, new in zip(parent, number, strict=True)]
+        return finer, parent
 
     def _too_much(self, solution: Solution, meshes: Sequence[BoundaryMesh]) -> str:
         return beyond_budget(self._problem, meshes, (len(solution.steps), self._motions), self.wanted, self.asked)

@@ -1,18 +1,28 @@
-"""What panels that are cut do not mend: they stay on those of the first mesh where no exact surface is known."""
+"""How far panels that are cut lie off curved faces: beside larger ones, and where no exact surface is known."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
 import scipy
 
+from ...arrays import Mask
 from ...contact.law_protocol import OPEN
+from ...geometry.surface import BoxSurface, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import sag
+from ...mesh.surface_mesh import SurfaceMesh, as_surface
+from ...model.problem import Problem
+from ...refinement.panels.hanging import bent
+from ...results.records import StepResult
 from ...results.solution import Solution
 from ..discrete.discretise import Discrete
+from ..discrete.interfaces import interfaces_of
+
+EXPLAINED = 0.1
+"""Share of an overlap between nodes by which a panel is off the surface where it explains the overlap."""
 
 
 def with_missed_curves(
@@ -53,3 +63,43 @@ def with_missed_curves(
                              "finer file")  # fmt: skip
     warnings = [*solution.info.get("warnings", []), *found]
     return replace(solution, info={**solution.info, "warnings": warnings}) if found else solution
+
+
+def bent_sides(problem: Problem, solution: Solution, meshes: Sequence[SurfaceMesh], accuracy: float) -> list[Mask]:
+    """Which panels of curved faces have sides that smaller ones hang on and that leave the face by more than a share of p
+    allows for, along both coordinates."""
+    marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
+    for side in interfaces_of(problem) if not solution.bilateral else ():
+        ends, bodies = [step.pairs[side.name] for step in solution.steps], [side.body, *(side.primary or ())[:1]]
+        closed = np.any([pair.pressure > 0.0 for pair in ends], axis=0)
+        most = max(float(pair.pressure.max(initial=0.0)) for pair in ends)
+        soft = sum(
+            (1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in map(problem.body.__getitem__, bodies)
+        )
+        strain, size = accuracy * most * soft, float(np.sqrt(ends[-1].weight[closed].sum()))
+        for b in bodies:
+            if surface := _curved(problem, b):
+                marked[b] |= bent(meshes[b], surface, ends[-1].x[closed], strain, strain * size)
+    return marked
+
+
+def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) -> list[Mask]:
+    """Which panels of curved faces in contact leave these by a share of what surfaces overlap between nodes, along both
+    coordinates."""
+    meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+    marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
+    for side in interfaces_of(problem):
+        for b, part in [(side.body, side.part), *([side.primary] if side.primary else [])]:
+            if surface := _curved(problem, b):
+                here = meshes[b].part == meshes[b].part_names.index(part)
+                off = bent(meshes[b], surface, meshes[b].x, np.inf, EXPLAINED * failed.residuals["between"])
+                marked[b] |= off & here[:, None]
+    return marked
+
+
+def _curved(problem: Problem, body: int) -> SolidSurface | None:
+    """The exact surface of a body, if it is known and curved."""
+    surface = problem.body[body].geometry.outline()
+    if isinstance(surface, SolidSurface) and surface.known and not isinstance(surface, BoxSurface):
+        return surface
+    return None

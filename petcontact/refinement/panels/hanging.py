@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ...arrays import Array, Index
+from ...arrays import Array, Index, Mask
+from ...geometry.surface import SolidSurface
 from ...mesh.surface_mesh import SurfaceMesh
 
 SAME = 1e-9
@@ -34,6 +35,46 @@ def closed(mesh: SurfaceMesh) -> SurfaceMesh:
     corners, middles = mesh.corners.copy(), mesh.middles.copy()
     corners[panel, k], middles[panel, k] = sides.position[sides.numbers[[0, 2]]]
     return replace(mesh, corners=corners, middles=middles)
+
+
+def bent(mesh: SurfaceMesh, surface: SolidSurface, places: Array, share: float, most: float) -> Mask:
+    """Panels to cut, along both coordinates, (n_elements, 2): their sides leave the surface.
+
+    Smaller panels that hang on them follow the side instead of the surface, see `closed`. What the gap is off by for it,
+    over their size, is about p over E* too much.
+
+    Parameters
+    ----------
+    mesh : SurfaceMesh
+    surface : SolidSurface
+        The exact one.
+    places : (k, 3) array
+        Where contact is closed; sides further away than they are long do not count [length].
+    share : float
+        How far a side may be off the surface, over the shortest side that hangs on it [-].
+    most : float
+        How far any side may be off it [length].
+    """
+    result = np.zeros((mesh.n_elements, 2), dtype=bool)
+    curved = np.flatnonzero(~np.isnan(mesh.middles[:, 0, 0]))
+    if not len(curved) or not len(places):
+        return result
+    count = np.where(np.isnan(mesh.corners[curved, 3, 0]), 3, 4)
+    panel, k = np.repeat(curved, count), np.concatenate([np.arange(n) for n in count.tolist()])
+    after = np.where(k + 1 == np.repeat(count, count), 0, k + 1)
+    start, middle, stop = mesh.corners[panel, k], mesh.middles[panel, k], mesh.corners[panel, after]
+    length = np.linalg.norm(stop - start, axis=1)
+    first, last, at = numbered(np.concatenate([start, stop, middle])).reshape(3, -1)
+    short = np.full(1 + max(first.max(), last.max(), at.max()), np.inf)
+    for ends in (first, last):
+        np.minimum.at(short, ends, length)
+    asked = scipy.spatial.cKDTree(places).query(middle)[0] <= length
+    a, m, b, number = start[asked], middle[asked], stop[asked], panel[asked]
+    quarters = np.stack([np.einsum("i,inc->nc", QUARTER, np.stack(ends)) for ends in ((a, b, m), (b, a, m))], axis=1)
+    off = np.linalg.norm(surface.onto(mesh.part[number], quarters) - quarters, axis=2).max(axis=1, initial=0.0)
+    over = off > np.minimum(share * short[at[asked]], most)
+    result[number[over], k[asked][over] % 2] = True
+    return result
 
 
 def numbered(points: Array) -> Index:

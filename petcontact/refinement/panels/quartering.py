@@ -44,13 +44,35 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> 
         piece[:, :, :corners] = found[:, :, :corners]
         piece[:, :, 4 : 4 + found.shape[2] - corners] = found[:, :, corners:]
         if surface is not None:
-            piece = surface.onto(mesh.part[mine], piece.reshape(len(mine), -1, 3)).reshape(piece.shape)
+            onto = functools.partial(_onto, surface, mesh.part[mine])
+            piece = onto(_centred(onto(piece), corners)) if bent and surface.known else onto(piece)
         points.append(piece.reshape(-1, 9, 3))
         parent.append(np.repeat(mine, piece.shape[1]))
     numbers = np.concatenate(parent)
     order = np.argsort(numbers, kind="stable")
     old, new = numbers[order], np.concatenate(points)[order]
     return closed(SurfaceMesh(new[:, :4], mesh.order[old], mesh.part[old], mesh.part_names, new[:, 4:]))
+
+
+def _onto(surface: SolidSurface, part: Index, pieces: Array) -> Array:
+    """Points (n, p, 9, 3) of the pieces of panels of parts (n,), brought onto the surface."""
+    return surface.onto(part, pieces.reshape(len(part), -1, 3)).reshape(pieces.shape)
+
+
+def _centred(pieces: Array, corners: int) -> Array:
+    """Points (n, p, 9, 3) with the middles of sides moved along these until they are half way.
+
+    Points that are equally far apart on a quadratic side are not so when they are brought onto the surface; a quadratic side
+    through others leaves the surface by the third power of its length, through these by the fourth.
+    """
+    first, last = pieces[:, :, :corners], np.roll(pieces[:, :, :corners], -1, axis=2)
+    way, middle = last - first, pieces[:, :, 4 : 4 + corners]
+    off = np.einsum("npkc,npkc->npk", 0.5 * (first + last) - middle, way) / np.einsum("npkc,npkc->npk", way, way)
+    result = pieces.copy()
+    result[:, :, 4 : 4 + corners] += off[..., None] * way
+    if corners == 4:
+        result[:, :, 8] = 0.5 * result[:, :, 4:8].sum(axis=2) - 0.25 * first.sum(axis=2)
+    return result
 
 
 def parents(mesh: SurfaceMesh, along: Mask) -> Index:

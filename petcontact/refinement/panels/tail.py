@@ -40,6 +40,8 @@ STRIPS = (0.01, 0.02, 0.04, 0.08, 0.16, 0.32, 0.64)
 BASED = 0.6
 """Mean over largest distance of a triangle's nodes from the rim, below which a side of it is there, .37 to .5, not a corner
 alone, .7 to .8."""
+SMALLER = 0.5
+"""Area of an element over that of one at the rim beside it, up to which its slope is not that of p there."""
 NEXT = 0.05
 """Of the distance of an element's nearest node from the rim, by which others that are next to it may be further away."""
 FINE = 60
@@ -150,7 +152,10 @@ class Tails:
 
     @cached_property
     def _steady(self) -> scipy.sparse.csr_array:
-        """Nodal values (m, c) to what the slope on the nearest element off the rim is on linear ones at it, (m, c)."""
+        """Nodal values (m, c) to what the slope on the nearest element off the rim is on linear ones at it, (m, c).
+
+        That of a much smaller element says nothing: over more than its own size it is that of its errors.
+        """
         count = np.bincount(self._element)
         start = np.cumsum(count) - count
         middle = np.add.reduceat(self._x, start) / count[:, None] if len(start) else self._x
@@ -167,7 +172,8 @@ class Tails:
                 k = np.flatnonzero((count[at] == sizes[0]) & (count[beside] == sizes[1]))
                 to, of = (start[each[k], None] + np.arange(size) for each, size in zip((at, beside), sizes, strict=True))
                 away = self._x[to] - middle[at[k], None]
-                slope = away @ np.linalg.pinv(self._x[of] - middle[beside[k], None], rcond=1e-6)
+                known = (self._area[beside[k]] > SMALLER * self._area[at[k]])[:, None, None]
+                slope = known * (away @ np.linalg.pinv(self._x[of] - middle[beside[k], None], rcond=1e-6))
                 rows.append(np.repeat(to, sizes[1], axis=1).ravel())
                 columns.append(np.repeat(of[:, None], sizes[0], axis=1).ravel())
                 entries.append(slope.ravel())
