@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -15,6 +16,8 @@ SAME = 1e-9
 """Distance over the size of the mesh up to which points are one."""
 CLOSE = 0.1
 """Distance from a quarter of a side, over half the side, up to which a corner hangs there."""
+Place = Callable[[int, Array, Array, Array], Array]
+"""Where a hanging point belongs, of the panel that it hangs on, the ends of its side and its place on the quadratic side."""
 QUARTER = np.array([0.375, -0.125, 0.75])
 """Quadratic shape functions of both ends and the middle of a side, a quarter of it from the first end."""
 
@@ -24,6 +27,52 @@ def closed(mesh: SurfaceMesh) -> SurfaceMesh:
 
     On an exact surface they lie off it by as much as that side does, and the boundary is closed, as rigid motions need it.
     """
+    return _moved(mesh, lambda panel, first, last, place: place)
+
+
+def apart(mesh: SurfaceMesh, surface: SolidSurface) -> SurfaceMesh:
+    """The mesh with the points of hanging sides on the surface, and the middles of all sides half way along these.
+
+    What was `closed` is as it was before, so that panels which are equal after one of them is cut have the same side.
+    Points that are equally far apart on a quadratic side are not so when they are brought onto the surface; a quadratic side
+    through others leaves the surface by the third power of its length, through these by the fourth.
+    """
+
+    def half_way(panel: int, first: Array, last: Array, place: Array) -> Array:
+        part = mesh.part[panel : panel + 1]
+        return np.asarray(centred(surface, part, first[None, None], last[None, None], place[None, None])[0, 0])
+
+    return with_half_way_middles(_moved(mesh, half_way), surface)
+
+
+def with_half_way_middles(mesh: SurfaceMesh, surface: SolidSurface) -> SurfaceMesh:
+    """The mesh with the middles of curved panels' sides half way along these, and those of quadrilaterals between."""
+    middles, triangle = mesh.middles.copy(), np.isnan(mesh.corners[:, 3, 0])
+    for corners in (3, 4):
+        mine = np.flatnonzero((triangle == (corners == 3)) & ~np.isnan(middles[:, 0, 0]))
+        if not len(mine):
+            continue
+        first, part = mesh.corners[mine, :corners], mesh.part[mine]
+        sides = centred(surface, part, first, np.roll(first, -1, axis=1), middles[mine, :corners])
+        middles[mine, :corners] = sides
+        if corners == 4:
+            between = 0.5 * sides.sum(axis=1) - 0.25 * first.sum(axis=1)
+            middles[mine, 4] = surface.onto(part, np.concatenate([first, sides, between[:, None]], axis=1))[:, 8]
+    return replace(mesh, middles=middles)
+
+
+def centred(surface: SolidSurface, part: Index, first: Array, last: Array, middle: Array) -> Array:
+    """Points (n, k, 3) on sides of panels of parts (n,), moved along these on the surface until they are half way."""
+    way = last - first
+    for _ in range(2):
+        middle = surface.onto(part, np.concatenate([first, last, middle], axis=1))[:, 2 * first.shape[1] :]
+        off = np.sum((0.5 * (first + last) - middle) * way, axis=2) / np.sum(way**2, axis=2)
+        middle = middle + off[..., None] * way
+    return surface.onto(part, np.concatenate([first, last, middle], axis=1))[:, 2 * first.shape[1] :]
+
+
+def _moved(mesh: SurfaceMesh, place: Place) -> SurfaceMesh:
+    """The mesh with hanging points where they belong."""
     curved = np.flatnonzero(~np.isnan(mesh.middles[:, 0, 0]))
     if not len(curved):
         return mesh
@@ -31,7 +80,7 @@ def closed(mesh: SurfaceMesh) -> SurfaceMesh:
     panel, k = np.repeat(curved, count), np.concatenate([np.arange(n) for n in count.tolist()])
     after = np.where(k + 1 == np.repeat(count, count), 0, k + 1)
     start, middle = mesh.corners[panel, k], mesh.middles[panel, k]
-    sides = _Sides(start, mesh.corners[panel, after], middle)
+    sides = _Sides(start, mesh.corners[panel, after], middle, panel, place)
     corners, middles = mesh.corners.copy(), mesh.middles.copy()
     corners[panel, k], middles[panel, k] = sides.position[sides.numbers[[0, 2]]]
     return replace(mesh, corners=corners, middles=middles)
@@ -95,7 +144,8 @@ class _Sides:
         Of each point [length].
     """
 
-    def __init__(self, start: Array, stop: Array, middle: Array) -> None:
+    def __init__(self, start: Array, stop: Array, middle: Array, panel: Index, place: Place) -> None:
+        self._place = place
         points = np.concatenate([start, stop, middle])
         found = numbered(points)
         self.numbers = found.reshape(3, -1)
@@ -106,9 +156,9 @@ class _Sides:
         self._ends = set(self.numbers[:2].ravel().tolist())
         for k in np.argsort(-np.linalg.norm(stop - start, axis=1)).tolist():
             a, b, m = self.numbers[:, k].tolist()
-            self._halve(a, b, m)
+            self._halve(a, b, m, int(panel[k]))
 
-    def _halve(self, a: int, b: int, m: int) -> None:
+    def _halve(self, a: int, b: int, m: int, panel: int) -> None:
         """Bring what hangs on both halves of a side, or of a piece of one, onto it."""
         if m not in self._ends:
             return
@@ -120,5 +170,5 @@ class _Sides:
                 half = np.linalg.norm(self.position[m] - self.position[first])
                 hanging = int(near) if apart < CLOSE * half and int(near) in self._ends else None
             if hanging is not None:
-                self.position[hanging] = place
-                self._halve(first, m, hanging)
+                self.position[hanging] = self._place(panel, self.position[first], self.position[m], place)
+                self._halve(first, m, hanging, panel)

@@ -7,10 +7,10 @@ import functools
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...geometry.surface import SolidSurface
+from ...geometry.surface import BoxSurface, SolidSurface
 from ...mesh.panels import monomials, reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
-from .hanging import closed
+from .hanging import apart, closed, with_half_way_middles
 
 POINTS = {
     3: np.array([[0, 0], [1, 0], [0, 1], [0.5, 0], [0.5, 0.5], [0, 0.5]]),
@@ -31,6 +31,9 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> 
         The exact one, onto which the points of all panels are brought, but for those of `hanging` sides.
     """
     marked = along.any(axis=1)
+    exact = surface if surface is not None and surface.known and not isinstance(surface, BoxSurface) else None
+    if exact is not None:
+        mesh = apart(mesh, exact)
     kept, parent = np.concatenate([mesh.corners, mesh.middles], axis=1)[~marked], [np.flatnonzero(~marked)]
     points = [kept if surface is None or not len(kept) else surface.onto(mesh.part[~marked], kept)]
     triangle, curved = np.isnan(mesh.corners[:, 3, 0]), ~np.isnan(mesh.middles[:, 0, 0])
@@ -44,35 +47,14 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> 
         piece[:, :, :corners] = found[:, :, :corners]
         piece[:, :, 4 : 4 + found.shape[2] - corners] = found[:, :, corners:]
         if surface is not None:
-            onto = functools.partial(_onto, surface, mesh.part[mine])
-            piece = onto(_centred(onto(piece), corners)) if bent and surface.known else onto(piece)
+            piece = surface.onto(mesh.part[mine], piece.reshape(len(mine), -1, 3)).reshape(piece.shape)
         points.append(piece.reshape(-1, 9, 3))
         parent.append(np.repeat(mine, piece.shape[1]))
     numbers = np.concatenate(parent)
     order = np.argsort(numbers, kind="stable")
     old, new = numbers[order], np.concatenate(points)[order]
-    return closed(SurfaceMesh(new[:, :4], mesh.order[old], mesh.part[old], mesh.part_names, new[:, 4:]))
-
-
-def _onto(surface: SolidSurface, part: Index, pieces: Array) -> Array:
-    """Points (n, p, 9, 3) of the pieces of panels of parts (n,), brought onto the surface."""
-    return surface.onto(part, pieces.reshape(len(part), -1, 3)).reshape(pieces.shape)
-
-
-def _centred(pieces: Array, corners: int) -> Array:
-    """Points (n, p, 9, 3) with the middles of sides moved along these until they are half way.
-
-    Points that are equally far apart on a quadratic side are not so when they are brought onto the surface; a quadratic side
-    through others leaves the surface by the third power of its length, through these by the fourth.
-    """
-    first, last = pieces[:, :, :corners], np.roll(pieces[:, :, :corners], -1, axis=2)
-    way, middle = last - first, pieces[:, :, 4 : 4 + corners]
-    off = np.einsum("npkc,npkc->npk", 0.5 * (first + last) - middle, way) / np.einsum("npkc,npkc->npk", way, way)
-    result = pieces.copy()
-    result[:, :, 4 : 4 + corners] += off[..., None] * way
-    if corners == 4:
-        result[:, :, 8] = 0.5 * result[:, :, 4:8].sum(axis=2) - 0.25 * first.sum(axis=2)
-    return result
+    finer = SurfaceMesh(new[:, :4], mesh.order[old], mesh.part[old], mesh.part_names, new[:, 4:])
+    return closed(finer if exact is None else with_half_way_middles(finer, exact))
 
 
 def parents(mesh: SurfaceMesh, along: Mask) -> Index:
