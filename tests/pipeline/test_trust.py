@@ -362,3 +362,21 @@ def test_memory_is_predicted(tmp_path):
         if 0.8 < ratios[-1] < 1.2:
             break
     assert 0.8 < ratios[-1] < 1.2, ratios
+
+
+@pytest.mark.parametrize(("size", "told"), [(1.0, True), (0.125, False)])
+def test_what_overlaps_between_nodes_in_contact_is_told_and_in_the_estimate(size, told):
+    """A rigid ball on panels wider than the contact: only nodes beside the middle are pressed."""
+    data = {
+        "body": [{"name": "block", "material": {"young_modulus": 1.0, "poisson_ratio": 0.3},
+                  "geometry": {"shape": "box", "lower": [-1.0, -1.0, -1.0], "upper": [1.0, 1.0, 0.0]},
+                  "mesh": {"element_size": 0.5, "element_sizes": {"top": size}, "order": 1, "exponent": 1.0},
+                  "boundary": [{"part": "bottom", "condition": "displacement", "value": [0.0, 0.0, 0.0]}]}],
+        "obstacle": [{"name": "ball", "displacement": [0.0, 0.0, -0.1]}],
+        "contact": [{"name": "pair", "secondary": "block.top", "primary": "ball", "gap": "(x**2 + y**2)/1.2"}],
+    }  # fmt: skip
+    solution = solve(parse(Problem, data, "ball"))
+    warned = [text for text in solution.info["warnings"] if "overlap between nodes in contact: pair 'pair' by" in text]
+    assert solution.converged and bool(warned) == told
+    worst = solution.info["estimated_error"], solution.info["resultant_error"]
+    assert min(worst) > 0.5 if told else worst[0] < 0.3 and worst[1] < 0.05

@@ -18,6 +18,7 @@ from ...refinement.panels.tail import FADE, TINY, Tails, rim_distance
 from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
 from ..discrete.interfaces import InterfaceSpec, interfaces_of
+from ..trust.increments import PRESSED
 from .slip import displacement_scale
 
 OF_SLIP = (2.0, 0.29, 0.42, 1.3)
@@ -87,7 +88,10 @@ class TailErrors:
                     worst = max(worst, math.sqrt(max(self.rough_square(step, side), *smooth) / size))
         uneven = max((float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps), default=0.0)
         if not solution.bilateral:
-            return min(worst, 1.0), min(worst**2 + uneven, 1.0)
+            # what overlaps between nodes in contact is not pressed apart: forces lack as much as p
+            pressed = max((step.residuals.get("pressed", 0.0) for step in step_ends(solution.steps)), default=0.0)
+            lacks = pressed if pressed > PRESSED else 0.0
+            return min(max(worst, lacks), 1.0), min(max(worst**2 + uneven, lacks), 1.0)
         if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
             return 0.0, worst**2 + uneven
         if not math.isnan(whole):

@@ -18,7 +18,7 @@ from ...contact.state import ContactState
 from ...geometry.rotation import Axial, axial, moment
 from ...results.records import BodyResult, ObstacleResult, PairResult, StepResult
 from ..eliminate import ELASTIC_LIMIT
-from ..trust.increments import BLOCKS, OVERLAPPING, imbalance, objection
+from ..trust.increments import BLOCKS, OVERLAPPING, PRESSED, imbalance, objection
 from ..trust.overlaps import overlaps
 from ..trust.warnings import absurd
 from .diagnosis import failure, unheld_at_the_end
@@ -79,20 +79,28 @@ def _step_result(
                  "balance": equilibrium_defect(increment.system, outcome.sigma),
                  "elastic": elastic if checked else np.nan, "equilibrium": unbalanced if checked else np.nan,
                  "elimination": problem.digits_lost}  # fmt: skip
-    overlap = overlaps(system, increment.system, discrete.law, problem.places, outcome)
-    residuals |= {"overlap": overlap.at_nodes, "between": overlap.depth, "displaced": overlap.displaced}
+    last = increment.target == 1.0
+    overlap = overlaps(system, increment.system, discrete.law, problem.places, outcome, closed=last)
+    residuals |= {"overlap": overlap.at_nodes, "between": overlap.depth, "displaced": overlap.displaced,
+                  "pressed": overlap.pressed}  # fmt: skip
     pairs = _pairs(increment, outcome, after, bodies)
     status, reason = _judged(increment, outcome, absurd(discrete, moved), elastic, limit)
     if status == "converged":
         status, reason = _balanced(increment, pairs, reason)
     # where a contact begins to grow no mesh has its nodes; of steps before the last one `rough_step` judges
-    ends = increment.target == 1.0 and increment.number == len(problem.steps)
+    ends = last and increment.number == len(problem.steps)
     if status == "converged" and (doubt := objection(residuals, overlap.between if ends else 0.0, overlap.where)):
         status, reason = "not converged", doubt
     elif status == "converged" and not (worst := max(tangential, residuals["normal"])) <= LAW:
         status, reason = "not converged", f"the law of contact is missed by {worst:.1e} of the tractions of a pair"
     elif status == "converged" and overlap.where:
         reason = f"{reason}; {OVERLAPPING}: {overlap.where}"
+    if status == "converged" and overlap.pressed > PRESSED:
+        discrete.warnings.append(
+            f"step {increment.name!r}: surfaces overlap between nodes in contact: {overlap.pressed_where}, "
+            f"{overlap.pressed / (1.0 - overlap.pressed):.2g} times what contact displaces: forces may be far off; refine "
+            "the mesh there"
+        )
     obstacles = {
         o.name: ObstacleResult(after.positions[k, :d], axial(after.positions[k, d:]), after.loads[k, :d],
                                axial(after.loads[k, d:]))

@@ -48,7 +48,9 @@ class Places:
     faces: Faces
     gap_at: GapAt
 
-    def overlap(self, v_n: Array, gap: Array, states: States, within: float) -> tuple[float, tuple[Index, Array] | None]:
+    def overlap(
+        self, v_n: Array, gap: Array, states: States, within: float, closed: bool = False
+    ) -> tuple[float, tuple[Index, Array] | None]:
         """The largest overlap in elements whose nodes are all open, at least 0 [length], and where it is, see `point`.
 
         It is looked for on a grid of each element, and around the deepest point of the grid where the values beside it leave
@@ -62,13 +64,15 @@ class Places:
             0 stick, 1 slip, 2 open.
         within : float
             What the overlap may be off by [length].
+        closed : bool, optional
+            Whether to look in all elements.
         """
         faced = np.isfinite(gap)
         closer = np.zeros(self.mesh.n_nodes)
         closer[self.nodes[faced]] = v_n[faced] + gap[faced]
         share, values, distance, beside = self._grid
         touched = np.zeros(self.mesh.n_elements, dtype=bool)
-        touched[self.mesh.element[self.nodes[(states != OPEN) | ~faced]]] = True
+        touched[self.mesh.element[self.nodes[((states != OPEN) & (not closed)) | ~faced]]] = True
         asked, place = np.flatnonzero(~touched[self.element]), None
         if not len(asked):
             return 0.0, place

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...arrays import Array, Index
 from ...compliance.bodies import BodiesSystem, Interface
 from ...contact.law_protocol import ContactLaw, law_residual
 from ...contact.state import ContactState
@@ -33,6 +34,8 @@ class Overlap(NamedTuple):
         The most that tractions displace on any interface [length].
     where : str
         The latter overlap in words, where it is more than is accepted of an increment by itself.
+    pressed, pressed_where : float, str
+        As `between` and `where`, of all elements, those in contact among them, where that was asked for.
     """
 
     at_nodes: float = 0.0
@@ -40,12 +43,15 @@ class Overlap(NamedTuple):
     depth: float = 0.0
     displaced: float = 0.0
     where: str = ""
+    pressed: float = 0.0
+    pressed_where: str = ""
 
 
 def overlaps(
-    bodies: BodiesSystem, system: ContactSystem, law: ContactLaw, places: list[Places | None], outcome: ContactState
-) -> Overlap:
-    """The largest overlap at nodes and between them.
+    bodies: BodiesSystem, system: ContactSystem, law: ContactLaw, places: list[Places | None], outcome: ContactState,
+    *, closed: bool = False,
+) -> Overlap:  # fmt: skip
+    """The largest overlap at nodes and between them, and between nodes in contact where asked for (`closed`).
 
     At nodes it is what the law forbids of v_n, also where a bilateral contact comes apart: any law says so.
     """
@@ -62,7 +68,7 @@ def overlaps(
     rho = float(np.abs(outcome.sigma).max(initial=0.0) / least) if 0.0 < least < np.inf else 0.0
     rho = rho if rho > 0.0 else 1.0
     forbidden = np.abs(law_residual(law, outcome.v, outcome.sigma, rho)[:, -1]) / rho
-    at_nodes, worst, deepest, displaced, text = 0.0, 0.0, 0.0, 0.0, ""
+    at_nodes, worst, deepest, displaced, text, pressed, pressed_text = 0.0, 0.0, 0.0, 0.0, "", 0.0, ""
     for where, face, between in zip(bodies.slices, bodies.interfaces, places, strict=True):
         scale = float(np.abs(moved[where, -1]).max(initial=0.0))
         displaced = max(displaced, scale)
@@ -76,11 +82,18 @@ def overlaps(
         if share > BETWEEN and _yields(bodies, outcome, face, depth):
             share, depth = 0.0, 0.0
         if share > max(worst, BETWEEN) and found is not None:
-            x = between.point(*found)
-            place = ", ".join(f"{coordinate:.6g}" for coordinate in x)
-            text = f"pair {face.name!r} by {depth:.3g} at ({place})"
+            text = _told(face, between, depth, found)
         worst, deepest = max((worst, deepest), (share, depth))
-    return Overlap(at_nodes, worst, deepest, displaced, text)
+        if closed and scale > 0.0:
+            depth, found = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale, True)
+            if (share := _share(depth, scale)) > pressed and found is not None:
+                pressed, pressed_text = share, _told(face, between, depth, found)
+    return Overlap(at_nodes, worst, deepest, displaced, text, pressed, pressed_text)
+
+
+def _told(face: Interface, between: Places, depth: float, found: tuple[Index, Array]) -> str:
+    place = ", ".join(f"{coordinate:.6g}" for coordinate in between.point(*found))
+    return f"pair {face.name!r} by {depth:.3g} at ({place})"
 
 
 def _yields(bodies: BodiesSystem, outcome: ContactState, face: Interface, depth: float) -> bool:

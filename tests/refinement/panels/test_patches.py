@@ -102,7 +102,7 @@ def test_rings_lie_on_the_disc_of_a_cylinder_wherever_the_zone_is(off):
 
 @given(st.integers(0, 2), st.lists(st.floats(-1.5, 1.5), min_size=3, max_size=3))
 def test_points_are_brought_onto_their_part_of_a_cylinder(part, point):
-    x = np.array(point) + [0.1, 0.0, 0.0]
+    x = np.add(point, [0.1, 0.0, 0.0])
     assume(np.hypot(x[0], x[1]) > 0.05)
     found = CYLINDER.onto(np.array([part]), x[None, None])[0, 0]
     off = np.hypot(found[0], found[1]) - 1.0 if part == 2 else found[2] - [-2.0, 2.0][part]
