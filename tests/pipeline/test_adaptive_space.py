@@ -363,3 +363,49 @@ def test_a_part_may_be_the_secondary_of_two_contacts(monkeypatch):
     assert "hmatrix" in one.info["solver"] and "hmatrix" not in two.info["solver"]
     both = two.pairs["0"].pressure + two.pairs["1"].pressure
     assert both == pytest.approx(one.pairs["both"].pressure, rel=1e-3, abs=1e-3 * both.max()) and both.max() > 0.0
+
+
+def pressed_fit(pin, hole, height=10.0):
+    """A solid pin in a ring, both held along the axis only, on their ends."""
+    steel = {"young_modulus": 200_000.0, "poisson_ratio": 0.3}
+    ring = [{"part": "bottom", "to": [10.0, 0.0]}, {"part": "outside", "to": [10.0, height]},
+            {"part": "top", "to": [hole, height]}, {"part": "bore", "to": [hole, 0.0]}]  # fmt: skip
+    pin = {"shape": "cylinder", "from": [0.0, 0.0, 0.0], "to": [0.0, 0.0, height], "radius": pin}
+    held = [{"part": "bottom", "condition": "symmetry"}]
+    return {
+        "body": [{"name": "pin", "material": steel, "geometry": pin, "boundary": held},
+                 {"name": "ring", "material": steel, "geometry": {"shape": "revolved", "loops": [ring]}, "boundary": held}],
+        "contact": [{"name": "fit", "secondary": "pin.side", "primary": "ring.bore"}],
+    }  # fmt: skip
+
+
+def test_a_press_fit_has_an_even_pressure_on_adaptive_panels():
+    """Lamé, plane stress: p = E δ (1/b - b/c²) / (2 · b) · b of equal materials, 150.2. Sides whose middles are not half way
+    left the cylinder beside panels of other sizes: p scattered by a half, and by more the finer the panels were."""
+    solution = adapt(parse(Problem, pressed_fit(5.0, 4.99), "fit"), 0.02)
+    pair, b, c = solution.pairs["fit"], 5.0, 10.0
+    exact = 200_000.0 * 0.01 * (c**2 - b**2) / (2.0 * b * c**2)
+    mean = pair.weight @ pair.pressure / pair.weight.sum()
+    scatter = np.sqrt(pair.weight @ (pair.pressure / mean - 1.0) ** 2 / pair.weight.sum())
+    assert solution.converged and mean == pytest.approx(exact, rel=6e-3) and scatter < 0.02
+    assert sum(mesh.n_nodes for mesh in solution.meshes.values()) < 2000
+
+
+def test_a_ball_smaller_than_the_panels_it_touches_is_not_overlooked():
+    """No node of the first panels in contact faces it there: that was taken for no contact."""
+    ball = [
+        {"part": "top", "to": [0.0, 0.5]},
+        {"part": "axis", "to": [0.0, 0.0]},
+        {"part": "ball", "to": [0.5, 0.5], "radius": 0.5},
+    ]
+    steel, still = {"young_modulus": 1.0, "poisson_ratio": 0.3}, [0.0, 0.0, 0.0]
+    shaft = {"shape": "cylinder", "from": [-2.0, 0.0, -2.0], "to": [2.0, 0.0, -2.0], "radius": 2.0}
+    held = [{"part": part, "condition": "displacement", "value": still} for part in ("bottom", "top")]
+    moved = [{"part": "top", "condition": "displacement", "value": [0.0, 0.0, -0.005]}]
+    data = {
+        "body": [{"name": "shaft", "material": steel, "geometry": shaft, "boundary": held},
+                 {"name": "ball", "material": steel, "geometry": {"shape": "revolved", "loops": [ball]}, "boundary": moved}],
+        "contact": [{"name": "pair", "secondary": "shaft.side", "primary": "ball.ball"}],
+    }  # fmt: skip
+    solution = adapt(parse(Problem, data, "small ball"))
+    assert solution.pairs["pair"].pressure.max() > 0.01 if solution.converged else "overlap between nodes" in solution.reason

@@ -379,4 +379,4 @@ def test_what_overlaps_between_nodes_in_contact_is_told_and_in_the_estimate(size
     warned = [text for text in solution.info["warnings"] if "overlap between nodes in contact: pair 'pair' by" in text]
     assert solution.converged and bool(warned) == told
     worst = solution.info["estimated_error"], solution.info["resultant_error"]
-    assert min(worst) > 0.5 if told else worst[0] < 0.3 and worst[1] < 0.05
+    assert min(worst) > 0.5 if told else worst[0] < 0.3 and worst[1] < 0.1

@@ -30,7 +30,7 @@ from ...results.solution import Solution
 from ..discrete.interfaces import InterfaceSpec, interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
-from ..trust.first_panels import bent_sides, overlapping_sides
+from ..trust.first_panels import bent_sides, overlapping_sides, unseen_panels
 from ..trust.increments import OVERLAP, is_unresolved
 from .elliptic import EllipticContacts, small_contacts
 from .quantity import beyond_budget
@@ -167,8 +167,7 @@ class PanelTails:
         failed = solution.failed
         if failed is None or failed.status != "not converged" or not failed.residuals.get("overlap", 0.0) <= OVERLAP:
             return False
-        unresolved = is_unresolved(failed.residuals)
-        if not unresolved and "overlap between nodes" not in failed.reason:
+        if not (unresolved := is_unresolved(failed.residuals)) and "overlap between nodes" not in failed.reason:
             return False
         marked = [np.full((mesh.n_elements, 2), unresolved) for mesh in solution.meshes.values()]
         for side in self._sides:
@@ -179,8 +178,9 @@ class PanelTails:
             np.minimum.at(most, element[faced], -gap[faced])
             # the gap may be as much smaller between nodes as it varies from node to node
             marked[side.body] |= (2.0 * least + most <= gap.min())[:, None]
-        for mine, bent in zip(marked, overlapping_sides(self._problem, solution, failed), strict=True):
-            mine |= bent
+        for found in (overlapping_sides, unseen_panels):
+            for mine, more in zip(marked, found(self._problem, solution, failed), strict=True):
+                mine |= more
         self._refine(solution, marked, [mine[:, 0] & False for mine in marked])
         return not self.exhausted
 

@@ -21,6 +21,8 @@ CLOSER = 5
 """Points along each direction around the deepest point of an element so far, where it is looked for next."""
 ROUNDS = 14
 """How often, each time half as far around it."""
+MOVED = 1e-3
+"""Distance over the size of the mesh by which bodies may come closer where no node tells how far they do."""
 GapAt = Callable[[Index, Array, Array, Array], Array]
 """Initial gap (q,) at places of elements, with their points and normals (q, d), infinite where nothing is faced [length]."""
 
@@ -49,7 +51,7 @@ class Places:
     gap_at: GapAt
 
     def overlap(
-        self, v_n: Array, gap: Array, states: States, within: float, closed: bool = False
+        self, v_n: Array, gap: Array, states: States, within: float, closed: bool = False, unfaced: bool = False
     ) -> tuple[float, tuple[Index, Array] | None]:
         """The largest overlap in elements whose nodes are all open, at least 0 [length], and where it is, see `point`.
 
@@ -65,14 +67,18 @@ class Places:
         within : float
             What the overlap may be off by [length].
         closed : bool, optional
-            Whether to look in all elements.
+            Whether to look in all elements that face something at all nodes.
+        unfaced : bool, optional
+            Whether to look also in those that face something between the nodes only, which are taken to come as much
+            closer as the nodes that do, or by `MOVED`: a ball may be smaller than an element.
         """
         faced = np.isfinite(gap)
-        closer = np.zeros(self.mesh.n_nodes)
+        unknown = float(np.mean(v_n[faced] + gap[faced])) if faced.any() else MOVED * float(np.ptp(self.mesh.x))
+        closer = np.full(self.mesh.n_nodes, unknown)
         closer[self.nodes[faced]] = v_n[faced] + gap[faced]
         share, values, distance, beside = self._grid
         touched = np.zeros(self.mesh.n_elements, dtype=bool)
-        touched[self.mesh.element[self.nodes[((states != OPEN) & (not closed)) | ~faced]]] = True
+        touched[self.mesh.element[self.nodes[((states != OPEN) & (not closed)) | (~faced & (not unfaced))]]] = True
         asked, place = np.flatnonzero(~touched[self.element]), None
         if not len(asked):
             return 0.0, place

@@ -97,6 +97,21 @@ def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) 
     return marked
 
 
+def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> list[Mask]:
+    """Which panels of contacts that carry nothing may be where the other body is nearest, along both coordinates: it may be
+    smaller than they are, so that none of their nodes faces it."""
+    meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+    marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
+    for side in interfaces_of(problem):
+        if side.primary is not None and not failed.pairs[side.name].pressure.any():
+            mesh, other = meshes[side.body], meshes[side.primary[0]]
+            nodes, size = mesh.nodes_of(side.part), np.sqrt(np.bincount(mesh.element, mesh.weight))
+            away, near = np.full(mesh.n_elements, np.inf), scipy.spatial.cKDTree(other.x[other.nodes_of(side.primary[1])])
+            np.minimum.at(away, mesh.element[nodes], near.query(mesh.x[nodes])[0])
+            marked[side.body] |= (away - size <= away.min())[:, None]
+    return marked
+
+
 def _curved(problem: Problem, body: int) -> SolidSurface | None:
     """The exact surface of a body, if it is known and curved."""
     surface = problem.body[body].geometry.outline()

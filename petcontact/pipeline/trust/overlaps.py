@@ -77,7 +77,8 @@ def overlaps(
         at_nodes = max(at_nodes, _share(depth, scale))
         if between is None:
             continue
-        depth, found = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale)
+        depth, found = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale,
+                                       unfaced=not outcome.sigma[where].any())  # fmt: skip
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
         if share > BETWEEN and _yields(bodies, outcome, face, depth):
             share, depth = 0.0, 0.0
