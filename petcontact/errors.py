@@ -55,6 +55,15 @@ class SolverError(PetcontactError, ArithmeticError):
         self.stage, self.reason, self.advice = stage, reason, advice
 
 
+class NoEquilibrium(SolverError):
+    """Loads that no admissible traction holds, found before a solve: not converged, as one that finds it out."""
+
+    exit_status = 3
+
+    def __str__(self) -> str:
+        return f"{self.reason}; {self.advice}"
+
+
 class InaccurateOperator(SolverError):
     """Compressed operators that miss their tolerance."""
 

@@ -15,6 +15,8 @@ from ...model.expressions import evaluate
 from ...model.problem import Problem
 from .interfaces import InterfaceSpec
 
+CURVED = 0.1
+"""Change of the normals over a face that is curved."""
 OUTWARD = 1e-9
 """Cosine between a direction and some outward normal from which on it points outward."""
 
@@ -60,7 +62,7 @@ def mismatch(side: InterfaceSpec, facing: Facing | None) -> list[str]:
 def contact_interface(
     side: InterfaceSpec, meshes: list[BoundaryMesh], facing: Facing | None, held: bool
 ) -> tuple[Interface, float, list[str]]:
-    """A side on meshes, the smallest distance or gap of it [length], and a note where it never touches."""
+    """A side on meshes, the smallest distance or gap of it [length], and notes where it never touches or fits a curve."""
     mesh = meshes[side.body]
     nodes = mesh.nodes_of(side.part)
     notes: list[str] = []
@@ -71,6 +73,10 @@ def contact_interface(
                          "they never touch")  # fmt: skip
     else:
         normal, present = along(side.direction, mesh.smooth_normal[nodes]).copy(), np.ones(len(nodes), dtype=bool)
+        bent = np.linalg.norm(np.ptp(mesh.smooth_normal[nodes], axis=0)) > CURVED
+        if bent and side.law.gap == "geometry" and side.law.normal == "unilateral":
+            notes.append(f"pair {side.name!r}: no gap is given, so that the obstacle fits the curved face all over, as a cup "
+                         "does; give the gap to a flat or another one as an expression")  # fmt: skip
     if side.law.gap == "geometry":
         gap = facing.distance if facing is not None and side.law.normal == "unilateral" else np.zeros(len(nodes))
     else:

@@ -10,7 +10,7 @@ import numpy as np
 from ...compliance.bodies import BodiesSystem
 from ...compliance.body.rigid import RigidBody
 from ...contact.methods.registry import method_of
-from ...errors import SolverError
+from ...errors import NoEquilibrium
 from ..choice import has_compressed
 from ..discrete.discretise import Discrete
 from ..discrete.load_states import later_data
@@ -27,7 +27,7 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
 
     Raises
     ------
-    SolverError
+    NoEquilibrium
         If nothing holds a body or an obstacle, with its name and that of the step.
     """
     if not discrete.interfaces or not has_compressed(discrete.problem.bem, discrete.meshes):
@@ -39,7 +39,7 @@ def check_feasible(discrete: Discrete, comm: Any) -> None:
             prepared = _rigid(dataclasses.replace(discrete, data=data), comm)
         where = f" at the end of step {step.name or number!r}" if discrete.problem.step else ""
         if found := unheld(whole_step(prepared, number), where):
-            raise SolverError("equilibrium", found, "hold the body, press it more or let friction be larger")
+            raise NoEquilibrium("equilibrium", found, "hold the body, press it more or let friction be larger")
 
 
 def _rigid(discrete: Discrete, comm: Any) -> PreparedProblem:
