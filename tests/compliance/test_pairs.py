@@ -165,7 +165,7 @@ def test_loads_that_nothing_holds_are_named_before_a_matrix_is_built(monkeypatch
     monkeypatch.setattr(HierarchicalBody, "__init__", lambda *arguments: pytest.fail("a matrix is built"))
     data = on_ground()
     data["body"][0]["boundary"][1]["value"] = [0.008, 0.0, -0.01]
-    with pytest.raises(SolverError, match="body .free. cannot be held: the load pushes it along \\+x") as told:
+    with pytest.raises(SolverError, match=r"body .free. cannot be held: the load pushes it along \+x") as told:
         solved(data, bem__mat_type="hmatrix")
     assert told.value.exit_status == 3  # as with matrices, where the method finds it out
 
