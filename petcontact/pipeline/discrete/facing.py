@@ -75,8 +75,8 @@ def contact_interface(
         normal, present = along(side.direction, mesh.smooth_normal[nodes]).copy(), np.ones(len(nodes), dtype=bool)
         bent = np.linalg.norm(np.ptp(mesh.smooth_normal[nodes], axis=0)) > CURVED
         if bent and side.law.gap == "geometry" and side.law.normal == "unilateral":
-            notes.append(f"pair {side.name!r}: no gap is given, so that the obstacle fits the curved face as a cup does; give "
-                         "the gap to a flat or another one as an expression")  # fmt: skip
+            notes.append(f"pair {side.name!r}: no gap is given, so that the obstacle fits the curved face as a cup does; "
+                         "give the gap to a flat or another one as an expression")  # fmt: skip
     if side.law.gap == "geometry":
         gap = facing.distance if facing is not None and side.law.normal == "unilateral" else np.zeros(len(nodes))
     else:
