@@ -116,7 +116,7 @@ class EllipticContacts:
         """Rings on a face, if there is a place for them."""
         surface = self._surfaces[body]
         assert surface is not None
-        patches = patches_of(surface, *mesh, part, zone, sector(count))
+        patches = patches_of(surface, *mesh, part, zone, sector(count, zone, stick))
         return next((made for patch in patches if (made := ringed(patch, zone, count, stick)) is not None), None)
 
 

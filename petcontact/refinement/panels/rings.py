@@ -84,9 +84,12 @@ def ringed(patch: Patch, zone: Zone, rings: int, stick: Zone | None = None) -> S
     ))  # fmt: skip
 
 
-def sector(rings: int) -> float:
-    """About the angle of panels in rings [rad]."""
-    return min(SECTOR, LONG * (1.0 - CORE) * SHRINK ** (rings - 1))
+def sector(rings: int, zone: Zone | None = None, stick: Zone | None = None) -> float:
+    """About the angle of panels in rings from the core, or the edge of the stick zone, to that of the zone [rad]."""
+    inner = CORE
+    if zone is not None and stick is not None:
+        inner = float(np.linalg.norm(stick.axes) / np.linalg.norm(zone.axes)) + NARROW[-1]
+    return min(SECTOR, LONG * (1.0 - inner) * SHRINK ** (rings - 1))
 
 
 def _inside(

@@ -117,12 +117,12 @@ def draw_hysteresis(figure: Any, solution: SolutionData) -> None:
         carried = max(float(pair.weight @ np.abs(pair.pressure)) for pair in pairs)
         energy = _without_noise(np.cumsum([pair.dissipated for pair in pairs]), carried * moved)
         right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
-    units = solution.problem.units
+    units, dim = solution.problem.units, next(iter(solution.meshes.values())).dim
     way = "" if all(pair.slip.shape[1] == 1 for pair in solution.last.pairs.values()) else " along the largest slip"
-    left.set(xlabel=label(f"mean slip w{way}", units.length), ylabel=label("tangential force on the primary", units.force),
-             title="force over slip")  # fmt: skip
+    up = label("tangential force on the primary", units.force(dim))
+    left.set(xlabel=label(f"mean slip w{way}", units.length), ylabel=up, title="force over slip")
     figure.suptitle(headed(solution, "hysteresis"), fontsize="large")
-    right.set(xlabel="increment", title="energy dissipated")
+    right.set(xlabel="increment", title=label("energy dissipated", units.energy(dim)))
     right.xaxis.get_major_locator().set_params(integer=True)
     left.locator_params(axis="x", nbins=5)
     legend_below(left, 2)
