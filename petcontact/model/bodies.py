@@ -35,15 +35,8 @@ class Units(Model):
         """Name of the unit of ρ, stress over length; None without names."""
         return f"{self.stress}/{self.length}" if self.stress and self.length else None
 
-    def force(self, dim: int) -> str | None:
-        """Stress times length, in space times its square: a force, per thickness of a plane body."""
-        return self._times_length(dim - 1)
-
-    def energy(self, dim: int) -> str | None:
-        """Force times length."""
-        return self._times_length(dim)
-
-    def _times_length(self, power: int) -> str | None:
+    def stress_times(self, power: int) -> str | None:
+        """Stress times a power of length, 1 to 3: a force (per thickness) has power dim - 1, an energy dim."""
         return f"{self.stress}·{self.length}{' ²³'[power - 1].strip()}" if self.stress and self.length else None
 
 

@@ -119,10 +119,10 @@ def draw_hysteresis(figure: Any, solution: SolutionData) -> None:
         right.plot(np.arange(1, len(pairs) + 1), energy, ".-", color=f"C{number}", lw=1.2, ms=4)
     units, dim = solution.problem.units, next(iter(solution.meshes.values())).dim
     way = "" if all(pair.slip.shape[1] == 1 for pair in solution.last.pairs.values()) else " along the largest slip"
-    up = label("tangential force on the primary", units.force(dim))
+    up = label("tangential force on the primary", units.stress_times(dim - 1))
     left.set(xlabel=label(f"mean slip w{way}", units.length), ylabel=up, title="force over slip")
     figure.suptitle(headed(solution, "hysteresis"), fontsize="large")
-    right.set(xlabel="increment", title=label("energy dissipated", units.energy(dim)))
+    right.set(xlabel="increment", title=label("energy dissipated", units.stress_times(dim)))
     right.xaxis.get_major_locator().set_params(integer=True)
     left.locator_params(axis="x", nbins=5)
     legend_below(left, 2)

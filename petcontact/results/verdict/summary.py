@@ -113,7 +113,7 @@ def _zones_and_forces(solution: SolutionData) -> list[str]:
 
 def _forces(solution: SolutionData) -> list[str]:
     """Resultants on the parts that hold the body, and how much of the contact pulls."""
-    unit = solution.problem.units.force(next(iter(solution.meshes.values())).dim)
+    unit = solution.problem.units.stress_times(next(iter(solution.meshes.values())).dim - 1)
     held = {condition.part for condition in solution.problem.body[0].boundary if condition.condition != "traction"}
     forces = [f"{printable(name)} {vector(force, 5)}" for name, force in solution.reactions().items() if name in held]
     lines = wrapped(f"  forces [{printable(unit)}]: " if unit else "  forces: ", forces)
@@ -125,7 +125,7 @@ def _forces(solution: SolutionData) -> list[str]:
 def _displaced(solution: SolutionData) -> list[str]:
     """Of each body its largest displacement, and the resultants on the parts that hold it, after the last increment."""
     units, lines, dim = solution.problem.units, list[str](), next(iter(solution.meshes.values())).dim
-    length, unit = (f" {printable(text)}" if text else "" for text in (units.length, units.force(dim)))
+    length, unit = (f" {printable(text)}" if text else "" for text in (units.length, units.stress_times(dim - 1)))
     for body in solution.problem.body:
         mesh, u = solution.meshes[body.name], solution.bodies[body.name].u
         size, traction = np.linalg.norm(u, axis=1), solution.bodies[body.name].traction
