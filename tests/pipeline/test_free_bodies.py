@@ -85,3 +85,16 @@ def test_balls_that_no_race_loads_are_accepted_without_tractions(friction):
     assert solution.converged
     pressed = [float(np.linalg.norm(each.force)) for each in solution.pairs.values()]
     assert pressed == pytest.approx([0.0, 0.0] + [pressed[2]] * 4, rel=1e-6) and pressed[2] > 1e-3
+
+
+def test_a_free_cylinder_between_two_plates_that_meet_it_between_nodes_only_is_not_overlooked():
+    """It could yield to one plate, and no node meets the other: that was taken for no contact."""
+    shape = {"shape": "cylinder", "from": [0.0, -4.0, 5.0], "to": [0.0, 4.0, 5.0], "radius": 5.0}
+    roller = {"name": "roller", "material": SOFT, "geometry": shape, "mesh": {"element_size": 8.0, "order": 1}}
+    plates = [{"name": "floor"}, {"name": "plate", "displacement": [0.0, 0.0, -0.01]}]
+    contact = [
+        pair("lower", "roller.side", "floor", None, gap="z", direction=[0.0, 0.0, -1.0]),
+        pair("upper", "roller.side", "plate", None, gap="10 - z", direction=[0.0, 0.0, 1.0]),
+    ]
+    solution = solve(parse(Problem, {"body": [roller], "obstacle": plates, "contact": contact}, "roller"))
+    assert solution.status == "not converged" and "overlap between nodes" in solution.reason

@@ -80,7 +80,7 @@ def overlaps(
         depth, found = between.overlap(outcome.v[where, -1], face.gap, outcome.states[where], NEGLIGIBLE * scale,
                                        unfaced=not outcome.sigma[where].any())  # fmt: skip
         share = _share(depth - float(noise[where].max(initial=0.0)), scale)
-        if share > BETWEEN and _yields(bodies, outcome, face, depth):
+        if share > BETWEEN and _yields(bodies, outcome, places, face, depth):
             share, depth = 0.0, 0.0
         if share > max(worst, BETWEEN) and found is not None:
             text = _told(face, between, depth, found)
@@ -97,18 +97,24 @@ def _told(face: Interface, between: Places, depth: float, found: tuple[Index, Ar
     return f"pair {face.name!r} by {depth:.3g} at ({place})"
 
 
-def _yields(bodies: BodiesSystem, outcome: ContactState, face: Interface, depth: float) -> bool:
+def _yields(bodies: BodiesSystem, outcome: ContactState, places: list[Places | None], face: Interface, depth: float) -> bool:
     """Whether a free body of a pair carries nothing and has room to move away by as much: then no traction is missed."""
     for number in (face.body, face.primary):
         if number is None or bodies.bodies[number].modes.shape[2] < bodies.dim * (bodies.dim + 1) // 2:
             continue
-        beside = [(w, i) for w, i in zip(bodies.slices, bodies.interfaces, strict=True) if number in (i.body, i.primary)]
-        carries = any(outcome.sigma[where].any() for where, _ in beside)
-        if not carries and all(
-            outcome.v[where, -1].max(initial=-np.inf) < -depth for where, other in beside if other is not face
-        ):
+        beside = [every for every in zip(bodies.slices, bodies.interfaces, places, strict=True)
+                  if number in (every[1].body, every[1].primary)]  # fmt: skip
+        carries = any(outcome.sigma[where].any() for where, *_ in beside)
+        if not carries and all(_clears(outcome, where, other, between, depth)
+                               for where, other, between in beside if other is not face):  # fmt: skip
             return True
     return False
+
+
+def _clears(outcome: ContactState, where: slice, face: Interface, between: Places | None, depth: float) -> bool:
+    """Whether the sides of a pair, at the nodes and between them, are more than a depth apart."""
+    v_n, states = outcome.v[where, -1] + depth, outcome.states[where]
+    return v_n.max(initial=-np.inf) < 0.0 and (between is None or between.overlap(v_n, face.gap, states, 0.0)[0] == 0.0)
 
 
 def _share(depth: float, scale: float) -> float:
