@@ -312,7 +312,8 @@ def test_few_panels_have_no_small_error():
 def test_marks():
     square = np.array([1.0, 5.0, 2.0, 2.0])
     assert largest(square, 0.5).tolist() == [False, True, False, False]
-    assert largest(square, 0.6).tolist() == [False, True, True, False]
+    assert largest(square, 0.6).tolist() == [False, True, True, True]
+    assert largest(np.array([1.0, 5.0, 2.0, 1.5]), 0.6).tolist() == [False, True, True, False]
     assert not largest(np.zeros(3), 0.5).any()
     problem = parse(Problem, hertz(), "hertz")
     box = problem.body[0].geometry.outline()

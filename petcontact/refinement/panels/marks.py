@@ -14,6 +14,8 @@ GROWTH = 2.0
 """Largest ratio of a panel to the nearest one in contact, beyond its distance from it."""
 FINER = 0.6
 """Size of a panel over that of one that faces it from which on it is as large."""
+TIED = 0.8
+"""Squared error of an element over that of another from which on both are cut or none is."""
 
 
 def element_sizes(mesh: BoundaryMesh) -> Array:
@@ -22,13 +24,13 @@ def element_sizes(mesh: BoundaryMesh) -> Array:
 
 
 def largest(square: Array, share: float) -> Mask:
-    """The fewest elements whose squared errors (n,) have a share of their sum; none where there is no error."""
-    order = np.argsort(-square, kind="stable")
-    total = np.cumsum(square[order])
-    marked = np.zeros(len(square), dtype=bool)
-    if len(square) and total[-1] > 0.0:
-        marked[order[: 1 + np.searchsorted(total, share * total[-1])]] = True
-    return marked
+    """The fewest elements whose squared errors (n,) have a share of their sum, and those that are as good as tied with the
+    last of them, so that symmetric meshes stay so; none where there is no error."""
+    ordered = np.sort(square)[::-1]
+    total = np.cumsum(ordered)
+    if not len(square) or not total[-1] > 0.0:
+        return np.zeros(len(square), dtype=bool)
+    return np.asarray(square >= TIED * ordered[np.searchsorted(total, share * total[-1])])
 
 
 Part = tuple[BoundaryMesh, str]
