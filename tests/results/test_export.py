@@ -165,8 +165,9 @@ def test_an_animation_has_a_frame_an_increment(plane, space, tmp_path, capsys):
     assert (tmp_path / "c.gif").read_bytes().startswith(b"GIF8") and not list(tmp_path.glob("*.tmp"))
 
 
-@pytest.mark.parametrize(("size", "text"), [(1e-4, "displacements × 1000"), (0.4, "displacements to scale"),
-                                            (1.5, "displacements to scale"), (30.0, "displacements / 200")])  # fmt: skip
+@pytest.mark.parametrize(("size", "text"), [(1e-4, "displacements × 1000, gaps to scale"), (0.4, "displacements to scale"),
+                                            (1.5, "displacements to scale"),
+                                            (30.0, "displacements / 200, gaps to scale")])  # fmt: skip
 def test_displacements_are_not_shrunk_unless_they_are_larger_than_the_bodies(plane, size, text):
     solution, _ = plane
     step = solution.last

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import h5py
@@ -15,7 +16,7 @@ from matplotlib.figure import Figure
 
 from petcontact import Contact, Displacement, Material, MeshOptions, Problem, Revolved, Traction, solve
 from petcontact import OutlineSide as Side
-from petcontact.contact.law_protocol import OPEN
+from petcontact.contact.law_protocol import OPEN, STICK
 from petcontact.mesh.panelling import facet_mesh
 from petcontact.mesh.surface_mesh import SurfaceMesh
 from petcontact.model.base import parse
@@ -23,6 +24,7 @@ from petcontact.results.figures.bands import band_colours, beyond, cut
 from petcontact.results.figures.plots import drawings, plot_on
 from petcontact.results.figures.space import _front, draw_gap
 from petcontact.results.figures.surface import best_view
+from petcontact.results.figures.view import Chart
 from petcontact.results.vtu.boundary import write_boundary_vtu
 from petcontact.results.vtu.places import small_triangles, vtk_cells
 from petcontact.results.vtu.vtkhdf import write_vtkhdf
@@ -182,6 +184,9 @@ def test_a_smooth_ball_has_the_axes_of_its_floor_and_no_picture_of_friction():
     picture = Figure()
     known["normal"](picture, ball)
     assert (picture.axes[0].get_xlabel(), picture.axes[0].get_ylabel()) == ("x", "y")
+    assert "no result" not in picture._suptitle.get_text()
+    known["normal"](failed := Figure(), replace(ball, status="not converged"))
+    assert failed._suptitle.get_text().endswith("not converged: no result")
 
 
 def test_colour_bars_point_to_values_beyond_the_bands():
@@ -195,9 +200,31 @@ def test_the_far_side_of_a_round_body_does_not_cover_what_is_in_contact():
     ball = facet_mesh(as_surface({"all": icosphere(2)}), 1)
     solution = SimpleNamespace(meshes={"ball": ball}, sides={"c": ("ball", "all")}, nodes={"c": np.arange(ball.n_nodes)})
     z = ball.x[:, 2]
-    front = _front(solution, "c", z < -0.9)
+    flat = Chart(np.eye(3)[:2], ("x", "y"))
+    front = _front(solution, "c", z < -0.9, flat)
     assert front[z < -0.1].all() and not front[z > 0.1].any()
-    assert _front(solution, "c", np.abs(z) < 0.3).all()
+    assert _front(solution, "c", np.abs(z) < 0.3, flat).all()
+
+
+def test_a_face_that_contact_goes_round_is_unrolled(solution):
+    """Angles about the axis, those of one panel beside each other, and tangential vectors along them."""
+    mesh = solution.mesh
+    side = mesh.nodes_of("side")
+    pair = SimpleNamespace(x=mesh.x[side], state=np.where(mesh.x[side, 0] < 0.2, STICK, OPEN), weight=mesh.weight[side])
+    found = SimpleNamespace(pairs={"c": pair}, meshes={"body": mesh}, sides={"c": ("body", "side")}, nodes={"c": side},
+                            problem=SimpleNamespace(units=SimpleNamespace(length="mm")))  # fmt: skip
+    chart = Chart.of(found, "c")
+    assert chart.names == ("angle from x [degree]", "z [mm]") and abs(chart.middle) == 180.0
+    at = chart.at(pair.x)
+    around = np.radians(at[:, 0])
+    radius = np.hypot(*pair.x[:, :2].T)
+    assert np.column_stack([radius * np.cos(around), radius * np.sin(around), at[:, 1]]) == pytest.approx(pair.x, abs=1e-12)
+    assert np.ptp(at[pair.state == STICK, 0]) < 220.0 < np.ptp(at[:, 0])
+    tangent = np.column_stack([-np.sin(around), np.cos(around), np.full(len(side), 2.0)])
+    assert chart.vectors(pair.x, tangent) == pytest.approx(np.tile([1.0, 2.0], (len(side), 1)))
+    for element in np.unique(mesh.element[side]):
+        mine = mesh.element[side] == element
+        assert np.ptp(chart.at(pair.x[mine], np.zeros(mine.sum(), dtype=int))[:, 0]) < 180.0
 
 
 def test_panels_that_face_nothing_have_no_gap_in_the_picture():

@@ -21,8 +21,9 @@ CURVES = 5
 
 
 def headed(solution: SolutionData, what: str = "") -> str:
-    """The title of the problem, and what is shown of it."""
-    return ": ".join(filter(None, (title(solution.problem.title), plain(what))))
+    """The title of the problem, and what is shown of it; what did not converge is no result, and says so."""
+    failed = "" if solution.converged else f"\n{solution.status}: no result"
+    return ": ".join(filter(None, (title(solution.problem.title), plain(what)))) + failed
 
 
 def headed_end(solution: SolutionData) -> str:
@@ -37,8 +38,10 @@ def shown_ends(solution: SolutionData) -> list[StepResult]:
 
 
 def along(solution: SolutionData, name: str) -> str:
-    """The part on which an interface lies, with its body where there are several."""
-    return plain(".".join(solution.sides[name]) if len(solution.meshes) > 1 else solution.sides[name][1])
+    """The part on which an interface lies, with its body where there are several, and its name where these share a part."""
+    side = solution.sides[name]
+    part = plain(".".join(side) if len(solution.meshes) > 1 else side[1])
+    return part if [*solution.sides.values()].count(side) == 1 else f"{plain(name)}, {part}"
 
 
 def draw_history(figure: Any, solution: SolutionData) -> None:

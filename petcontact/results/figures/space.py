@@ -7,25 +7,24 @@ from typing import Any
 import numpy as np
 
 from ...arrays import Array, Mask
-from ...contact.law_protocol import OPEN
-from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...runtime.figure_style import draw_states, label, legend_below, plain
+from ...contact.law_protocol import OPEN, STICK
+from ...mesh.surface_mesh import as_surface
+from ...runtime.figure_style import STATES, draw_states, label, legend_below, plain
 from ..data import SolutionData
 from ..records import PairResult
 from ..vtu.places import small_triangles
 from .bands import band_colours
 from .curves import along, headed, headed_end, shown_ends
 from .surface import TRIANGLES
+from .view import Chart
 
 ARROWS = 500
 """Most arrows of one panel."""
-NEARLY = 1.0 - 1e-4
-"""Cosine of the angle to an axis from which on a direction is called by its name."""
 ROUND = 0.3
 """Length of the mean normal of what is in contact below which that goes round the body."""
-SMALL, MARGIN, NEXT = 0.5, 0.2, 1.1
+SMALL, MARGIN, NEXT, LONG = 0.5, 0.2, 1.1, 5.0
 """Share of the extent of a face up to which contact is shown alone, how much of its own is shown beside it, and up to
-which multiple of the distance to the next node that is open."""
+which multiple of the distance to the next node that is open; length over width from which on scales differ."""
 
 
 def draw_displacement(figure: Any, solution: SolutionData) -> None:
@@ -33,7 +32,7 @@ def draw_displacement(figure: Any, solution: SolutionData) -> None:
     for axes, name, pair in _panels(figure, solution):
         slip, unit = np.where(pair.state[:, None] == OPEN, 0.0, pair.slip), solution.problem.units.length
         _shade(axes, solution, name, np.linalg.norm(slip, axis=1), label("tangential displacement", unit))
-        _arrows(axes, pair, slip, unit)
+        _arrows(axes, solution, name, slip, unit)
 
 
 def draw_traction(figure: Any, solution: SolutionData) -> None:
@@ -42,9 +41,11 @@ def draw_traction(figure: Any, solution: SolutionData) -> None:
         size, limited = np.linalg.norm(pair.sigma_t, axis=1), np.isfinite(pair.bound) & (pair.bound > 0.0)
         share = np.divide(size, pair.bound, out=np.zeros(len(size)), where=limited)
         unit = solution.problem.units.stress
-        both = (share, "tangential traction / bound"), (size, label("tangential traction", unit))
-        _shade(axes, solution, name, *both[not limited.any()])
-        _arrows(axes, pair, pair.sigma_t, unit)
+        if limited.any():
+            _shade(axes, solution, name, share, "tangential traction / bound", 1.0)
+        else:
+            _shade(axes, solution, name, size, label("tangential traction", unit))
+        _arrows(axes, solution, name, pair.sigma_t, unit)
 
 
 def draw_normal(figure: Any, solution: SolutionData) -> None:
@@ -75,12 +76,11 @@ def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
     for row, name in zip(every, names, strict=True):
         for axes, step in zip(row, ends, strict=True):
             pair = step.pairs[name]
-            directions, words = view(pair)
-            x = pair.x @ directions.T
+            chart = Chart.of(solution, name)
+            x = chart.at(pair.x)
             closed = np.any([end.pairs[name].state != OPEN for end in ends], axis=0)
-            shown = _window(axes, x, closed) & _front(solution, name, closed)
+            shown = _window(axes, x, closed, _front(solution, name, closed, chart), chart)
             draw_states(axes, x[shown], pair.state[shown])
-            axes.set(xlabel=words[0], ylabel=words[1], aspect="equal")
             axes.set_title(": ".join(([name] if len(names) > 1 else []) + [plain(step.title)]), fontsize="small")
     found = {word: handle for axes in every.ravel()
              for handle, word in zip(*axes.get_legend_handles_labels(), strict=True)}  # fmt: skip
@@ -88,20 +88,10 @@ def draw_states_by_step(figure: Any, solution: SolutionData) -> None:
     figure.suptitle(headed(solution), fontsize="medium")
 
 
-def view(pair: PairResult) -> tuple[Array, tuple[str, str]]:
-    """Two directions in the plane that the nodes lie nearest to, coordinate axes where these lie in it, and their names."""
-    tangents = pair.tangent.mean(axis=0)
-    spread = np.linalg.svd(pair.x - pair.x.mean(axis=0), full_matrices=False)[2]
-    flat = np.allclose(pair.tangent, tangents, atol=1e-9)
-    directions = tangents if flat else SurfaceMesh.tangents_to(spread[2:])[0]
-    directions = directions * np.sign(directions[[0, 1], np.abs(directions).argmax(axis=1)])[:, None] + 0.0
-    names = ["xyz"[int(d.argmax())] if d.max() > NEARLY else f"direction ({d[0]:.2g}, {d[1]:.2g}, {d[2]:.2g})"
-             for d in directions]  # fmt: skip
-    return directions, (names[0], names[1])
-
-
-def _front(solution: SolutionData, name: str, closed: Mask) -> Mask:
-    """Which nodes lie on the side of a round body that is in contact; all where contact goes round."""
+def _front(solution: SolutionData, name: str, closed: Mask, chart: Chart) -> Mask:
+    """Which nodes lie on the side of a round body that is in contact; all where contact goes round, or is unrolled."""
+    if chart.centre is not None:
+        return np.ones(len(closed), dtype=bool)
     normal = solution.meshes[solution.sides[name][0]].normal[solution.nodes[name]]
     mean = normal[closed if closed.any() else slice(None)].mean(axis=0)
     return np.asarray((np.linalg.norm(mean) < ROUND) | (normal @ mean >= 0.0))
@@ -117,51 +107,57 @@ def _panels(figure: Any, solution: SolutionData) -> list[tuple[Any, str, PairRes
     return [(axes, *item) for axes, item in zip(every, pairs.items(), strict=True)]
 
 
-def _shade(axes: Any, solution: SolutionData, name: str, values: Array, what: str) -> None:
-    """Panels of an interface as seen along the missing direction, in bands of what nodal values (m,) interpolate."""
+def _shade(axes: Any, solution: SolutionData, name: str, values: Array, what: str, top: float | None = None) -> None:
+    """Panels of an interface, see `Chart`, in bands up to `top` of what nodal values (m,) interpolate."""
     from matplotlib.collections import LineCollection
     from matplotlib.tri import Triangulation
 
     pair, mesh, nodes = solution.pairs[name], as_surface(solution.meshes[solution.sides[name][0]]), solution.nodes[name]
-    directions, names = view(pair)
-    front, known = _front(solution, name, pair.state != OPEN), np.isfinite(values)
+    chart, closed, known = Chart.of(solution, name), pair.state != OPEN, np.isfinite(values)
+    front = _front(solution, name, closed, chart)
     whole = np.setdiff1d(mesh.element[nodes[front & known]], mesh.element[nodes[~known]])
     places, triangles, rims = small_triangles(mesh, TRIANGLES, whole if len(whole) else np.unique(mesh.element[nodes]))
     nodal = np.zeros(mesh.n_nodes)
     nodal[nodes] = np.where(known, values, 0.0)
-    shown = nodal[nodes][_window(axes, pair.x @ directions.T, pair.state != OPEN) & (known | (len(whole) == 0))]
-    colours = band_colours(shown)
+    shown = nodal[nodes][_window(axes, chart.at(pair.x), closed, front, chart) & (known | (len(whole) == 0))]
+    colours = band_colours(shown, top)
     # between the nodes a polynomial passes what it has at them
     between = np.clip(mesh.basis_at(places.element, places.place) @ nodal, shown.min(), shown.max())
     at = mesh.variables_at(places.element, places.place)
-    x = np.column_stack([at[axis] for axis in "xyz"]) @ directions.T
+    x = chart.at(np.column_stack([at[axis] for axis in "xyz"]), places.element)
     axes.tricontourf(Triangulation(*x.T, triangles), between, levels=colours.norm.boundaries, norm=colours.norm,
                      cmap=colours.cmap, extend="max")  # fmt: skip
     axes.add_collection(LineCollection(x[rims], colors="w", linewidths=0.3, alpha=0.5), autolim=axes.get_autoscale_on())
     axes.autoscale_view()
-    axes.set(xlabel=names[0], ylabel=names[1], aspect="equal", title=f"{along(solution, name)}: {what}")
-    axes.title.set_fontsize("small")
-    axes.locator_params(nbins=5)
+    axes.set_title(f"{along(solution, name)}: {what}", fontsize="small")
     axes.figure.colorbar(colours, ax=axes, shrink=0.75, spacing="proportional")
 
 
-def _window(axes: Any, x: Array, closed: Mask) -> Mask:
-    """Which nodes at places (m, 2) are shown: all, or of a much larger face those in contact and some beside them."""
-    low, high = x[closed].min(axis=0, initial=np.inf), x[closed].max(axis=0, initial=-np.inf)
-    reach = float(np.max(high - low))
-    if not 0.0 < reach < SMALL * float(np.ptp(x, axis=0).max()):
-        return np.ones(len(x), dtype=bool)
-    beside = np.maximum(low - x, x - high).max(axis=1)[~closed].min(initial=np.inf)
-    margin = max(MARGIN * reach, NEXT * beside if np.isfinite(beside) else 0.0)
-    low, high = low - margin, high + margin
-    axes.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
-    return np.asarray(np.all((x >= low) & (x <= high), axis=1))
+def _window(axes: Any, x: Array, closed: Mask, front: Mask, chart: Chart) -> Mask:
+    """Name the axes and choose what they show of nodes at places (m, 2), and which these are: all in front, or along an axis
+    on which the face is much larger those in contact and some beside them."""
+    low, high = x.min(axis=0), x.max(axis=0)
+    least, most = x[closed].min(axis=0, initial=np.inf), x[closed].max(axis=0, initial=-np.inf)
+    small, shown = most - least < SMALL * (high - low), front.copy()
+    for k in np.flatnonzero(small & closed.any()):
+        away = np.maximum(least[k] - x[:, k], x[:, k] - most[k])
+        margin = max(MARGIN * (most - least)[k], NEXT * away[front & ~closed & (away > 0.0)].min(initial=np.inf))
+        low[k], high[k] = max(low[k], least[k] - margin), min(high[k], most[k] + margin)
+        shown &= (x[:, k] >= low[k]) & (x[:, k] <= high[k])
+        axes.set(**{"xy"[k] + "lim": (low[k], high[k])})
+    size = high - low
+    alike = chart.centre is None and size.max() < LONG * size.min()
+    axes.set(xlabel=chart.names[0], ylabel=chart.names[1], aspect="equal" if alike else "auto")
+    axes.locator_params(nbins=5)
+    return shown
 
 
-def _arrows(axes: Any, pair: PairResult, components: Array, unit: str | None) -> None:
+def _arrows(axes: Any, solution: SolutionData, name: str, components: Array, unit: str | None) -> None:
     """Vectors of tangential components with the length of one of them, and the nodes that stick."""
-    directions = view(pair)[0]
-    x, vectors = pair.x @ directions.T, np.einsum("mt,mtc->mc", components, pair.tangent) @ directions.T
+    chart = Chart.of(solution, name)
+    pair = solution.pairs[name]
+    x = chart.at(pair.x)
+    vectors = chart.vectors(pair.x, np.einsum("mt,mtc->mc", components, pair.tangent))
     some = np.flatnonzero(np.any(vectors != 0.0, axis=1))
     some = some[:: max(1, len(some) // ARROWS)]
     if len(some):
@@ -169,8 +165,9 @@ def _arrows(axes: Any, pair: PairResult, components: Array, unit: str | None) ->
         axes.quiver(*x[some].T, *vectors[some].T, color="w", width=0.0035, edgecolor="0.1", linewidth=0.4)
         longest = f"longest {np.linalg.norm(vectors[some], axis=1).max():.3g}"
         axes.plot([], [], ls="", marker=r"$\rightarrow$", color="0.1", ms=10.0, label=label(longest, unit))
-    sticks = pair.state == 0
+    sticks = pair.state == STICK
     if sticks.any():
-        axes.plot(*x[sticks].T, ".", color="C1", ms=2.5, label="stick")
+        name, colour, marker = STATES[STICK]
+        axes.plot(*x[sticks].T, marker, color=colour, mec="w", mew=0.4, ms=3.0, label=name)
     if len(some) or sticks.any():
         legend_below(axes, 2)

@@ -114,14 +114,16 @@ def shade(
     colours = band_colours(values, top)
     moved = _draw(every[0], solution, bodies, view.factor, colours, best_view(solution))
     _fit(every[0], solution, np.minimum(moved.min(axis=0), view.low), np.maximum(moved.max(axis=0), view.high))
-    every[0].set_title("\n".join(filter(None, (headed_end(solution), view.text))), fontsize="medium")
+    text = f"{view.text}, seen from below" if every[0].elev < 0.0 else view.text
+    every[0].set_title("\n".join(filter(None, (headed_end(solution), text))), fontsize="medium")
     for axes, name in zip(every[1:], names, strict=True):
         moved = _draw(axes, solution, {name: bodies[name]}, view.factor, colours, best_view(solution, name))
         _fit(axes, solution, moved.min(axis=0), moved.max(axis=0), ALONE_ZOOM)
         axes.set(xticks=[], yticks=[], zticks=[])
         for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
             axis.labelpad = -12.0
-        axes.set_title(f"{plain(name)}, its contact in view", fontsize="small")
+        below = ", from below" if axes.elev < 0.0 else ""
+        axes.set_title(f"{plain(name)}, its contact in view{below}", fontsize="small")
     place = {"ax": every[0], "shrink": 0.75, "pad": 0.09, "aspect": 25} if bar is None else {"cax": bar}
     every[0].figure.colorbar(colours, label=what, spacing="proportional", extend=beyond(values, colours), **place)
 

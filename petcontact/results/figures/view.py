@@ -1,19 +1,28 @@
-"""By how much a drawing of the deformed bodies magnifies displacements, and its window."""
+"""By how much a drawing of the deformed bodies magnifies displacements, and its window; the plane that faces in space are
+drawn in."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
-from ...arrays import Array
+from ...arrays import Array, Index, Mask
+from ...contact.law_protocol import OPEN
 from ...frozen import frozen
-from ...runtime.figure_style import round_number
+from ...mesh.surface_mesh import SurfaceMesh
+from ...runtime.figure_style import label, round_number
 from ..data import SolutionData
-from ..records import StepResult
+from ..records import PairResult, StepResult
 
 MAGNIFIED = 0.08
 """Largest displacement drawn, as a fraction of the size of the bodies."""
+NEARLY = 1.0 - 1e-4
+"""Cosine of the angle to an axis from which on a direction is called by its name."""
+AROUND, STRAIGHT, ONE_SIDED = 0.9, 1e-3, 1e-3
+"""Length of the mean normal of what is in contact around an axis below which a face is unrolled, the largest variance of
+normals along that axis over that across it, and how far from it the middle of contact is that is drawn in the middle."""
 
 
 @frozen
@@ -28,19 +37,23 @@ class View:
         What the bodies cover as they were and as they are drawn [length].
     largest : float
         |u| [length].
+    gaps : bool
+        Whether there are any: they are not magnified, so that bodies may seem to overlap.
     """
 
     factor: float
     low: Array
     high: Array
     largest: float
+    gaps: bool = False
 
     @property
     def text(self) -> str:
         """How displacements are drawn, in words."""
         if self.factor == 1.0:
             return "displacements to scale"
-        return f"displacements × {self.factor:g}" if self.factor > 1.0 else f"displacements / {1.0 / self.factor:g}"
+        how = f"× {self.factor:g}" if self.factor > 1.0 else f"/ {1.0 / self.factor:g}"
+        return f"displacements {how}, gaps to scale" if self.gaps else f"displacements {how}"
 
 
 def view_of(
@@ -57,4 +70,92 @@ def view_of(
         if factor < 1.0 and largest <= size:
             factor = 1.0
     places = np.vstack([every, *(x[name] + factor * values for name, values in u)])
-    return View(factor, places.min(axis=0), places.max(axis=0), largest)
+    gaps = any(np.any(pair.state == OPEN) for pair in solution.last.pairs.values())
+    return View(factor, places.min(axis=0), places.max(axis=0), largest, gaps)
+
+
+@frozen
+class Chart:
+    """How a face in space is drawn in a plane: seen along a direction, or unrolled from a cylinder or cone.
+
+    Attributes
+    ----------
+    directions : (2, 3) array
+        Of the plane; unrolled the axis is the second one.
+    names : (str, str)
+        Of what is drawn along both.
+    centre : (3,) array, optional
+        On the axis of what is unrolled [length].
+    middle : float
+        The angle that is drawn in the middle [degrees].
+    """
+
+    directions: Array
+    names: tuple[str, str]
+    centre: Array | None = None
+    middle: float = 0.0
+
+    @classmethod
+    def of(cls, solution: SolutionData, name: str) -> Chart:
+        """Of an interface at the end: unrolled where contact goes round it, else along coordinate axes that lie in it."""
+        pair, unit = solution.pairs[name], solution.problem.units.length
+        closed = pair.state != OPEN if np.any(pair.state != OPEN) else np.ones(len(pair.x), dtype=bool)
+        found = _round(solution.meshes[solution.sides[name][0]].normal[solution.nodes[name]], pair, closed)
+        if found is not None:
+            axis, centre = found
+            first = SurfaceMesh.tangents_to(axis[None])[0, 0]
+            names = f"angle from {_name(first)} [degree]", label(_name(axis), unit)
+            chart = cls(np.stack([first, axis]), names, centre)
+            mean = np.average(pair.x[closed], axis=0, weights=pair.weight[closed])
+            off = np.linalg.norm(np.cross(axis, mean - centre)) > ONE_SIDED * np.ptp(pair.x, axis=0).max()
+            return replace(chart, middle=45.0 * round(float(chart.at(mean[None])[0, 0]) / 45.0) if off else 0.0)
+        tangents = pair.tangent.mean(axis=0)
+        spread = np.linalg.svd(pair.x - pair.x.mean(axis=0), full_matrices=False)[2]
+        flat = np.allclose(pair.tangent, tangents, atol=1e-9)
+        directions = tangents if flat else SurfaceMesh.tangents_to(spread[2:])[0]
+        directions = directions * np.sign(directions[[0, 1], np.abs(directions).argmax(axis=1)])[:, None] + 0.0
+        return cls(directions, (label(_name(directions[0]), unit), label(_name(directions[1]), unit)))
+
+    def at(self, x: Array, owner: Index | None = None) -> Array:
+        """Where points (m, 3) are drawn, (m, 2), those of one owner beside each other."""
+        if self.centre is None:
+            return np.asarray(x @ self.directions.T)
+        first, axis = self.directions
+        away = x - self.centre
+        angle = np.degrees(np.arctan2(away @ np.cross(axis, first), away @ first)) - self.middle
+        angle = angle - 360.0 * np.round(angle / 360.0)
+        if owner is not None:
+            base = angle[np.unique(owner, return_index=True)[1]][np.unique(owner, return_inverse=True)[1]]
+            angle = angle - 360.0 * np.round((angle - base) / 360.0)
+        return np.column_stack([angle + self.middle, x @ axis])
+
+    def vectors(self, x: Array, vectors: Array) -> Array:
+        """Tangential vectors (m, 3) at points as they are drawn, (m, 2)."""
+        first = np.tile(self.directions[0], (len(x), 1))
+        if self.centre is not None:
+            first = np.cross(self.directions[1], x - self.centre)
+            first /= np.linalg.norm(first, axis=1, keepdims=True)
+        return np.column_stack([np.einsum("mc,mc->m", vectors, first), vectors @ self.directions[1]])
+
+
+def _round(normal: Array, pair: PairResult, closed: Mask) -> tuple[Array, Array] | None:
+    """Direction of the axis about which a face goes round, and a point of it; None where contact does not go round."""
+    mean = np.average(normal, axis=0, weights=pair.weight)
+    spread, directions = np.linalg.eigh((normal - mean).T @ ((normal - mean) * pair.weight[:, None]))
+    if not spread[0] < STRAIGHT * spread[1]:
+        return None
+    axis = directions[:, 0] * np.sign(directions[np.abs(directions[:, 0]).argmax(), 0]) + 0.0
+    across = normal - np.outer(normal @ axis, axis)
+    across /= np.linalg.norm(across, axis=1, keepdims=True)
+    if np.linalg.norm(np.average(across[closed], axis=0, weights=pair.weight[closed])) > AROUND:
+        return None
+    # normals of a cylinder or a cone meet its axis
+    apart = np.eye(3) - np.outer(axis, axis) - np.einsum("mi,mj->mij", across, across)
+    return axis, np.linalg.lstsq(apart.sum(axis=0), np.einsum("mij,mj->i", apart, pair.x), rcond=1e-9)[0]
+
+
+def _name(direction: Array) -> str:
+    """Of a direction: of an axis if it is one."""
+    if direction.max() > NEARLY:
+        return "xyz"[int(direction.argmax())]
+    return "along ({:g}, {:g}, {:g})".format(*(np.round(direction, 2) + 0.0))
