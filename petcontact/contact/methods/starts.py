@@ -19,6 +19,8 @@ FAR = 1e150
 """τ_t that is outside of every ball."""
 WITHOUT = 100
 """Exchanges of a problem without friction."""
+STALLED = 10
+"""Of them that may leave no fewer nodes on the wrong side."""
 Guess = tuple[Array, Array, Array]
 """τ, σ and v."""
 
@@ -44,7 +46,12 @@ def frictionless(solver: LinearSolver, law: ContactLaw, system: ContactSystem, s
     if not isinstance(law, SignoriniCoulomb) or not (law.coefficient.any() and law.bound.any()):
         return
     smooth = replace(law, coefficient=np.zeros_like(law.coefficient), bound=np.zeros_like(law.bound))
-    for step in itertools.islice(pivots(solver, smooth, system.u_0, system.modes, stuck), WITHOUT):
+    fewest, best = len(stuck) + 1, 0
+    for number, step in enumerate(itertools.islice(pivots(solver, smooth, system.u_0, system.modes, stuck), WITHOUT)):
+        if step.wrong < fewest:
+            fewest, best = step.wrong, number
+        elif number - best > STALLED:  # as where nothing but friction holds a body
+            return
         if step.wrong == 0:
             if not step.push.any():
                 yield np.where((smooth.states(step.tau) == OPEN)[:, None], step.tau, stuck), step.sigma, step.v

@@ -3,20 +3,24 @@ one."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
+from ...arrays import Array
+from ...contact.state import Start
 from ...geometry.surface import SolidSurface
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.problem import Problem
 from ...refinement.panels.patches import patches_of
 from ...refinement.panels.rings import ringed, sector
-from ...refinement.panels.small_contact import SmallContact, small_contact
+from ...refinement.panels.small_contact import SmallContact, overlapping_contact, small_contact
 from ...refinement.panels.zone import Zone, stick_of, zone_of
 from ...results.records import step_ends
 from ...results.solution import Solution
 from ..discrete.interfaces import InterfaceSpec, interfaces_of
+from ..steps.increment import PreparedProblem
+from ..trust.first_panels import lowest_between
 
 RINGS = {1: 0.09, 2: 0.04, 3: 0.02}
 """Rings of panels about the core of a contact, and the estimate with them, measured on Hertz' contact."""
@@ -82,7 +86,7 @@ class EllipticContacts:
         estimate, wanted = errors
         meshes, ends, rings = (
             [as_surface(mesh) for mesh in solution.meshes.values()],
-            step_ends(solution.steps),
+            step_ends(solution.steps or solution.tried),
             dict[str, tuple[int, Zone]](),
         )
         for name, both in self._faces.items():
@@ -120,14 +124,33 @@ class EllipticContacts:
         return next((made for patch in patches if (made := ringed(patch, zone, count, stick)) is not None), None)
 
 
+def expected_start(problem: PreparedProblem, small: Sequence[tuple[InterfaceSpec, SmallContact]]) -> Start | None:
+    """No tractions, and overlaps where small contacts are expected, in other pairs everywhere; None where there are none."""
+    expected, v = {side.name: zone_about(contact) for side, contact in small}, list[Array]()
+    for side, face in zip(problem.discrete.sides, problem.system.interfaces, strict=True):
+        zone, x = expected.get(side.name), problem.discrete.meshes[side.body].x[face.nodes]
+        v.append(np.zeros((len(x), problem.system.k)))
+        v[-1][:, -1] = 1.0 if zone is None else np.where(zone.distance(x) <= 1.0, 1.0, -1.0)
+    return (np.concatenate(v), np.zeros((sum(map(len, v)), problem.system.k))) if expected else None
+
+
+def zone_about(expected: SmallContact) -> Zone:
+    """The ellipse of a small contact."""
+    return Zone(expected.centre, (expected.axes * expected.half[:, None]).T)
+
+
 def small_contacts(problem: Problem, solution: Solution) -> list[tuple[InterfaceSpec, SmallContact]]:
-    """Contacts after the last step that are smaller than the panels they are on."""
+    """Contacts after the last step that are smaller than the panels they are on, or wholly between their nodes."""
     found, step = [], solution.tried[-1]
+    depth = step.residuals.get("between", 0.0) if step.status != "converged" else 0.0
     for side in interfaces_of(problem):
         both = [problem.body[number] for number in (side.body, *(side.primary or ())[:1])]
         soft = sum((1.0 - b.material.poisson_ratio**2) / b.material.young_modulus for b in both)
-        mesh, pair = as_surface(solution.meshes[both[0].name]), step.pairs[side.name]
-        expected = small_contact(mesh, solution.nodes[side.name], pair.pressure, pair.gap, 1.0 / soft)
+        mesh, pair, nodes = as_surface(solution.meshes[both[0].name]), step.pairs[side.name], solution.nodes[side.name]
+        expected = small_contact(mesh, nodes, pair.pressure, pair.gap, 1.0 / soft)
+        if depth > 0.0 and not pair.pressure.any():
+            lowest = lowest_between(mesh.element[nodes], pair.gap, mesh.n_elements).min()
+            expected = overlapping_contact(mesh, nodes, pair.gap, depth) if lowest < 0.0 else None
         if expected is not None and expected.too_large(mesh, side.part).any():
             found.append((side, expected))
     return found

@@ -24,15 +24,14 @@ from ...refinement.panels.marks import FINER, facing, faded, largest, too_large
 from ...refinement.panels.quartering import cut, parents
 from ...refinement.panels.small_contact import SmallContact
 from ...refinement.panels.tail import FADE
-from ...refinement.panels.zone import Zone
 from ...results.records import StepResult, step_ends
 from ...results.solution import Solution
 from ..discrete.interfaces import InterfaceSpec, interfaces_of
 from ..steps.increment import PreparedProblem
 from ..steps.start import carried_over
-from ..trust.first_panels import bent_sides, overlapping_sides, unseen_panels
+from ..trust.first_panels import bent_sides, lowest_between, overlapping_sides, unseen_panels
 from ..trust.increments import OVERLAP, is_unresolved
-from .elliptic import EllipticContacts, small_contacts
+from .elliptic import EllipticContacts, expected_start, small_contacts, zone_about
 from .quantity import beyond_budget
 from .tails import TailErrors
 
@@ -85,7 +84,7 @@ class PanelTails:
         self._estimates: list[float] = []
         self._resultants, self._motions = math.nan, 0
         self._last: Solution | None = None
-        self._meshes: list[BoundaryMesh] = []
+        self._meshes, self._expected = list[BoundaryMesh](), list[tuple[InterfaceSpec, SmallContact]]()
         self._elliptic = EllipticContacts(problem)
 
     def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int) -> LevelMesh:
@@ -114,10 +113,10 @@ class PanelTails:
         return one.model_copy(update={"mesh": MeshOptions(**options)})
 
     def start(self, problem: PreparedProblem) -> Start | None:
-        """The first increment of the last solution."""
+        """The first increment of the last solution, or where contact is expected that the last mesh was too coarse for."""
         self._motions = sum(free.shape[2] for free in problem.discrete.motions)
         if self._last is None:
-            return None
+            return expected_start(problem, self._expected)
         return carried_over(problem, replace(self._last, steps=self._last.steps[:1]))
 
     def observe(self, solution: Solution, level: int) -> None:
@@ -147,8 +146,7 @@ class PanelTails:
                 meshes = self._cut(meshes, [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes])[0]
             return [] if self._too_much(solution, meshes) else meshes
 
-        small = {side.name: Zone(expected.centre, (expected.axes * expected.half[:, None]).T)
-                 for side, expected in small_contacts(self._problem, solution)}  # fmt: skip
+        small = {side.name: zone_about(expected) for side, expected in small_contacts(self._problem, solution)}
         meshes = self._elliptic.meshes(solution, small, (self.estimate, self.wanted), completed)
         self._meshes = [*meshes] or self._meshes
         return bool(meshes)
@@ -169,15 +167,14 @@ class PanelTails:
             return False
         if not (unresolved := is_unresolved(failed.residuals)) and "overlap between nodes" not in failed.reason:
             return False
+        self._expected = small_contacts(self._problem, solution)
+        if not unresolved and self._follows(solution):
+            return True
         marked = [np.full((mesh.n_elements, 2), unresolved) for mesh in solution.meshes.values()]
         for side in self._sides:
             element = solution.meshes[self._problem.body[side.body].name].element[solution.nodes[side.name]]
-            gap, (least, most) = failed.pairs[side.name].gap, np.full((2, len(marked[side.body])), np.inf)
-            faced = np.isfinite(gap)
-            np.minimum.at(least, element[faced], gap[faced])
-            np.minimum.at(most, element[faced], -gap[faced])
-            # the gap may be as much smaller between nodes as it varies from node to node
-            marked[side.body] |= (2.0 * least + most <= gap.min())[:, None]
+            gap = failed.pairs[side.name].gap
+            marked[side.body] |= (lowest_between(element, gap, len(marked[side.body])) <= gap.min())[:, None]
         for found in (overlapping_sides, unseen_panels):
             for mine, more in zip(marked, found(self._problem, solution, failed), strict=True):
                 mine |= more

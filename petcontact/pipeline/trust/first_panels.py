@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import scipy
 
-from ...arrays import Mask
+from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
 from ...geometry.surface import BoxSurface, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
@@ -23,6 +23,8 @@ from ..discrete.interfaces import interfaces_of
 
 EXPLAINED = 0.1
 """Share of an overlap between nodes by which a panel is off the surface where it explains the overlap."""
+DEEP = 2.0
+"""Of such overlaps that a gap may exceed the least one by where surfaces may overlap, too."""
 
 
 def with_missed_curves(
@@ -84,17 +86,29 @@ def bent_sides(problem: Problem, solution: Solution, meshes: Sequence[SurfaceMes
 
 
 def overlapping_sides(problem: Problem, solution: Solution, failed: StepResult) -> list[Mask]:
-    """Which panels of curved faces in contact leave these by a share of what surfaces overlap between nodes, along both
-    coordinates."""
-    meshes = [as_surface(mesh) for mesh in solution.meshes.values()]
+    """Which panels of curved faces in contact leave these by a share of what surfaces overlap between nodes, near where they
+    may do so, along both coordinates."""
+    meshes, depth = [as_surface(mesh) for mesh in solution.meshes.values()], failed.residuals["between"]
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
     for side in interfaces_of(problem):
+        element, gap = meshes[side.body].element[solution.nodes[side.name]], failed.pairs[side.name].gap
+        lowest = lowest_between(element, gap, meshes[side.body].n_elements)
+        near = failed.pairs[side.name].x[lowest[element] <= gap.min() + DEEP * depth]
         for b, part in [(side.body, side.part), *([side.primary] if side.primary else [])]:
             if surface := _curved(problem, b):
                 here = meshes[b].part == meshes[b].part_names.index(part)
-                off = bent(meshes[b], surface, meshes[b].x, np.inf, EXPLAINED * failed.residuals["between"])
+                off = bent(meshes[b], surface, near if len(near) else meshes[b].x, np.inf, EXPLAINED * depth)
                 marked[b] |= off & here[:, None]
     return marked
+
+
+def lowest_between(element: Index, gap: Array, count: int) -> Array:
+    """The least that gaps at nodes (m,) of some of so many elements may be between these, if they vary there as much as from
+    node to node, (count,)."""
+    (least, most), faced = np.full((2, count), np.inf), np.isfinite(gap)
+    np.minimum.at(least, element[faced], gap[faced])
+    np.minimum.at(most, element[faced], -gap[faced])
+    return np.asarray(2.0 * least + most)
 
 
 def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> list[Mask]:

@@ -20,6 +20,8 @@ REACH = 1.5
 contact, by more where surfaces are not parabolic."""
 SMALL = 0.75
 """Half-width of a contact over a panel there up to which it is small."""
+LINE = 0.05
+"""The smaller over the larger curvature of a gap between nodes up to which contact is along a line."""
 STRAY = 2.5
 """Panels by which nodes in contact may lie farther off than its edge: farther ones are another contact."""
 
@@ -84,10 +86,63 @@ def small_contact(
     x, weight, closed = mesh.x[nodes], mesh.weight[nodes], pressure > 0.0
     load = weight * pressure
     force = float(load.sum())
-    if not force > 0.0 or np.count_nonzero(np.isfinite(gap)) < NEIGHBOURS:
+    if not force > 0.0 or (found := _parabola(mesh, nodes, gap, load @ x / force, load @ mesh.normal[nodes])) is None:
         return None
-    centre, normal = load @ x / force, load @ mesh.normal[nodes]
-    normal = normal / (np.linalg.norm(normal) or 1.0)
+    lengths = found.lengths(mesh, mesh.element[nodes[closed]])
+    reach = (x[closed] - mesh.x[nodes].mean(axis=0)) @ found.axes[1]
+    extent = float(np.ptp(reach) + lengths[:, 1].mean())
+    k_1, k_2 = found.curvatures
+    scale, ratio = math.cbrt(0.75 * force / (modulus * math.sqrt(k_1 * k_2))), math.cbrt(k_2 / k_1)
+    half = np.array([scale * ratio, scale / ratio])
+    if 2.0 * half[1] > extent:
+        half = np.array([math.sqrt(4.0 * force / (math.pi * modulus * extent * k_1)), 0.5 * extent])
+        half = np.sort(half)
+    off = np.abs((x[closed] - found.centre) @ found.axes[0])
+    if half[0] > SMALL * lengths[:, 0].min() or np.any(off > half[0] + STRAY * lengths[:, 0].max()):
+        return None
+    return SmallContact(found.centre, found.normal, found.axes, half)
+
+
+def overlapping_contact(mesh: SurfaceMesh, nodes: Index, gap: Array, depth: float) -> SmallContact | None:
+    """The contact that Hertz expects about where the gap is least, of surfaces that overlap by some depth there, between
+    their nodes; None where it is not smaller than panels.
+
+    Half-widths are √(δ/k_1) and √(δ/k_2) about, which of spheres is √(R δ) (Johnson, Contact Mechanics, 1985, 4.2).
+    """
+    low = nodes[int(np.argmin(gap))]
+    found = _parabola(mesh, nodes, gap, mesh.x[low], mesh.normal[low])
+    if found is None or found.off > depth:
+        return None
+    k_1, k_2 = found.curvatures
+    half, along = np.sqrt(depth / found.curvatures), (mesh.x[nodes] - found.centre) @ found.axes[1]
+    reach = np.inf if k_2 < LINE * k_1 else half[1]  # a line as long as the face
+    ends = np.clip([along.min(), along.max()], -reach, reach)
+    centre = found.centre + 0.5 * ends.sum() * found.axes[1]
+    expected = SmallContact(centre, found.normal, found.axes, np.array([half[0], 0.5 * np.ptp(ends)]))
+    return expected if half[0] <= SMALL * found.lengths(mesh, mesh.element[[low]])[0, 0] else None
+
+
+@frozen
+class _Parabola:
+    """½(k_1 x² + k_2 y²) beyond its lowest value, k_1 >= k_2 > 0 [1/length], axes along x and y, (2, 3), and how far it is
+    off the gap [length]."""
+
+    centre: Array
+    normal: Array
+    axes: Array
+    curvatures: Array
+    off: float
+
+    def lengths(self, mesh: SurfaceMesh, panels: Index) -> Array:
+        """Of panels along the axes, (q, 2) [length]."""
+        return np.asarray(np.abs(np.einsum("ekd,ad->eka", sides(mesh)[panels], self.axes)).max(axis=1))
+
+
+def _parabola(mesh: SurfaceMesh, nodes: Index, gap: Array, centre: Array, normal: Array) -> _Parabola | None:
+    """Fitted to the gap about a place; None where it is none."""
+    if np.count_nonzero(np.isfinite(gap)) < NEIGHBOURS:
+        return None
+    x, normal = mesh.x[nodes], normal / (np.linalg.norm(normal) or 1.0)
     distance = np.where(np.isfinite(gap), np.linalg.norm(x - centre, axis=1), np.inf)
     near = np.argsort(distance)[:NEIGHBOURS]
     plane = np.linalg.svd(normal[None])[2][1:]
@@ -96,25 +151,12 @@ def small_contact(
     terms = np.column_stack([np.ones_like(one), one, two, 0.5 * one**2, one * two, 0.5 * two**2])
     found = np.linalg.lstsq(terms, gap[near], rcond=None)[0]
     curvatures, vectors = np.linalg.eigh(np.array([[found[3], found[4]], [found[4], found[5]]]) / size**2)
-    k_2, k_1 = curvatures
-    if not k_1 * size**2 > np.abs(terms @ found - gap[near]).max():  # no parabola
+    (k_2, k_1), off = curvatures, float(np.abs(terms @ found - gap[near]).max())
+    if not k_1 * size**2 > off:
         return None
     axes = vectors[:, ::-1].T @ plane
     # where the parabola is lowest, along what is curved
     slope = vectors[:, ::-1].T @ found[1:3] / size
     lowest = np.where(curvatures[::-1] > 0.1 * k_1, -slope / np.maximum(curvatures[::-1], 0.1 * k_1), 0.0)
     centre = centre + np.clip(lowest, -size, size) @ axes
-    panel = mesh.element[nodes]
-    lengths = np.abs(np.einsum("ekd,ad->eka", sides(mesh)[panel[closed]], axes)).max(axis=1)
-    reach = (x[closed] - mesh.x[nodes].mean(axis=0)) @ axes[1]
-    extent = float(np.ptp(reach) + lengths[:, 1].mean())
-    k_2 = max(k_2, 1e-6 * k_1)
-    scale, ratio = math.cbrt(0.75 * force / (modulus * math.sqrt(k_1 * k_2))), math.cbrt(k_2 / k_1)
-    half = np.array([scale * ratio, scale / ratio])
-    if 2.0 * half[1] > extent:
-        half = np.array([math.sqrt(4.0 * force / (math.pi * modulus * extent * k_1)), 0.5 * extent])
-        half = np.sort(half)
-    off = np.abs((x[closed] - centre) @ axes[0])
-    if half[0] > SMALL * lengths[:, 0].min() or np.any(off > half[0] + STRAY * lengths[:, 0].max()):
-        return None
-    return SmallContact(centre, normal, axes, half)
+    return _Parabola(centre, normal, axes, np.array([k_1, max(k_2, 1e-6 * k_1)]), off)
