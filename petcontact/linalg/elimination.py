@@ -15,8 +15,8 @@ from ..arrays import Array, Index
 from ..errors import SolverError
 from ..runtime.threads import SMALL
 
-PANEL = 32
-"""Of native/lu.c."""
+PANEL, BLOCK = 32, 128
+"""Columns of native/lu.c."""
 _forth, _back = native.function("petcontact_lu", "ppiippppp"), native.function("petcontact_back", "piipiipp")
 
 
@@ -90,7 +90,7 @@ class Elimination:
         """As `_factored`, of a matrix that may be factored already."""
         assert _forth is not None
         (n, width), (factor, product) = rhs.shape, _routines() or (None, None)
-        rhs, info, work = np.asfortranarray(rhs), np.empty(1, dtype=np.int64), np.empty(PANEL * (PANEL + n + width))
+        rhs, info, work = np.asfortranarray(rhs), np.empty(1, dtype=np.int64), np.empty(PANEL * (BLOCK + n + width))
         matrix, columns, *others = map(native.pointer, (self._lu, rhs, self._swaps, info, work))
         _forth(matrix, columns, n, width, *others, None if factored else factor, product)
         return rhs, int(info[0])
