@@ -53,6 +53,7 @@ class SphereSurface(SolidSurface):
     radius: float
     parts: tuple[str, ...] = tuple(BOX_PARTS)
     known: ClassVar[bool] = True
+    exact: ClassVar[bool] = True
 
     @property
     def usual_size(self) -> float:
@@ -94,6 +95,7 @@ class CylinderSurface(SolidSurface):
     radius: float
     parts: tuple[str, ...] = ("bottom", "top", "side")
     known: ClassVar[bool] = True
+    exact: ClassVar[bool] = True
 
     @property
     def usual_size(self) -> float:

@@ -64,12 +64,15 @@ class SolidSurface:
     ----------
     known : bool
         Whether it is a shape that panels of any size may be made of without a user's asking.
+    exact : bool
+        Whether it is curved, and `onto` brings points onto it.
     """
 
     dim: ClassVar[int] = 3
     exterior: ClassVar[bool] = False
     closed: ClassVar[bool] = True
     known: ClassVar[bool] = False
+    exact: ClassVar[bool] = False
 
     def onto(self, part: Index, points: Array) -> Array:
         """Points (n, k, 3) of panels of parts (n,), brought onto the exact surface; as they are where none is known."""

@@ -13,8 +13,10 @@ from petcontact import Gmsh, InputError, load
 from petcontact.commands.main import main
 from petcontact.errors import OutputError
 from petcontact.geometry.cad import part as cad_part
+from petcontact.geometry.cad import projection as cad_projection
 from petcontact.geometry.cad.step_names import face_names
 from petcontact.mesh.panelling import facet_mesh
+from petcontact.refinement.panels.quartering import cut
 
 FOOT = Path(__file__).parents[2] / "configs" / "cad" / "foot.step"
 needs_gmsh = pytest.mark.skipif(
@@ -227,3 +229,41 @@ def test_names_of_faces_in_a_step_file(tmp_path):
     names = ["foot; 'left'", "", "Rücken", ""]
     assert face_names(path, [faces, faces[::-1]]) == [names, [""] * 4]
     assert face_names(path, [faces[:3]]) == [[""] * 3]
+
+
+def rounded_pin(occ):
+    """A cylinder whose edges are rounded: a plane disc, a torus, a cylinder."""
+    pin = occ.addCylinder(0, 0, 0, 0, 0, 6, 3)
+    occ.synchronize()
+    discs = [edge for edge in (1, 2, 3) if np.ptp(occ.getBoundingBox(1, edge)[2::3]) < 1e-3]
+    occ.fillet([pin], discs, [1.0])
+
+
+@needs_gmsh
+@pytest.mark.parametrize("build", [bored_block, rounded_pin])
+def test_panels_that_are_cut_stay_on_the_surfaces_of_the_file(tmp_path, build):
+    """Cut twice at random places the boundary is closed, and its area comes nearer to that of the file; pieces of the
+    first panels leave it as it is."""
+    surface = Gmsh(written(tmp_path / "part.step", build)).outline()
+    first = mesh = facet_mesh(surface.facets(4.0), 2)
+    rng = np.random.default_rng(3)
+    for _ in range(2):
+        along = np.repeat(rng.random(mesh.n_elements) < 0.15, 2).reshape(-1, 2)
+        mesh = cut(mesh, along, surface)
+    assert np.abs(mesh.weight @ mesh.normal).max() < 1e-6 * surface.area  # with slits 5e-6 and more
+    everywhere = cut(first, np.ones((first.n_elements, 2), dtype=bool), surface)
+    kept = cut(first, np.ones((first.n_elements, 2), dtype=bool))
+    missed = [abs(float(m.weight.sum()) - surface.area) for m in (everywhere, kept)]
+    assert missed[0] < 0.2 * missed[1]
+    assert np.allclose(surface.onto(everywhere.part, everywhere.corners), everywhere.corners, atol=1e-7, equal_nan=True)
+
+
+@needs_gmsh
+def test_a_projection_that_fails_is_one_line(tmp_path):
+    surface = Gmsh(written(tmp_path / "part.step", bored_block)).outline()
+    points = facet_mesh(surface.facets(2.0), 1).corners[:2]
+    projector = cad_projection.projector(surface.file, surface.stamp)
+    assert np.allclose(surface.onto(np.zeros(2, dtype=int), points), points, equal_nan=True)
+    projector._process.kill()
+    with pytest.raises(InputError, match="panels cannot be brought onto its surfaces"):
+        surface.onto(np.zeros(2, dtype=int), points + 1e-3)

@@ -9,16 +9,18 @@ import os
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
+from ...arrays import Array, Index
 from ...errors import InputError, OutputError
 from ...frozen import frozen
 from ..gmsh import read_msh
 from ..gmsh_surface import gmsh_surface
 from ..surface import FacetSurface, SolidSurface
 from . import worker
+from .projection import projector
 from .step_names import face_names
 
 LARGEST = 500_000_000
@@ -78,6 +80,7 @@ class CadSurface(SolidSurface):
     part_of: tuple[str, ...]
     low: tuple[float, float, float]
     high: tuple[float, float, float]
+    exact: ClassVar[bool] = True
 
     @property
     def parts(self) -> tuple[str, ...]:
@@ -108,6 +111,12 @@ class CadSurface(SolidSurface):
             If Gmsh cannot mesh it, or the mesh is none of a body (see `checked_surface`).
         """
         return _facets(self, size or self.usual_size)
+
+    def onto(self, part: Index, points: Array) -> Array:
+        """Onto the surface of the part that a whole panel is nearest to, and onto its edges (`Projector.onto`)."""
+        surfaces = [tuple(face.number for face, own in zip(self.faces, self.part_of, strict=True) if own == name)
+                    for name in self.parts]  # fmt: skip
+        return projector(self.file, self.stamp).onto([surfaces[k] for k in part.tolist()], points)
 
     def write_msh(self, target: str | Path, size: float | None = None, order: int = 2) -> None:
         """Write the mesh as a Gmsh file, format 4.1, with a physical surface for each part.

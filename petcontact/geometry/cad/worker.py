@@ -1,4 +1,5 @@
-"""The program that reads and meshes a CAD file with Gmsh: a request in JSON on standard input, the answer on standard out.
+"""The program that reads and meshes a CAD file with Gmsh: requests of one file in JSON, a line each, on standard input, the
+answers on standard output.
 
 It runs as a process of its own: OpenCASCADE writes to standard output, ends on signals where a file is damaged, and has one
 state for all. It imports nothing of petcontact.
@@ -9,6 +10,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,8 @@ FORMATS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges", ".b
 """Of OpenCASCADE's reader, by the suffix of a file."""
 TURN = 8
 """Cells that go round a full circle at least: curved panels keep a good shape."""
+RIM = 0.02
+"""Distance from an edge of a surface, over the size of a panel, within which its points belong on it."""
 
 
 def listed(gmsh: Any) -> dict[str, Any]:
@@ -59,27 +63,78 @@ def meshed(gmsh: Any, request: dict[str, Any]) -> dict[str, Any]:
     return {}
 
 
-def answer(request: dict[str, Any]) -> dict[str, Any]:
+def brought(gmsh: Any, panels: list[dict[str, Any]]) -> dict[str, Any]:
+    """The points of panels on that one of some surfaces which a whole panel is nearest to, and on the edges of it there."""
+    import numpy as np
+
+    model, boxes, edges = gmsh.model, dict[tuple[int, int], Any](), dict[int, list[int]]()
+
+    def apart(dim: int, number: int, points: Any, within: Any) -> Any:
+        """Whether points are further away from the box around an entity than some distance."""
+        if (dim, number) not in boxes:
+            boxes[dim, number] = np.array(model.getBoundingBox(dim, number)).reshape(2, 3)
+        low, high = boxes[dim, number]
+        return np.any((points < low - within) | (points > high + within), axis=-1)
+
+    def nearest(dim: int, number: int, points: Any) -> Any:
+        return np.reshape(model.getClosestPoint(dim, number, points.ravel())[0], (-1, 3)) if len(points) else points
+
+    answer = []
+    for panel in panels:
+        points = np.array(panel["points"])
+        size, best, found = np.linalg.norm(np.ptp(points, axis=0)), np.inf, points
+        for number in panel["surfaces"]:
+            if apart(2, number, points, size).any():
+                continue
+            near = nearest(2, number, points)
+            if number not in edges:
+                edges[number] = [edge for _, edge in model.getBoundary([(2, number)], oriented=False)
+                                 if model.getType(1, edge) != "Unknown"]  # fmt: skip
+            closest = np.full(len(points), RIM * size)
+            for edge in edges[number]:
+                asked = np.flatnonzero(~apart(1, edge, points, RIM * size))
+                on_edge = nearest(1, edge, points[asked])
+                distance = np.linalg.norm(on_edge - points[asked], axis=1)
+                closer = distance < closest[asked]
+                near[asked[closer]], closest[asked[closer]] = on_edge[closer], distance[closer]
+            if (off := np.sum((near - points) ** 2)) < best:
+                best, found = off, near
+        answer.append(found.tolist())
+    return {"points": answer}
+
+
+def answers(requests: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
     """What was asked for, or what Gmsh says against it."""
     try:
         import gmsh
     except (ImportError, OSError) as error:
-        return {"missing": str(error)}
+        yield {"missing": str(error)}
+        return
     # a user's .gmshrc would change the mesh; signals stay Python's
     gmsh.initialize(readConfigFiles=False, interruptible=False)
-    try:
-        for key in ("General.Terminal", "General.NumThreads"):
-            gmsh.option.setNumber(key, int(key.endswith("Threads")))
-        gmsh.model.add("part")
-        # never gmsh.open: what it takes for a script it runs
-        form = FORMATS[Path(request["file"]).suffix.lower()]
-        gmsh.model.occ.importShapes(request["file"], highestDimOnly=False, format=form)
-        gmsh.model.occ.synchronize()
-        return meshed(gmsh, request) if "target" in request else listed(gmsh)
-    except Exception as error:  # Gmsh's are of no class of their own
-        return {"error": str(error).strip() or type(error).__name__}
-    finally:
-        gmsh.finalize()
+    opened = False
+    for request in requests:
+        try:
+            if not opened:
+                _open(gmsh, request["file"])
+                opened = True
+            if "panels" in request:
+                found = brought(gmsh, request["panels"])
+            else:
+                found = meshed(gmsh, request) if "target" in request else listed(gmsh)
+        except Exception as error:  # Gmsh's are of no class of their own
+            found = {"error": str(error).strip() or type(error).__name__}
+        yield found
+    gmsh.finalize()
+
+
+def _open(gmsh: Any, file: str) -> None:
+    for key in ("General.Terminal", "General.NumThreads"):
+        gmsh.option.setNumber(key, int(key.endswith("Threads")))
+    gmsh.model.add("part")
+    # never gmsh.open: what it takes for a script it runs
+    gmsh.model.occ.importShapes(file, highestDimOnly=False, format=FORMATS[Path(file).suffix.lower()])
+    gmsh.model.occ.synchronize()
 
 
 def main() -> None:
@@ -89,7 +144,8 @@ def main() -> None:
     for number in (1, 2):
         os.dup2(nowhere, number)
     with os.fdopen(out, "w") as stream:
-        json.dump(answer(json.load(sys.stdin)), stream)
+        for found in answers(map(json.loads, sys.stdin)):
+            print(json.dumps(found), file=stream, flush=True)
 
 
 if __name__ == "__main__":

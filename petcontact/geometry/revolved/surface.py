@@ -71,6 +71,7 @@ class RevolvedSurface(SolidSurface):
     frame: Array
     angle: float
     known: ClassVar[bool] = True
+    exact: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         checked_section(self.section)

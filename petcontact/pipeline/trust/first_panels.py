@@ -10,7 +10,7 @@ import scipy
 
 from ...arrays import Array, Index, Mask
 from ...contact.law_protocol import OPEN
-from ...geometry.surface import BoxSurface, SolidSurface
+from ...geometry.surface import SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.pairs.sag import sag
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
@@ -50,7 +50,8 @@ def with_missed_curves(
         place = discrete.meshes[side.body].x[interface.nodes[closed]]
         for number, part in [(side.body, side.part), *([side.primary] if side.primary else [])]:
             body = discrete.problem.body[number]
-            if getattr(body.geometry.outline(), "known", True) or not approach > 0.0:
+            surface = body.geometry.outline()
+            if not isinstance(surface, SolidSurface) or surface.known or surface.exact or not approach > 0.0:
                 continue
             mesh = first[body.name]
             numbers, faces = mesh.faces(part)
@@ -129,6 +130,4 @@ def unseen_panels(problem: Problem, solution: Solution, failed: StepResult) -> l
 def _curved(problem: Problem, body: int) -> SolidSurface | None:
     """The exact surface of a body, if it is known and curved."""
     surface = problem.body[body].geometry.outline()
-    if isinstance(surface, SolidSurface) and surface.known and not isinstance(surface, BoxSurface):
-        return surface
-    return None
+    return surface if isinstance(surface, SolidSurface) and surface.exact else None

@@ -7,7 +7,7 @@ import functools
 import numpy as np
 
 from ...arrays import Array, Index, Mask
-from ...geometry.surface import BoxSurface, SolidSurface
+from ...geometry.surface import SolidSurface
 from ...mesh.panels import monomials, reference_nodes
 from ...mesh.surface_mesh import SurfaceMesh
 from .hanging import apart, closed, with_half_way_middles
@@ -31,7 +31,7 @@ def cut(mesh: SurfaceMesh, along: Mask, surface: SolidSurface | None = None) -> 
         The exact one, onto which the points of all panels are brought, but for those of `hanging` sides.
     """
     marked = along.any(axis=1)
-    exact = surface if surface is not None and surface.known and not isinstance(surface, BoxSurface) else None
+    exact = surface if surface is not None and surface.exact else None
     if exact is not None:
         mesh = apart(mesh, exact)
     kept, parent = np.concatenate([mesh.corners, mesh.middles], axis=1)[~marked], [np.flatnonzero(~marked)]
