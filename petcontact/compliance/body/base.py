@@ -22,6 +22,8 @@ HELD = 1e-3
 PROBE_SEED = 20190
 ROUND_OFF = 1e-14
 """Share of the forces on a body below which their resultant is round-off: such loads are in equilibrium by themselves."""
+CLOSED = 1e-4
+"""Resultant of the normals, over that of their sizes, up to which a boundary is closed and this an error of quadrature."""
 NEGLIGIBLE = 1e-8
 """Size of the solution of a body, over the largest of those solved jointly, that counts as none."""
 
@@ -62,16 +64,7 @@ class ElasticBody(abc.ABC):
     def __init__(self, operators: BoundaryOperators, modes: Array) -> None:
         self.operators, self.modes = operators, modes
         self.mesh, self.data, self.contact = operators.mesh, operators.data, operators.data.contact_nodes
-        data = self.data
-        self.resultant = np.zeros((data.states, modes.shape[2]))
-        if modes.shape[2]:
-            acting = data.known_traction if data.volume is None else data.known_traction - data.volume[2]
-            forces, motions = acting * self.mesh.weight[:, None], modes
-            if data.point.size:
-                forces = np.concatenate([forces, data.force], axis=1)
-                motions = np.concatenate([modes, _modes_at(self.mesh, modes, data.point)])
-            resultant, size = (np.einsum("kic,icr->kr", f, m) for f, m in ((forces, motions), (abs(forces), abs(motions))))
-            self.resultant = np.where(np.abs(resultant) > ROUND_OFF * size, resultant, 0.0)
+        self.resultant = _resultant(operators, modes)
 
     @abc.abstractmethod
     def apply(self, traction: Array) -> Array:
@@ -146,6 +139,31 @@ class ElasticBody(abc.ABC):
         """
         mean = float(self.mesh.weight @ np.abs(traction).max(axis=1)) / float(self.mesh.weight.sum())
         return max(float(np.abs(u).max(initial=0.0)), HELD * mean / self.operators.traction_scale)
+
+
+def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
+    """Work (K, r) of all loads on motions (n, d, r), 0 where it is their round-off, or for volume loads the error of
+    quadrature: what normals, whose resultant is 0, leave on the same boundary."""
+    mesh, data = operators.mesh, operators.data
+    if not modes.shape[2]:
+        return np.zeros((data.states, 0))
+    weight, at_points = mesh.weight[:, None], _modes_at(mesh, modes, data.point) if data.point.size else modes[:0]
+    loads = [(data.known_traction * weight, modes, ROUND_OFF), (data.force, at_points, ROUND_OFF)]
+    if data.volume is not None:
+        left, of_sizes = _works((weight * mesh.normal)[None], modes)
+        error = float((np.abs(left) / of_sizes).max())
+        loads.append((-data.volume[2] * weight, modes, error if ROUND_OFF < error < CLOSED else ROUND_OFF))
+    works, least = np.zeros((2, data.states, modes.shape[2]))
+    for forces, motions, share in loads:
+        work, size = _works(forces, motions)
+        works, least = works + work, least + share * size
+    return np.where(np.abs(works) > least, works, 0.0)
+
+
+def _works(forces: Array, motions: Array) -> tuple[Array, Array]:
+    """Of forces (K, n, d) on motions (n, d, r), and of their sizes, (K, r)."""
+    work, size = (np.einsum("kic,icr->kr", f, m) for f, m in ((forces, motions), (np.abs(forces), np.abs(motions))))
+    return np.asarray(work), np.asarray(size)
 
 
 @functools.lru_cache(maxsize=16)

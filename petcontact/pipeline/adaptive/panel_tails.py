@@ -12,11 +12,10 @@ import numpy as np
 
 from ...arrays import Array, Index, Mask
 from ...contact.state import Start
-from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, SolidSurface
+from ...geometry.surface import Boundary, BoxSurface, SolidSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
-from ...model.problem import Body, Contact, Problem
-from ...model.solver_options import MeshOptions
+from ...model.problem import Body, Problem
 from ...refinement.marks import LevelMesh
 from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import at_edges, directions, halved, matched, sides
@@ -32,17 +31,14 @@ from ..steps.start import carried_over
 from ..trust.first_panels import bent_sides, lowest_between, overlapping_sides, unseen_panels
 from ..trust.increments import OVERLAP, is_unresolved
 from .elliptic import EllipticContacts, expected_start, small_contacts, zone_about
-from .quantity import beyond_budget
+from .first_mesh import first_options, slender, thick_enough
+from .quantity import BUDGETS, beyond_budget
 from .tails import TailErrors
 
-FIRST = 36
-"""Panels on a face in contact of the first mesh, about; on others a quarter of them."""
-ROUND = 16
-"""The same on round bodies, whose panels are of one size."""
-LONGEST = 1.5
-"""Panels of the first mesh over the shortest edge of the box."""
 SHARE = 0.9
 """Of the sum of squared errors, whose panels are cut."""
+FIRST_SHARE = 0.5
+"""Of the nodes of the budget, that the first mesh of a thin body may have."""
 SMALLEST = 12
 """Times that panels may be halved for one mesh where a contact is smaller than they are."""
 DEEPEST, NARROW = 4, 1.0
@@ -85,32 +81,19 @@ class PanelTails:
         self._resultants, self._motions = math.nan, 0
         self._last: Solution | None = None
         self._meshes, self._expected = list[BoundaryMesh](), list[tuple[InterfaceSpec, SmallContact]]()
-        self._elliptic = EllipticContacts(problem)
+        self._elliptic, self._thin = EllipticContacts(problem), dict[int, float]()
 
     def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int) -> LevelMesh:
         """The mesh of the config, or a coarse one where it names none; later the refined one."""
         if self._meshes:
             return LevelMesh(self._meshes[number], 0.0)
-        self._elliptic.first[number] = as_surface(found := mesh_of(self._first(one(), boundary), boundary))
+        given = one()
+        posed = first_options(given, boundary, bilateral=all(side.holds_normal for side in self._sides))
+        self._elliptic.first[number] = found = as_surface(mesh_of(posed, boundary))
+        if isinstance(boundary, SolidSurface) and boundary.exact and boundary.known and given.mesh.automatic:
+            nodes = int(FIRST_SHARE * BUDGETS[self.asked].nodes)
+            found, self._thin[number] = thick_enough(posed, boundary, found, nodes)
         return LevelMesh(found, 0.0)
-
-    def _first(self, one: Problem, boundary: Boundary) -> Problem:
-        """With the options of the first mesh: order 2 for u_t, which is smooth, else 1, as good a node and cheaper."""
-        if not one.mesh.automatic:
-            return one
-        order = 2 if all(side.holds_normal for side in self._sides) else 1
-        options: dict[str, Any] = {"order": order}
-        touching = [c.part for c in one.boundary if isinstance(c, Contact)]
-        if isinstance(boundary, BoxSurface):
-            extent = boundary.upper - boundary.lower
-            longest = LONGEST * float(extent.min())
-            area = {part: float(np.delete(extent, axis).prod()) for part, (axis, _) in BOX_PARTS.items()}
-            sizes = {part: min(longest, math.sqrt(area[part] / FIRST)) for part in touching}
-            options |= {"element_size": min(longest, 2.0 * min(sizes.values())), "element_sizes": sizes, "exponent": 1.0}
-        elif isinstance(boundary, SolidSurface) and boundary.known:
-            usual = mesh_of(one.model_copy(update={"mesh": MeshOptions(order=0)}), boundary)
-            options["element_size"] = min(math.sqrt(usual.weight[usual.nodes_of(part)].sum() / ROUND) for part in touching)
-        return one.model_copy(update={"mesh": MeshOptions(**options)})
 
     def start(self, problem: PreparedProblem) -> Start | None:
         """The first increment of the last solution, or where contact is expected that the last mesh was too coarse for."""
@@ -285,6 +268,8 @@ class PanelTails:
                 marked[b][other[k], axis[k, a]] = True
         marked = [mine | too_large(mesh, contact)
                   for mine, mesh, contact in zip(marked, meshes, self._touching(meshes), strict=True)]  # fmt: skip
+        for thin, multiple in self._thin.items():
+            marked[thin] |= slender(meshes[thin], multiple)
         finer = [cut(mesh, mine, _surface(body))
                  for mesh, mine, body in zip(meshes, marked, self._problem.body, strict=True)]  # fmt: skip
         parent = [parents(mesh, mine) for mesh, mine in zip(meshes, marked, strict=True)]
