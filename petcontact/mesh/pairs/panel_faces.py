@@ -199,7 +199,8 @@ class PanelFaces(Faces):
         NaN and infinity where they do not, or meet a curved panel from behind.
         """
         plane = self.frame[number, 2]
-        distance = np.sum((self.centre[number] - x) * plane, axis=1) / np.sum(direction * plane, axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):  # lines along the plane
+            distance = np.sum((self.centre[number] - x) * plane, axis=1) / np.sum(direction * plane, axis=1)
         place, bent = self._projected(number, x, direction), np.flatnonzero(self.bent[number])
         if len(bent):
             place[bent], distance[bent] = self._pierced(number[bent], x[bent], direction[bent])
@@ -261,11 +262,13 @@ class PanelFaces(Faces):
         return np.where(self.bent, away.max(axis=1), self.size)
 
     def _projected(self, number: Index, x: Array, direction: Array) -> Array:
-        """Local coordinates (..., 2) where lines through points (..., 3) meet the planes of some panels."""
+        """Local coordinates (..., 2) where lines through points (..., 3) meet the planes of some panels; not finite where
+        they are parallel."""
         plane = self.frame[number, 2]
         away = x - self.centre[number]
-        away = away - (np.sum(away * plane, axis=-1) / np.sum(direction * plane, axis=-1))[..., None] * direction
-        return np.asarray(np.einsum("...cd,...d->...c", self.frame[number, :2], away) / self.size[number][..., None])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            away = away - (np.sum(away * plane, axis=-1) / np.sum(direction * plane, axis=-1))[..., None] * direction
+            return np.asarray(np.einsum("...cd,...d->...c", self.frame[number, :2], away) / self.size[number][..., None])
 
     def _nearest_only(self, other: PanelFaces, found: Segments, normal: Array, direction: Array | None) -> Segments:
         """Without the points that lie behind other panels of the part, seen from the panel."""
