@@ -22,8 +22,9 @@ HELD = 1e-3
 PROBE_SEED = 20190
 ROUND_OFF = 1e-14
 """Share of the forces on a body below which their resultant is round-off: such loads are in equilibrium by themselves."""
-CLOSED = 1e-4
-"""Resultant of the normals, over that of their sizes, up to which a boundary is closed and this an error of quadrature."""
+VOLUME, CLOSED = 1e-6, 1e-4
+"""The same of loads in the volume, which are polynomials that are integrated over the boundary; and the resultant of the
+normals, over that of their sizes, up to which a boundary is closed and this an error of quadrature."""
 NEGLIGIBLE = 1e-8
 """Size of the solution of a body, over the largest of those solved jointly, that counts as none."""
 
@@ -152,7 +153,7 @@ def _resultant(operators: BoundaryOperators, modes: Array) -> Array:
     if data.volume is not None:
         left, of_sizes = _works((weight * mesh.normal)[None], modes)
         error = float((np.abs(left) / of_sizes).max())
-        loads.append((-data.volume[2] * weight, modes, error if ROUND_OFF < error < CLOSED else ROUND_OFF))
+        loads.append((-data.volume[2] * weight, modes, max(VOLUME, error if error < CLOSED else 0.0)))
     works, least = np.zeros((2, data.states, modes.shape[2]))
     for forces, motions, share in loads:
         work, size = _works(forces, motions)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from abc import ABC, abstractmethod
 from typing import Any, ClassVar
 
@@ -111,6 +112,8 @@ class Faces(ABC):
         """
         hits = self._cast(x, direction)
         beyond = self.beyond(x, direction, hits.distance)
+        if len(deep := np.flatnonzero((hits.distance < 0.0) & ~beyond)):
+            beyond[deep] = self._goes_round(hits.face[deep], direction[deep], -hits.distance[deep])
         return Hits(np.where(beyond, -1, hits.face), hits.place, np.where(beyond, np.inf, hits.distance)) \
             if beyond.any() else hits  # fmt: skip
 
@@ -122,6 +125,16 @@ class Faces(ABC):
         between = self._cast(x[behind] + half, -direction[behind]).distance
         result[behind] = np.abs(between) < (0.5 - SLACK) * -distance[behind]
         return result
+
+    def _goes_round(self, number: Index, direction: Array, depth: Array) -> Mask:
+        """Which of some faces look along a direction somewhere, too, and are smaller than some depth: of a line that meets one
+        twice, outward and inward, only one meeting is found."""
+        d = direction.shape[1]
+        corners = np.array(list(itertools.product((0.0, 1.0), repeat=d - 1)))
+        place = self.spread(np.repeat(number, len(corners)), np.tile(corners, (len(number), 1)))
+        x, normal = (each.reshape(len(number), -1, d) for each in self.at(np.repeat(number, len(corners)), place))
+        extent = np.linalg.norm(np.ptp(x, axis=1), axis=1)
+        return np.asarray((np.einsum("kcd,kd->kc", normal, direction).max(axis=1, initial=-1.0) > 0.0) & (depth > extent))
 
     @abstractmethod
     def _cast(self, x: Array, direction: Array) -> Hits:
