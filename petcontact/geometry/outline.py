@@ -11,10 +11,11 @@ from typing import TYPE_CHECKING, ClassVar
 
 import numpy as np
 
-from ..arrays import LARGEST_COORDINATE, Array, Index
+from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
 from .arcs import arc_lengths, divided, half_angles, on_arcs, perimeter, signed_area, turns_left_once
+from .digits import check_digits
 
 if TYPE_CHECKING:
     import shapely
@@ -126,7 +127,8 @@ class Outline:
                     raise InputError(f"geometry: the loop is open after side {side.part!r} at {shown(side.end)}")
             if len(_ring(loop, 4)) < 3:
                 raise InputError(f"geometry: a loop of two straight sides at {shown(loop[0].start)} encloses nothing")
-        self._check_digits()
+        # squares of lengths must not vanish, nor differences of coordinates lose the digits that distinguish the sides
+        check_digits(self.diameter, [end for side in self.sides for end in (side.start, side.end)], "outline")
         for side in self.sides:
             if side.length <= 1e-12 * self.diameter:
                 raise InputError(f"geometry: side {side.part!r} at {shown(side.start)} has no length")
@@ -219,13 +221,6 @@ class Outline:
         rings = self._rings()
         outer, *holes = (abs(signed_area(ring)) for ring in rings)
         return 2.0 * (outer - sum(holes)) / sum(map(perimeter, rings))
-
-    def _check_digits(self) -> None:
-        """Squares of lengths must not vanish, nor differences of coordinates lose the digits that distinguish the sides."""
-        farthest = max(float(np.abs(np.concatenate([side.start, side.end])).max()) for side in self.sides)
-        if not self.diameter > max(1e-9 * farthest, 1.0 / LARGEST_COORDINATE):
-            raise InputError(f"geometry: the outline is {self.diameter:.3g} wide at {farthest:.3g} from the origin: "
-                             "too little for 16 digits, choose another origin or unit of length")  # fmt: skip
 
     def _check_simple(self) -> None:
         if self._is_convex or (body := self.polygon()).is_valid:

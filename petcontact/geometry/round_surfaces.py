@@ -9,6 +9,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..frozen import frozen
+from .digits import check_digits
 from .surface import BOX_PARTS, SolidSurface, face_axes
 
 FEWEST = 2
@@ -55,6 +56,9 @@ class SphereSurface(SolidSurface):
     known: ClassVar[bool] = True
     exact: ClassVar[bool] = True
 
+    def __post_init__(self) -> None:
+        check_digits(self.radius, [self.centre], "sphere")
+
     @property
     def usual_size(self) -> float:
         """Of panels, where none is given [length]."""
@@ -96,6 +100,9 @@ class CylinderSurface(SolidSurface):
     parts: tuple[str, ...] = ("bottom", "top", "side")
     known: ClassVar[bool] = True
     exact: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_digits(min(self.radius, self.height), [self.start, self.end], "cylinder")
 
     @property
     def usual_size(self) -> float:

@@ -12,6 +12,7 @@ from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
 from .crossings import first_crossing, winding
+from .digits import check_digits
 from .quadratic import QuadraticCells
 
 BOX_PARTS = {"left": (0, 0), "right": (0, 1), "front": (1, 0), "back": (1, 1), "bottom": (2, 0), "top": (2, 1)}
@@ -87,6 +88,9 @@ class BoxSurface(SolidSurface):
     upper: Array
     parts: tuple[str, ...] = tuple(BOX_PARTS)
     known: ClassVar[bool] = True
+
+    def __post_init__(self) -> None:
+        check_digits(float((self.upper - self.lower).min()), [self.lower, self.upper], "box")
 
     @property
     def diameter(self) -> float:

@@ -224,7 +224,8 @@ def changed_condition(body: Body, change: Any, key: str) -> Displacement | Tract
     if isinstance(old, Traction):
         return Traction(part=old.part, value=change.value, pressure=change.pressure)
     if change.pressure is not None:
-        raise ValueError(f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = [ux, uy]")
+        components = ", ".join(("ux", "uy", "uz")[: len(old.value)])
+        raise ValueError(f"{key}.pressure: the condition of {change.part!r} is a displacement, give value = [{components}]")
     if len(change.value) != len(old.value):
         raise ValueError(f"{key}.value: the condition of {change.part!r} has {len(old.value)} components, "
                          f"got {len(change.value)}")  # fmt: skip

@@ -86,7 +86,7 @@ def _(boundary: RoundSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
     _refuse(problem.mesh, BOX_KEYS, "is for boxes; panels of round bodies are of one size, mesh.element_size")
     size = problem.mesh.element_size or boundary.usual_size
-    _check_size(boundary.area / size**2 * (order + 1) ** 2)
+    _check_size(boundary.area / size / size * (order + 1) ** 2)
     return round_mesh(boundary, size, order)
 
 
@@ -104,7 +104,7 @@ def _(boundary: CadSurface, problem: Problem) -> SurfaceMesh:
     order = _order(problem.mesh)
     _refuse(problem.mesh, BOX_KEYS, "is for boxes; panels of CAD files are of one size, mesh.element_size")
     size = problem.mesh.element_size or boundary.usual_size
-    _check_size(2.0 * boundary.area / size**2 * (order + 1) * (order + 2) / 2)
+    _check_size(2.0 * boundary.area / size / size * (order + 1) * (order + 2) / 2)
     facets = boundary.facets(size)
     _check_size(len(facets.facets) * (order + 1) * (order + 2) / 2)
     return facet_mesh(facets, order)

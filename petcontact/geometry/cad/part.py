@@ -129,7 +129,7 @@ class CadSurface(SolidSurface):
             If not all of the file could be written, of which Gmsh says nothing.
         """
         size = size or self.usual_size
-        cells = 4.0 / 3.0**0.5 * self.area / size**2
+        cells = 4.0 / 3.0**0.5 * self.area / size / size
         if cells > MOST:
             enough = 1.1 * size * float(cells / MOST) ** 0.5
             raise InputError(f"{self.file}: cells of size {size:g} on {self.area:.4g} of surface are about {cells:.2g}, "
@@ -202,8 +202,8 @@ def _solid(found: dict[str, Any], file: str, wanted: str | int | None) -> dict[s
     if not chosen:
         raise InputError(f"{file}: geometry.solid: no solid {wanted!r}; there are {names}")
     if len(chosen) > 1:
-        raise InputError(f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid names or numbers "
-                         "it, a [[body]] each")  # fmt: skip
+        raise InputError(f"{file}: holds {len(solids)} solids ({names}), and a body is one: geometry.solid (--solid of "
+                         "petcontact mesh) names or numbers it, a [[body]] each")  # fmt: skip
     return chosen[0]
 
 

@@ -80,7 +80,7 @@ def _fractions(side: Side, count: int, small: float) -> Array:
 
 def _sectors(r: Array, following: Index, angle: float, size: float) -> Index:
     """The fewest sectors times powers of two, twice as many at most from one station to the next."""
-    fewest = math.ceil(angle / TURN - 1e-9)
+    fewest = max(1, math.ceil(angle / TURN - 1e-9))
     most = max(fewest, round(angle * float(r.max()) / size))
     base = round(most / 2 ** int(math.log2(most / fewest)))
     wanted = angle * r / (size * base)

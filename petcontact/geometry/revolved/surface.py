@@ -11,6 +11,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...errors import InputError
 from ...frozen import frozen
+from ..digits import check_digits
 from ..outline import Outline
 from ..round_surfaces import RIM
 from ..surface import SolidSurface
@@ -74,6 +75,7 @@ class RevolvedSurface(SolidSurface):
     exact: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
+        check_digits(self.section.diameter, [self.centre], "body of revolution")
         checked_section(self.section)
         for name in set(FACES) & {*self._round_parts} if not self._is_whole else ():
             raise InputError(

@@ -87,12 +87,12 @@ def _pairs(groups: Sequence[CurvedPanels]) -> tuple[Index, Index]:
 
 
 def _mean(groups: Sequence[CurvedPanels], normal: Array, pairs: tuple[Index, Index]) -> Array:
-    """Of the normals (q, 3) at the same point, not of unit length; a panel counts by 1/h³, as its error is h³."""
+    """Unit mean of the normals (q, 3) at the same point; a panel counts by 1/h³, as its error is h³."""
     share = np.concatenate([np.repeat(group.chord.size, group.points.shape[1]) for group in groups])[:, None] ** -3.0
     mean = share * normal
     for one, other in (pairs, pairs[::-1]):
         np.add.at(mean, one, (share * normal)[other])
-    return mean
+    return np.asarray(mean / np.linalg.norm(mean, axis=1, keepdims=True))
 
 
 def _height(panels: CurvedPanels, at: Array, normal: Array) -> Array:

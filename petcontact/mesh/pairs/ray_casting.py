@@ -127,8 +127,8 @@ class Faces(ABC):
         return result
 
     def _goes_round(self, number: Index, direction: Array, depth: Array) -> Mask:
-        """Which of some faces look along a direction somewhere, too, and are smaller than some depth: of a line that meets one
-        twice, outward and inward, only one meeting is found."""
+        """Which of some faces look along a direction somewhere, too, and are smaller than some depth: of a line that meets
+        one twice, outward and inward, only one meeting is found."""
         d = direction.shape[1]
         corners = np.array(list(itertools.product((0.0, 1.0), repeat=d - 1)))
         place = self.spread(np.repeat(number, len(corners)), np.tile(corners, (len(number), 1)))

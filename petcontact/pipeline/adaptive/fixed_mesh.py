@@ -33,6 +33,8 @@ LARGE = 0.1
 """Estimate that is warned of."""
 MOST_INCREMENTS = 12
 """That are solved once more."""
+NOTHING = 1e-15
+"""Pressure over Young's modulus that is round-off, as of bodies that touch exactly."""
 MOST = 100
 """Iterations of an increment on another mesh that are enough: 3 to 20 are usual, more say nothing of the error."""
 
@@ -105,7 +107,9 @@ def _warned(solution: Solution, texts: list[str]) -> Solution:
 
 def carries_something(solution: Solution) -> bool:
     """Whether there is a u_t, or a p, whose error could be known."""
-    return solution.bilateral or any(pair.pressure.any() for step in solution.tried for pair in step.pairs.values())
+    least = NOTHING * min(body.material.young_modulus for body in solution.problem.body)
+    pairs = (pair for step in solution.tried for pair in step.pairs.values())
+    return solution.bilateral or any((pair.pressure > least).any() for pair in pairs)
 
 
 def _costly(solution: Solution, comm: Any) -> str:

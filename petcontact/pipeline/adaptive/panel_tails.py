@@ -82,6 +82,7 @@ class PanelTails:
         self._last: Solution | None = None
         self._meshes, self._expected = list[BoundaryMesh](), list[tuple[InterfaceSpec, SmallContact]]()
         self._elliptic, self._thin = EllipticContacts(problem), dict[int, float]()
+        self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
 
     def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int) -> LevelMesh:
         """The mesh of the config, or a coarse one where it names none; later the refined one."""
@@ -197,9 +198,20 @@ class PanelTails:
             mesh = meshes[side.body]
             touching[side.body] |= mesh.part == mesh.part_names.index(side.part)
             if side.primary is not None:
-                b, part = side.primary
-                touching[b][facing((mesh, side.part), (meshes[b], part), side.direction)[1]] = True
+                b = side.primary[0]
+                touching[b][self._facing(side, meshes)[1]] = True
         return touching
+
+    def _facing(self, side: InterfaceSpec, meshes: Sequence[BoundaryMesh]) -> tuple[Index, Index]:
+        """`facing` of a side, looked for once on the same panels, of whichever orders."""
+        assert side.primary is not None
+        b, part = side.primary
+        mine, others = as_surface(meshes[side.body]), as_surface(meshes[b])
+        known = self._faced.get(side.name)
+        if known is None or known[0] is not mine.corners or known[1] is not others.corners:
+            found = facing((mine, side.part), (others, part), side.direction)
+            known = self._faced[side.name] = (mine.corners, others.corners, found)
+        return known[2]
 
     def _refine(self, solution: Solution, marked: list[Mask], raised: list[Mask]) -> None:
         """The next meshes: panels of the next order, others halved along marked coordinates, again at rims; or why not."""
@@ -235,8 +247,8 @@ class PanelTails:
         raised = [mine.copy() for mine in raised]
         for side in self._sides:
             if side.primary is not None:
-                b, part = side.primary
-                own, other = facing((meshes[side.body], side.part), (meshes[b], part), side.direction)
+                b = side.primary[0]
+                own, other = self._facing(side, meshes)
                 lower = meshes[b].order[other] <= meshes[side.body].order[own]
                 raised[b][other[raised[side.body][own] & lower]] = True
         return [replace(mesh, order=mesh.order + mine) for mesh, mine in zip(meshes, raised, strict=True)]
@@ -260,8 +272,8 @@ class PanelTails:
         lengths = [np.linalg.norm(each, axis=2) for each in vectors]
         for side in self._sides:
             if side.primary is not None:
-                b, part = side.primary
-                own, other = facing((meshes[side.body], side.part), (meshes[b], part), side.direction)
+                b = side.primary[0]
+                own, other = self._facing(side, meshes)
                 axis = matched(vectors[side.body][own], vectors[b][other])
                 length = np.take_along_axis(lengths[b][other], axis, axis=1)
                 k, a = np.nonzero(marked[side.body][own] & (length > FINER * lengths[side.body][own]))
@@ -274,7 +286,7 @@ class PanelTails:
                  for mesh, mine, body in zip(meshes, marked, self._problem.body, strict=True)]  # fmt: skip
         parent = [parents(mesh, mine) for mesh, mine in zip(meshes, marked, strict=True)]
         more = bent_sides(self._problem, self._last, finer, self.wanted) if self._last else []
-        if any(mine.any() for mine in more):
+        if any(mine.any() for mine in more) and self._last is not None and not self._too_much(self._last, finer):
             finer, number = self._cut(finer, more)
             parent = [old[new] for old, new in zip(parent, number, strict=True)]
         return finer, parent

@@ -34,6 +34,9 @@ SAGGING, NEXT = 0.1, 2.0
 """Height of curved faces over facets, over what contact closes, that is reported; where gaps are so many times that."""
 FAR_OFF = 1e3
 """Rigid motions over what loads and tractions strain, from which on a body is not held."""
+LOOSE, ROUGH, FOLLOWS = 1e-9, 5e-3, 0.1
+"""How much contact resists a motion, over the one that it resists most, up to which it does not, or by the error of its
+normals only; the latter is reported where such a motion is more than a share of the others."""
 FAR = 0.05
 """Initial gap or overlap, over the size of the body, that is reported."""
 
@@ -62,9 +65,8 @@ def second_solution(increment: Increment, outcome: ContactState) -> list[str]:
 
 
 def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str]:
-    """What is yet to be reported of motions at the end of a step that neither closed nor sticking nodes resist."""
-    problem, modes = increment.problem, increment.system.modes
-    system, law = problem.system, problem.discrete.law
+    """What is yet to be reported of motions at the end of a step that closed and sticking nodes do not resist, or hardly."""
+    problem, modes, law = increment.problem, increment.system.modes, increment.problem.discrete.law
     if modes is None or increment.target < 1.0 or not outcome.converged:
         return []
     # v alone may be what an iteration left of nothing
@@ -73,19 +75,30 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str
     derivative = law.linearise(size * outcome.v - outcome.sigma)
     resisted = np.einsum("iab,ibr->iar", derivative, modes.motion / modes.size).reshape(-1, len(modes.load))
     values, vectors = np.linalg.svd(np.linalg.qr(resisted, mode="r"))[1:]
-    loose = vectors[np.append(values, np.zeros(len(vectors) - len(values))) <= 1e-9 * max(1.0, values.max(initial=0.0))]
-    if not len(loose):
-        return []
-    share = np.linalg.norm(loose, axis=0)
+    values = np.append(values, np.zeros(len(vectors) - len(values))) / max(1.0, values.max(initial=0.0))
+    moving = np.abs(vectors @ (amplitudes(increment.system, outcome) * modes.size))
+    # a ball in a cup turns by what the roughness of its panels makes of it
+    rough = (values > LOOSE) & (values <= ROUGH) & (moving > FOLLOWS * moving[values > ROUGH].max(initial=0.0))
+    found = list[str]()
+    if rough.any():
+        found.append(f"contact resists {_named(increment, vectors[rough])} by the roughness of the mesh only: what they "
+                     f"come to, up to {moving[rough].max():.2g}, means nothing; friction would hold them")  # fmt: skip
+    if (values <= LOOSE).any():
+        found.append(f"nothing holds {_named(increment, vectors[values <= LOOSE])}; chosen as the least there is")
+    notes = [f"step {increment.step.name or increment.number!r}: {text}" for text in found]
+    return [note for note in notes if note not in problem.discrete.warnings]
+
+
+def _named(increment: Increment, loose: Array) -> str:
+    """Motions (q, r) of unit size, by the bodies and obstacles that move."""
+    problem, system, share = increment.problem, increment.problem.system, np.linalg.norm(loose, axis=0)
     posed, owners = problem.discrete.problem, list[str]()
     for body, eliminated in zip(posed.body, system.bodies, strict=True):
         owners += [f"body {body.name!r}"] * eliminated.modes.shape[2]
     for obstacle, motion in zip(posed.obstacle, increment.obstacles, strict=True):
         owners += [f"obstacle {obstacle.name!r}"] * int(motion.free.sum())
     names = list(dict.fromkeys(owner for owner, part in zip(owners, share, strict=True) if part > 1e-6))
-    motions = f"{len(loose)} motion{'s' if len(loose) > 1 else ''} of {' and '.join(names)}"
-    note = f"step {increment.step.name or increment.number!r}: nothing holds {motions}; chosen as the least there is"
-    return [note] * (note not in problem.discrete.warnings)
+    return f"{len(loose)} motion{'s' if len(loose) > 1 else ''} of {' and '.join(names)}"
 
 
 def failure(increment: Increment, outcome: ContactState) -> str:

@@ -23,6 +23,8 @@ from .tails import TractionErrors, traction_errors
 
 UNLOADED, NOTHING = 1e-11, 1e-14
 """Tractions and displacements, over those of the increment before, below which they are round-off; of a pair over all."""
+ROUND_OFF = 1e-14
+"""Of a displacement and the gap that it closes."""
 Monitor = Callable[[ContactState], str | None]
 """Called with the state so far after each iteration, which says where it is; a reason that it returns ends the solve."""
 
@@ -237,7 +239,10 @@ class Increment:
             shift[:, -1] = -np.where(np.isfinite(system.gap), system.gap, 0.0) - self.before.worn
         moved, load = np.concatenate(modes, axis=1), np.concatenate(resultant)
         rigid = Modes(moved.reshape(*u_0.shape, len(load)), np.concatenate(balance).reshape(len(load), *u_0.shape), load)
-        return system.at(u_0 + shift, rigid, self.shares, self.layer)
+        # surfaces that just meet overlap by the round-off of what closes the gap, which is no contact
+        size = (np.abs(u_0) + np.abs(shift)).max(axis=1, keepdims=True, initial=0.0)
+        together = np.where(np.abs(u_0 + shift) > ROUND_OFF * size, u_0 + shift, 0.0)
+        return system.at(together, rigid, self.shares, self.layer)
 
     def solved(self, monitor: Monitor | None = None) -> ContactState:
         """The method's outcome; one that a solve's failure ended has its last iterate.

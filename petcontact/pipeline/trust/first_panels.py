@@ -72,7 +72,7 @@ def bent_sides(problem: Problem, solution: Solution, meshes: Sequence[SurfaceMes
     """Which panels of curved faces have sides that smaller ones hang on and that leave the face by more than a share of p
     allows for, along both coordinates."""
     marked = [np.zeros((mesh.n_elements, 2), dtype=bool) for mesh in meshes]
-    for side in interfaces_of(problem) if not solution.bilateral else ():
+    for side in [side for side in interfaces_of(problem) if side.law.normal == "unilateral"]:
         ends, bodies = [step.pairs[side.name] for step in solution.steps], [side.body, *(side.primary or ())[:1]]
         closed = np.any([pair.pressure > 0.0 for pair in ends], axis=0)
         most = max(float(pair.pressure.max(initial=0.0)) for pair in ends)

@@ -72,7 +72,8 @@ def imbalance(body: ElasticBody, shares: Array, u: Array, traction: Array, sigma
     arms = reach * np.linalg.norm(force, axis=1)[:, None]
     acting = sigma.any() or len(force) > len(u) or np.tensordot(shares, body.data.known_traction, 1).any()
     noise = ROUND_OFF if acting else max(ROUND_OFF, _noise(body, u, motions[: len(u)]))
-    least = noise * body.operators.traction_scale * (np.abs(u).max(initial=0.0) / size) * mesh.weight.sum()
+    with np.errstate(over="ignore"):  # beside displacements of any size tiny forces are round-off
+        least = noise * body.operators.traction_scale * (np.abs(u).max(initial=0.0) / size) * mesh.weight.sum()
     smallest = least * reach.max(axis=0) + np.finfo(float).tiny
     worst = float((np.abs(each.sum(axis=0)) / np.maximum(arms.sum(axis=0), smallest)).max())
     if body.modes.shape[2]:

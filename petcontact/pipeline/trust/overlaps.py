@@ -60,9 +60,10 @@ def overlaps(
     both = outcome.v - system.u_0
     moved = both if system.modes is None else system.apply(outcome.sigma)
     rigid = both - moved
+    gaps = np.concatenate([np.where(np.isfinite(face.gap), face.gap, 0.0) for face in bodies.interfaces])
     noise = (SOLVED if is_monolithic(system) else ROUND_OFF) * (
-        np.abs(system.u_0) + np.abs(rigid) + np.abs(moved).max(initial=0.0)
-    )[:, -1]
+        np.abs(system.u_0[:, -1]) + np.abs(rigid[:, -1]) + np.abs(moved[:, -1]).max(initial=0.0) + np.abs(gaps)
+    )
     # R_ρ/ρ is what the law forbids of v, but for σ/ρ, which is to be less than round-off
     least = noise.min(initial=np.inf)
     rho = float(np.abs(outcome.sigma).max(initial=0.0) / least) if 0.0 < least < np.inf else 0.0
