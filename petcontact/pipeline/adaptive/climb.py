@@ -41,6 +41,8 @@ from .tractions import Tractions
 
 TIGHTER = 0.25
 """By what the tolerance of compressed surfaces falls where a solution on them is not accurate enough."""
+USELESS = 0.5
+"""Estimate from which on a solution is none, though nobody named an accuracy."""
 MANY_NODES = 1000
 """From which on a mesh is reported of, and its operators are released, before those of the next are made: several GB in
 all. Of smaller ones only the last is reported of; what depends on the path of the loads is looked at on the last of all."""
@@ -307,7 +309,7 @@ def _finished(work: AdaptiveSolve, solution: Solution, accuracy: float, trouble:
     elif status == "converged" and quantity.estimate <= accuracy < estimate:
         status, reason = "not converged", (f"{solution.info['method']} leaves an error of {work.left:.1e} on the last mesh, "
                                            f"which semismooth-newton solves to {quantity.estimate:.1e}")  # fmt: skip
-    elif status == "converged" and accuracy < estimate < math.inf and trouble and not (quantity.asked or work.broken_off):
+    elif status == "converged" and accuracy < estimate < USELESS and trouble and not (quantity.asked or work.broken_off):
         info["warnings"] = [*info.get("warnings", []), reached]
     elif status == "not converged" and quantity.exhausted and not (shown or quantity.asked):
         reason += f"; {quantity.exhausted}"

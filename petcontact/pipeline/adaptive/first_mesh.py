@@ -23,6 +23,8 @@ ROUND = 16
 """The same on round bodies, whose panels are of one size."""
 LONGEST = 1.5
 """Panels of the first mesh over the shortest edge of the box."""
+FIRST_SHARE = 0.5
+"""Of the nodes of the budget, that the first mesh of a thin body may have."""
 MULTIPLES = (1.0, 1.5, 2.0, 2.5)
 """Of the size over the thickness from which bending is off by a tenth; beyond the last one it is not solved at all."""
 
@@ -45,7 +47,7 @@ def first_options(one: Problem, boundary: Boundary, *, bilateral: bool) -> Probl
     return one.model_copy(update={"mesh": MeshOptions(**options)})
 
 
-def thick_enough(one: Problem, boundary: SolidSurface, mesh: SurfaceMesh, nodes: int) -> tuple[SurfaceMesh, float]:
+def thick_enough(one: Problem, boundary: SolidSurface, mesh: SurfaceMesh, nodes: float) -> tuple[SurfaceMesh, float]:
     """The first mesh of a body with panels that are small beside its thickness, and the multiple that they keep to.
 
     Parameters
@@ -56,12 +58,14 @@ def thick_enough(one: Problem, boundary: SolidSurface, mesh: SurfaceMesh, nodes:
         Onto which the panels are brought that are cut.
     mesh : SurfaceMesh
         That the options make.
-    nodes : int
-        That the mesh may have about, where the last multiple does with so many.
+    nodes : float
+        Of the budget; the mesh has a share of them where the last multiple does with so many, and is left as it is where
+        that takes more than all.
     """
     ratio, count = slenderness(mesh) / np.array(STIFF)[mesh.order], np.bincount(mesh.element)
-    multiple = next((m for m in MULTIPLES if count @ np.maximum(1.0, ratio / m) ** 2 <= nodes), MULTIPLES[-1])
-    if not slender(mesh, multiple).any():
+    needed = [float(count @ np.maximum(1.0, ratio / m) ** 2) for m in MULTIPLES]
+    multiple = next((m for m, number in zip(MULTIPLES, needed, strict=True) if number <= FIRST_SHARE * nodes), MULTIPLES[-1])
+    if needed[-1] > nodes or not slender(mesh, multiple).any():
         return mesh, multiple
     # panels are halved: the first ones are such that the last halves are just small enough
     worst, size = float(ratio.max()) / multiple, one.mesh.element_size

@@ -37,8 +37,6 @@ from .tails import TailErrors
 
 SHARE = 0.9
 """Of the sum of squared errors, whose panels are cut."""
-FIRST_SHARE = 0.5
-"""Of the nodes of the budget, that the first mesh of a thin body may have."""
 SMALLEST = 12
 """Times that panels may be halved for one mesh where a contact is smaller than they are."""
 DEEPEST, NARROW = 4, 1.0
@@ -92,7 +90,7 @@ class PanelTails:
         posed = first_options(given, boundary, bilateral=all(side.holds_normal for side in self._sides))
         self._elliptic.first[number] = found = as_surface(mesh_of(posed, boundary))
         if isinstance(boundary, SolidSurface) and boundary.exact and boundary.known and given.mesh.automatic:
-            nodes = int(FIRST_SHARE * BUDGETS[self.asked].nodes)
+            nodes = BUDGETS[self.asked].nodes * max(0.5, 1.0 / len(self._problem.body))
             found, self._thin[number] = thick_enough(posed, boundary, found, nodes)
         return LevelMesh(found, 0.0)
 

@@ -53,7 +53,7 @@ class Budget:
         return f"{self.nodes} nodes and {self.seconds:g} s of processor time"
 
 
-BUDGETS = {False: Budget(2500, 6.0), True: Budget(30_000, 200.0)}
+BUDGETS = {False: Budget(4000, 10.0), True: Budget(30_000, 200.0)}
 """In space, of one body or two, by whether the accuracy was asked for."""
 
 

@@ -19,6 +19,7 @@ from ...results.records import PairResult, StepResult, step_ends
 from ...results.solution import Solution
 from ..discrete.interfaces import InterfaceSpec, interfaces_of
 from ..trust.increments import PRESSED
+from ..trust.thickness import bending_error
 from .slip import displacement_scale
 
 OF_SLIP = (2.0, 0.29, 0.42, 1.3)
@@ -41,6 +42,9 @@ MOST = (1.3, 2.5)
 little of the next one."""
 UNEVENLY = 0.5
 """Squared error of p over that of its jumps between panels: both sides are off alike."""
+EVENLY, EVEN = 0.4, 0.1
+"""Error of resultants over that of a nearly even p, whose panels are all off alike: .24 and .32 of a ring on a shaft; and
+the variance of such a p over its mean square."""
 SURELY = 2.0
 """Estimated errors of σ_t by which it lies below the friction bound where nothing slips."""
 
@@ -75,9 +79,10 @@ class TailErrors:
         the rim of a part as `difference` does. Of u_t
         of the paper's problem, over ‖u_t‖: `whole` where that is known (see `whole_error`), else the tail of u in the
         contact, and what other faces add: `beside` where that is known (see `beside_error`), else by `slip_squares` and by
-        what tractions lack of equilibrium. Resultants are off by about the product of both, and by the same lack.
+        what tractions lack of equilibrium. Resultants are off by about the product of both, and by the same lack; where p is
+        nearly even by a share of what it is off by as a function, and everything by what thin bodies bend too little.
         """
-        solution, worst = self.solution, 0.0
+        solution, worst, even = self.solution, 0.0, 0.0
         for step in step_ends(solution.steps):
             for side in self._sides:
                 pair, weight = step.pairs[side.name], self.weight(side, step)
@@ -85,13 +90,15 @@ class TailErrors:
                 if size > 0.0:
                     jumps = 0.0 if solution.bilateral else sum(each.sum() for each in self.jump_squares(step, side))
                     smooth = (weight @ error**2 + jumps for error in _errors(pair))
-                    worst = max(worst, math.sqrt(max(self.rough_square(step, side), *smooth) / size))
+                    error = math.sqrt(max(self.rough_square(step, side), *smooth) / size)
+                    worst, even = max(worst, error), max(even, error if _is_even(pair, weight) else 0.0)
         uneven = max((float(np.nan_to_num(step.residuals["equilibrium"])) for step in solution.steps), default=0.0)
         if not solution.bilateral:
             # what overlaps between nodes in contact is not pressed apart: forces lack as much as p
             pressed = max((step.residuals.get("pressed", 0.0) for step in step_ends(solution.steps)), default=0.0)
-            lacks = pressed if pressed > PRESSED else 0.0
-            return min(max(worst, lacks), 1.0), min(max(worst**2 + uneven, lacks), 1.0)
+            lacks, bending = pressed if pressed > PRESSED else 0.0, max(map(bending_error, self._meshes))
+            of_resultants = worst**2 + uneven + EVENLY * even + bending
+            return min(max(math.hypot(worst, bending), lacks), 1.0), min(max(of_resultants, lacks), 1.0)
         if all(_sticks(pair) for step in solution.steps for pair in step.pairs.values()):
             return 0.0, worst**2 + uneven
         if not math.isnan(whole):
@@ -210,6 +217,12 @@ class TailErrors:
             least = np.array(LEAST)[np.minimum(mesh.order[higher], 3) - 2]
             of_u[higher] = last * np.maximum(last.sum() / max(two.sum(), TINY), least**2)
         return np.where(contact, of_u, share * beside)
+
+
+def _is_even(pair: PairResult, weight: Array) -> bool:
+    """Whether p is nearly the same on all of an interface."""
+    mean = float(weight @ pair.pressure) / float(weight.sum())
+    return float(weight @ (pair.pressure - mean) ** 2) < EVEN * mean**2 * float(weight.sum())
 
 
 def _sticks(pair: PairResult) -> bool:

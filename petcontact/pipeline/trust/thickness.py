@@ -14,6 +14,10 @@ BESIDE = 0.75
 """Sizes of an element by which nodes behind it may lie beside its centre."""
 DEEPEST = 1.0
 """Sizes of an element beyond which the other side is not looked for."""
+BENDING, FEW = 5e-3, 0.1
+"""Error of forces and pressure over the squared size of panels over the thickness: spherical shells of thickness .2 and .15
+of their radius, pressed on a plane, were .8 and 1.8 % too stiff with 1.4 and 1.9 (of order 1). And the share of the boundary
+where larger panels count for nothing."""
 
 
 def slenderness(mesh: BoundaryMesh) -> Array:
@@ -25,10 +29,11 @@ def slenderness(mesh: BoundaryMesh) -> Array:
     count, d = mesh.n_elements, mesh.dim
     area = np.bincount(mesh.element, mesh.weight, minlength=count)
     size = area ** (1.0 / (d - 1))
-    centre, normal = (
-        np.add.reduceat(mesh.weight[:, None] * values, mesh.first_node[:-1]) / area[:, None]
-        for values in (mesh.x, mesh.normal)
-    )
+    middle = np.add.reduceat(mesh.weight[:, None] * mesh.x, mesh.first_node[:-1]) / area[:, None]
+    # the node nearest to the middle: the middle of a curved element may lie deeper than a shell is thick
+    away = np.linalg.norm(mesh.x - middle[mesh.element], axis=1)
+    nearest = np.lexsort((away, mesh.element))[mesh.first_node[:-1]]
+    centre, normal = mesh.x[nearest], mesh.normal[nearest]
     element, node = within(mesh.x, centre, np.hypot(BESIDE, DEEPEST) * size)
     facing = np.einsum("qd,qd->q", mesh.normal[node], normal[element]) < OPPOSITE
     if not facing.any():
@@ -41,3 +46,11 @@ def slenderness(mesh: BoundaryMesh) -> Array:
     thickness = np.full(count, np.inf)
     np.minimum.at(thickness, element[behind], depth[behind])
     return np.asarray(size / thickness)
+
+
+def bending_error(mesh: BoundaryMesh) -> float:
+    """What forces and pressure may be off by, relative, for what elements are too large beside the thickness to bend."""
+    ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.weight)
+    order = np.argsort(-ratio)
+    beyond = np.searchsorted(np.cumsum(area[order]), FEW * area.sum())
+    return BENDING * float(ratio[order[beyond]]) ** 2
