@@ -1,15 +1,17 @@
 """Circular arcs by their end points and half the angle through which they turn: lengths, points, normals, subdivision.
 
-Straight lines are the arcs of angle 0. The body lies on the left, so that an arc of positive angle bulges out of it.
+Straight lines are the arcs of angle 0. The body lies on the left, so that an arc of positive angle bulges out of it. And
+whether 16 digits tell the places of a body from one another.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
-from ..arrays import Array
+from ..arrays import LARGEST_COORDINATE, Array
 from ..errors import InputError
 
 LARGEST_TURN = 0.5 * math.pi
@@ -134,3 +136,25 @@ def turns_left_once(ring: Array) -> bool:
     before = np.roll(edge, 1, axis=0)
     turn = np.arctan2(before[:, 0] * edge[:, 1] - before[:, 1] * edge[:, 0], np.einsum("ij,ij->i", before, edge))
     return bool(turn.min() >= 0.0 and turn.max() < 3.0 and turn.sum() < 7.0)
+
+
+def check_digits(size: float, points: Sequence[Array], what: str) -> None:
+    """Refuse a body that is much smaller than it is far from the origin, or whose squared size vanishes.
+
+    Parameters
+    ----------
+    size : float
+        Of the body [length].
+    points : sequence of (d,) arrays
+        Where it is [length].
+    what : str
+        What the message calls it.
+
+    Raises
+    ------
+    InputError
+    """
+    farthest = max(float(np.abs(point).max()) for point in points)
+    if not size > max(1e-9 * farthest, 1.0 / LARGEST_COORDINATE):
+        raise InputError(f"geometry: the {what} is {size:.3g} wide at {farthest:.3g} from the origin: too little for 16 "
+                         "digits, choose another origin or unit of length")  # fmt: skip

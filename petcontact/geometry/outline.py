@@ -14,8 +14,7 @@ import numpy as np
 from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
-from .arcs import arc_lengths, divided, half_angles, on_arcs, perimeter, signed_area, turns_left_once
-from .digits import check_digits
+from .arcs import arc_lengths, check_digits, divided, half_angles, on_arcs, perimeter, signed_area, turns_left_once
 
 if TYPE_CHECKING:
     import shapely

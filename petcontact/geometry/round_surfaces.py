@@ -9,7 +9,7 @@ import numpy as np
 
 from ..arrays import Array, Index
 from ..frozen import frozen
-from .digits import check_digits
+from .arcs import check_digits
 from .surface import BOX_PARTS, SolidSurface, face_axes
 
 FEWEST = 2

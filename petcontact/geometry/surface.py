@@ -11,8 +11,8 @@ import scipy
 from ..arrays import Array, Index
 from ..errors import InputError
 from ..frozen import frozen
+from .arcs import check_digits
 from .crossings import first_crossing, winding
-from .digits import check_digits
 from .quadratic import QuadraticCells
 
 BOX_PARTS = {"left": (0, 0), "right": (0, 1), "front": (1, 0), "back": (1, 1), "bottom": (2, 0), "top": (2, 1)}

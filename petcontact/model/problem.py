@@ -153,9 +153,6 @@ class Problem(Setting):
         if "body" in data:
             for key in filter(data.__contains__, OWN):
                 raise ValueError(f"{key}: belongs to a body; where there is [[body]] it stands in each of them")
-            if [body.get("name") for body in data["body"] if isinstance(body, dict)] == [ONE_BODY]:
-                raise ValueError(f"body[0].name: {ONE_BODY!r} is what the body of a file without [[body]] is called; give "
-                                 "it another name")  # fmt: skip
             return build(data)
         one = {"name": ONE_BODY, **{name: value for name, value in data.items() if name in OWN}}
         try:

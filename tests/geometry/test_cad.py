@@ -265,5 +265,6 @@ def test_a_projection_that_fails_is_one_line(tmp_path):
     projector = cad_projection.projector(surface.file, surface.stamp)
     assert np.allclose(surface.onto(np.zeros(2, dtype=int), points), points, equal_nan=True)
     projector._process.kill()
+    projector._process.wait()
     with pytest.raises(InputError, match="panels cannot be brought onto its surfaces"):
         surface.onto(np.zeros(2, dtype=int), points + 1e-3)

@@ -56,9 +56,10 @@ class Projector:
     def _answer(self, request: dict[str, Any]) -> list[list[list[float]]]:
         assert self._process.stdin is not None and self._process.stdout is not None
         line = ""
-        with contextlib.suppress(OSError):
-            print(json.dumps(request), file=self._process.stdin, flush=True)
-            line = self._process.stdout.readline()
+        if self._process.poll() is None:  # writing to a pipe that nobody reads may end the command without a word
+            with contextlib.suppress(OSError):
+                print(json.dumps(request), file=self._process.stdin, flush=True)
+                line = self._process.stdout.readline()
         answer: dict[str, Any] = json.loads(line or '{"error": "Gmsh ended"}')
         if "points" not in answer:
             why = next(iter(answer.values()), "").splitlines()[0]

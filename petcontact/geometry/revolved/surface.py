@@ -11,7 +11,7 @@ import numpy as np
 from ...arrays import Array, Index
 from ...errors import InputError
 from ...frozen import frozen
-from ..digits import check_digits
+from ..arcs import check_digits
 from ..outline import Outline
 from ..round_surfaces import RIM
 from ..surface import SolidSurface

@@ -262,10 +262,8 @@ class PanelFaces(Faces):
         return np.where(self.bent, away.max(axis=1), self.size)
 
     def _projected(self, number: Index, x: Array, direction: Array) -> Array:
-        """Local coordinates (..., 2) where lines through points (..., 3) meet the planes of some panels; not finite where
-        they are parallel."""
-        plane = self.frame[number, 2]
-        away = x - self.centre[number]
+        """Local coordinates (..., 2) where lines through points (..., 3) meet planes of panels, not finite if parallel."""
+        plane, away = self.frame[number, 2], x - self.centre[number]
         with np.errstate(divide="ignore", invalid="ignore"):
             away = away - (np.sum(away * plane, axis=-1) / np.sum(direction * plane, axis=-1))[..., None] * direction
             return np.asarray(np.einsum("...cd,...d->...c", self.frame[number, :2], away) / self.size[number][..., None])
@@ -302,8 +300,7 @@ def _newton(shape: Array, polygon: Array, x: Array, direction: Array, size: Arra
     place = polygon[:, [0, 1, 2]].mean(axis=1)
     place = np.where(np.all(polygon[:, 2] == polygon[:, 3], axis=1)[:, None], place, polygon.mean(axis=1))
     low, high = polygon.min(axis=1) - BEYOND, polygon.max(axis=1) + BEYOND
-    distance = np.zeros(len(x))
-    step = np.full((len(x), 3), np.inf)
+    distance, step = np.zeros(len(x)), np.full((len(x), 3), np.inf)
     for _ in range(STEPS):
         y, along = position(shape, place)
         matrix = np.stack([along[:, 0], along[:, 1], -direction], axis=2)

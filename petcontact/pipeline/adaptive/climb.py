@@ -35,14 +35,12 @@ from ..steps.load_steps import known_factors
 from ..trust.first_panels import with_missed_curves
 from .fixed_mesh import MOST, carries_something, with_estimate
 from .panel_tails import PanelTails
-from .quantity import Quantity, Reached, short_of
+from .quantity import USELESS, Quantity, Reached, short_of
 from .slip import Slip
 from .tractions import Tractions
 
 TIGHTER = 0.25
 """By what the tolerance of compressed surfaces falls where a solution on them is not accurate enough."""
-USELESS = 0.5
-"""Estimate from which on a solution is none, though nobody named an accuracy."""
 MANY_NODES = 1000
 """From which on a mesh is reported of, and its operators are released, before those of the next are made: several GB in
 all. Of smaller ones only the last is reported of; what depends on the path of the loads is looked at on the last of all."""

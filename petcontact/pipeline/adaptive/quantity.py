@@ -55,6 +55,8 @@ class Budget:
 
 BUDGETS = {False: Budget(4000, 10.0), True: Budget(30_000, 200.0)}
 """In space, of one body or two, by whether the accuracy was asked for."""
+USELESS = 0.5
+"""Estimate from which on a solution is none, though nobody named an accuracy."""
 
 
 class Quantity(Protocol):

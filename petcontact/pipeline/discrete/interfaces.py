@@ -151,8 +151,8 @@ def _check_conditions(problem: Problem, number: int, boundary: Boundary, sides: 
     met = [*taken, *(part for _, _, (_, part) in ends)]
     missing = [part for part in boundary.parts if part not in met]
     if missing and body.name == ONE_BODY and len(problem.body) == 1:
-        raise InputError(f"boundary: part {missing[0]!r} has no condition; each of {', '.join(boundary.parts)} needs "
-                         "one or a [[contact]] (only parts of a [[body]] are free of traction without)")  # fmt: skip
+        raise InputError(f"boundary: part {missing[0]!r} has no condition; each of {', '.join(boundary.parts)} needs one "
+                         "or a [[contact]] (only parts of a [[body]] of another name are free without)")  # fmt: skip
 
 
 def _known_part(key: str, part: str, parts: tuple[str, ...]) -> None:

@@ -22,9 +22,7 @@ from ..trust.between_nodes import Places, places_between
 from .tails import TractionErrors, traction_errors
 
 UNLOADED, NOTHING = 1e-11, 1e-14
-"""Tractions and displacements, over those of the increment before, below which they are round-off; of a pair over all."""
-ROUND_OFF = 1e-14
-"""Of a displacement and the gap that it closes."""
+"""Tractions, displacements over those before, below which they are round-off; of a pair over all, overlaps over gaps."""
 Monitor = Callable[[ContactState], str | None]
 """Called with the state so far after each iteration, which says where it is; a reason that it returns ends the solve."""
 
@@ -239,9 +237,8 @@ class Increment:
             shift[:, -1] = -np.where(np.isfinite(system.gap), system.gap, 0.0) - self.before.worn
         moved, load = np.concatenate(modes, axis=1), np.concatenate(resultant)
         rigid = Modes(moved.reshape(*u_0.shape, len(load)), np.concatenate(balance).reshape(len(load), *u_0.shape), load)
-        # surfaces that just meet overlap by the round-off of what closes the gap, which is no contact
         size = (np.abs(u_0) + np.abs(shift)).max(axis=1, keepdims=True, initial=0.0)
-        together = np.where(np.abs(u_0 + shift) > ROUND_OFF * size, u_0 + shift, 0.0)
+        together = np.where(np.abs(u_0 + shift) > NOTHING * size, u_0 + shift, 0.0)
         return system.at(together, rigid, self.shares, self.layer)
 
     def solved(self, monitor: Monitor | None = None) -> ContactState:
@@ -288,8 +285,7 @@ class Increment:
         return replace(outcome, sigma=sigma, v=v)
 
     def _start(self) -> Start | None:
-        """Where a method starts from: the state before, and in a step that has begun what it has changed by so far. Its sets
-        are then most often the right ones where fronts of slip move on."""
+        """Where a method starts from: the state before, and in a step that has begun what it has changed by so far."""
         start, trend, way = self.before.start, self.before.trend, self.target - self.begun
         if start is None or trend is None or self.begun == 0.0:
             return start
@@ -311,9 +307,8 @@ class Increment:
         worn = before.worn if self.layer is None else before.worn + self.layer * np.maximum(-outcome.sigma[:, -1], 0.0)
         end, trend = (outcome.v, outcome.sigma), None
         if before.start is not None:
-            change = [(now - old) / (self.target - self.begun) for now, old in zip(end, before.start, strict=True)]
-            change[0][:, : system.dim - 1] = 0.0
-            trend = change[0], change[1]
+            one, other = [(now - old) / (self.target - self.begun) for now, old in zip(end, before.start, strict=True)]
+            one[:, : system.dim - 1], trend = 0.0, (one, other)
         return IncrementState(slip, end, free_of_bodies, positions, loads, outcome.sigma, worn, trend)
 
 

@@ -77,8 +77,9 @@ def test_default_and_starts(comm):
     assert Method().resolved_name == DEFAULT_METHOD and Method(rule="fixed").resolved_name == "projection"
     zero, frictionless = (prepared.iterate(Method(start=start)) for start in ("zero", "frictionless"))
     assert np.allclose(zero.v, frictionless.v, atol=1e-12) and len(zero.history) <= 10
-    with pytest.raises(InputError, match="neither"):
-        prepared.iterate(Method(start="nowhere.h5"))
+    for start, said in (("nowhere.h5", "there is no file 'nowhere.h5'"), ("nowhere", "neither")):
+        with pytest.raises(InputError, match=said):
+            prepared.iterate(Method(start=start))
     prepared.close()
 
 
