@@ -68,3 +68,12 @@ def test_edges_stay_edges():
     mesh = revolved(CAN, 1.0)
     caps = mesh.nodes_of("caps")
     np.testing.assert_allclose(mesh.smooth_normal[caps], mesh.normal[caps], atol=1e-13)
+
+
+@pytest.mark.parametrize("unit_of_length", [1e-3, 1e3])
+def test_they_do_not_depend_on_the_unit_of_length(unit_of_length):
+    """From panels of 2 on they leant by up to .1 rad."""
+    scaled = [{key: value if key == "part" else [unit_of_length * c for c in value] for key, value in side.items()}
+              for side in RING]  # fmt: skip
+    one, other = revolved(RING, 1.0), revolved(scaled, unit_of_length)
+    np.testing.assert_allclose(other.smooth_normal, one.smooth_normal, atol=1e-10)
