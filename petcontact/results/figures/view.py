@@ -24,6 +24,9 @@ AROUND, STRAIGHT, ONE_SIDED = 0.9, 1e-3, 1e-3
 """Length of the mean normal of what is in contact around an axis below which a face is unrolled, the largest variance of
 normals along that axis over that across it, and how far from it the middle of contact is that is drawn in the middle."""
 
+FACING = 0.5
+"""Length of the mean normal of what is in contact from which on it is seen along that."""
+
 
 @frozen
 class View:
@@ -100,7 +103,8 @@ class Chart:
         """Of an interface at the end: unrolled where contact goes round it, else along coordinate axes that lie in it."""
         pair, unit = solution.pairs[name], solution.problem.units.length
         closed = pair.state != OPEN if np.any(pair.state != OPEN) else np.ones(len(pair.x), dtype=bool)
-        found = _round(solution.meshes[solution.sides[name][0]].normal[solution.nodes[name]], pair, closed)
+        normal = solution.meshes[solution.sides[name][0]].normal[solution.nodes[name]]
+        found = _round(normal, pair, closed)
         if found is not None:
             axis, centre = found
             first = SurfaceMesh.tangents_to(axis[None])[0, 0]
@@ -110,9 +114,12 @@ class Chart:
             off = np.linalg.norm(np.cross(axis, mean - centre)) > ONE_SIDED * np.ptp(pair.x, axis=0).max()
             return replace(chart, middle=45.0 * round(float(chart.at(mean[None])[0, 0]) / 45.0) if off else 0.0)
         tangents = pair.tangent.mean(axis=0)
-        spread = np.linalg.svd(pair.x - pair.x.mean(axis=0), full_matrices=False)[2]
+        outward = np.average(normal[closed], axis=0, weights=pair.weight[closed])
+        if np.linalg.norm(outward) < FACING:  # what is in contact looks all ways
+            outward = np.linalg.svd(pair.x - pair.x.mean(axis=0), full_matrices=False)[2][2]
         flat = np.allclose(pair.tangent, tangents, atol=1e-9)
-        directions = tangents if flat else SurfaceMesh.tangents_to(spread[2:])[0]
+        outward = np.round(outward / np.linalg.norm(outward), 3)
+        directions = tangents if flat else SurfaceMesh.tangents_to(outward[None] / np.linalg.norm(outward))[0]
         directions = directions * np.sign(directions[[0, 1], np.abs(directions).argmax(axis=1)])[:, None] + 0.0
         return cls(directions, (label(_name(directions[0]), unit), label(_name(directions[1]), unit)))
 
