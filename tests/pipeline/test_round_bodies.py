@@ -11,10 +11,13 @@ from petcontact import Problem, solve
 from petcontact.errors import InputError
 from petcontact.model.base import parse
 from petcontact.pipeline.adaptive.climb import adapt
+from petcontact.pipeline.adaptive.first_mesh import LONGER
 from petcontact.pipeline.adaptive.fixed_mesh import carries_something
 from petcontact.pipeline.adaptive.tails import TailErrors
 from petcontact.pipeline.steps import diagnosis
 from petcontact.pipeline.trust.thickness import bending_error, slenderness
+from petcontact.refinement.panels.axes import sides
+from petcontact.refinement.panels.marks import facing
 
 STEEL = {"young_modulus": 1.0, "poisson_ratio": 0.3}
 COARSE = {"element_size": 5.0, "order": 1}
@@ -129,3 +132,20 @@ def test_bodies_without_digits_are_refused(change):
     body = {"material": STEEL, "geometry": ball, "boundary": [held("top", 0, 0, 0)]}
     with pytest.raises(InputError, match="too little for 16 digits"):
         solve(parse(Problem, body, "ball"))
+
+
+def test_panels_of_a_soft_pad_are_as_small_as_those_of_the_punch_that_presses_on_it():
+    """A steel punch on rubber: with larger ones sets of contact cycled, with tractions of 1e5."""
+    pad = {"shape": "cylinder", "from": [0, 0, -15], "to": [0, 0, 0], "radius": 20}
+    punch = {"shape": "cylinder", "from": [0, 0, 0], "to": [0, 0, 8], "radius": 8}
+    data = {"body": [{"name": "punch", "material": {"young_modulus": 2.1e5, "poisson_ratio": 0.3}, "geometry": punch,
+                      "boundary": [held("top", 0, 0, -0.2)]},
+                     {"name": "pad", "material": {"young_modulus": 8.0, "poisson_ratio": 0.45}, "geometry": pad,
+                      "boundary": [held("bottom", 0, 0, 0)]}],
+            "contact": [{"name": "c", "secondary": "punch.bottom", "primary": "pad.top"}]}  # fmt: skip
+    solution = adapt(parse(Problem, data, "punch"), 0.9)
+    punch, pad = solution.meshes["punch"], solution.meshes["pad"]
+    lengths = [np.linalg.norm(sides(mesh), axis=2).max(axis=1) for mesh in (punch, pad)]
+    own, other = facing((punch, "bottom"), (pad, "top"), None)
+    assert solution.converged and solution.last.iterations < 20
+    assert np.all(lengths[1][other] <= LONGER * lengths[0][own]) and lengths[1].max() > 2.0 * lengths[0][own].max()

@@ -42,14 +42,11 @@ class EllipticContacts:
     Parameters
     ----------
     problem : Problem
-
-    Attributes
-    ----------
-    first : dict
+    first : mapping
         The first mesh of each body, by its number.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, first: Mapping[int, SurfaceMesh]) -> None:
         outlines = [body.geometry.outline() for body in problem.body]
         self._surfaces = [shape if isinstance(shape, SolidSurface) and shape.known else None for shape in outlines]
         faces = {side.name: [(side.body, side.part), *([side.primary] if side.primary else [])]
@@ -57,7 +54,7 @@ class EllipticContacts:
         every = [face for both in faces.values() for face in both]
         self._faces = {name: both for name, both in faces.items()
                        if all(self._surfaces[body] and every.count((body, part)) == 1 for body, part in both)}  # fmt: skip
-        self.first = dict[int, SurfaceMesh]()
+        self.first = first
         self._made = {name: list[tuple[int, Zone]]() for name in self._faces}
 
     def meshes(

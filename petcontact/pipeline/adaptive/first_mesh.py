@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from ...arrays import Mask
+from ...arrays import Array, Mask
 from ...geometry.surface import BOX_PARTS, Boundary, BoxSurface, SolidSurface
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.problem import Contact, Problem
 from ...model.solver_options import MeshOptions
 from ...refinement.meshes import mesh_of
+from ...refinement.panels.axes import sides
+from ...refinement.panels.marks import facing
 from ...refinement.panels.quartering import cut
+from ..discrete.interfaces import InterfaceSpec, as_problem, interfaces_of
 from ..trust.meshes import SHARE, STIFF
 from ..trust.thickness import slenderness
 
@@ -23,10 +27,64 @@ ROUND = 16
 """The same on round bodies, whose panels are of one size."""
 LONGEST = 1.5
 """Panels of the first mesh over the shortest edge of the box."""
+STIFFER, LONGER = 10.0, 1.2
+"""Young's modulus of a secondary over that of its primary from which on panels of the primary are no longer than so many of
+those that they face."""
 FIRST_SHARE = 0.5
 """Of the nodes of the budget, that the first mesh of a thin body may have."""
 MULTIPLES = (1.0, 1.5, 2.0, 2.5)
 """Of the size over the thickness from which bending is off by a tenth; beyond the last one it is not solved at all."""
+
+
+class FirstMeshes:
+    """The first meshes of the bodies of a problem.
+
+    Attributes
+    ----------
+    plain : dict of SurfaceMesh by the number of a body
+        As their options make them, before panels are cut.
+    thin : dict of float
+        Of bodies whose panels must not be too large beside their thickness, the multiple that they keep to (`slender`).
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        self._problem, self._sides = problem, interfaces_of(problem)
+        self._bilateral = all(side.holds_normal for side in self._sides)
+        self._soft = [side for side in self._sides if self._presses(side)]
+        self._all: list[SurfaceMesh] = []
+        self.plain, self.thin = dict[int, SurfaceMesh](), dict[int, float]()
+
+    def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, nodes: float) -> SurfaceMesh:
+        """Of a body, which may have about so many nodes where it is thin."""
+        if not self._soft:
+            return self._own(number, one(), boundary, nodes)
+        self._all = self._all or self._of_all(nodes)
+        return self._all[number]
+
+    def _own(self, number: int, given: Problem, boundary: Boundary, nodes: float) -> SurfaceMesh:
+        posed = first_options(given, boundary, bilateral=self._bilateral)
+        self.plain[number] = found = as_surface(mesh_of(posed, boundary))
+        if isinstance(boundary, SolidSurface) and boundary.exact and boundary.known and given.mesh.automatic:
+            found, self.thin[number] = thick_enough(posed, boundary, found, nodes)
+        return found
+
+    def _of_all(self, nodes: float) -> list[SurfaceMesh]:
+        """Soft primaries have panels as small as those of the stiff bodies that press on them."""
+        outlines = [body.geometry.outline() for body in self._problem.body]
+        meshes = [self._own(b, as_problem(body, outlines[b], self._sides, b), outlines[b], nodes)
+                  for b, body in enumerate(self._problem.body)]  # fmt: skip
+        for side in self._soft:
+            b, part = side.primary or (0, "")
+            if isinstance(surface := outlines[b], SolidSurface):
+                meshes[b] = fine_enough((meshes[side.body], side.part), (meshes[b], part), side.direction, surface)
+        return meshes
+
+    def _presses(self, side: InterfaceSpec) -> bool:
+        """Whether a stiff body presses on a soft one, whose first panels are not the user's."""
+        if side.primary is None:
+            return False
+        one, other = (self._problem.body[b] for b in (side.body, side.primary[0]))
+        return one.material.young_modulus > STIFFER * other.material.young_modulus and other.mesh.automatic
 
 
 def first_options(one: Problem, boundary: Boundary, *, bilateral: bool) -> Problem:
@@ -82,3 +140,23 @@ def slender(mesh: SurfaceMesh, multiple: float) -> Mask:
     are a small share of the body."""
     over, area = slenderness(mesh) > multiple * np.array(STIFF)[mesh.order], np.bincount(mesh.element, mesh.weight)
     return np.repeat(over & bool(area[over].sum() > SHARE * area.sum()), 2).reshape(-1, 2)
+
+
+def fine_enough(
+    secondary: tuple[SurfaceMesh, str], primary: tuple[SurfaceMesh, str], direction: Array | None, surface: SolidSurface
+) -> SurfaceMesh:
+    """The mesh of a soft primary, cut until its panels are not longer than those of a stiff secondary that they face.
+
+    Tractions on smaller panels of a stiff body that a soft one does not feel are as large as rigid ones would be: sets of
+    contact cycle on them.
+    """
+    mesh, part = primary
+    length = np.linalg.norm(sides(secondary[0]), axis=2).max(axis=1)
+    while True:
+        own, other = facing(secondary, (mesh, part), direction)
+        long = np.linalg.norm(sides(mesh), axis=2)[other].max(axis=1) > LONGER * length[own]
+        if not long.any():
+            return mesh
+        marked = np.zeros((mesh.n_elements, 2), dtype=bool)
+        marked[other[long]] = True
+        mesh = cut(mesh, marked, surface)

@@ -17,7 +17,6 @@ from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.surface_mesh import SurfaceMesh, as_surface
 from ...model.problem import Body, Problem
 from ...refinement.marks import LevelMesh
-from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import at_edges, directions, halved, matched, sides
 from ...refinement.panels.marks import FINER, facing, faded, largest, too_large
 from ...refinement.panels.quartering import cut, parents
@@ -31,7 +30,7 @@ from ..steps.start import carried_over
 from ..trust.first_panels import bent_sides, lowest_between, overlapping_sides, unseen_panels
 from ..trust.increments import OVERLAP, is_unresolved
 from .elliptic import EllipticContacts, expected_start, small_contacts, zone_about
-from .first_mesh import first_options, slender, thick_enough
+from .first_mesh import FirstMeshes, slender
 from .quantity import BUDGETS, beyond_budget
 from .tails import TailErrors
 
@@ -79,20 +78,16 @@ class PanelTails:
         self._resultants, self._motions = math.nan, 0
         self._last: Solution | None = None
         self._meshes, self._expected = list[BoundaryMesh](), list[tuple[InterfaceSpec, SmallContact]]()
-        self._elliptic, self._thin = EllipticContacts(problem), dict[int, float]()
+        self._first = FirstMeshes(problem)
+        self._elliptic = EllipticContacts(problem, self._first.plain)
         self._faced = dict[str, tuple[Array, Array, tuple[Index, Index]]]()
 
     def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int) -> LevelMesh:
         """The mesh of the config, or a coarse one where it names none; later the refined one."""
-        if self._meshes:
-            return LevelMesh(self._meshes[number], 0.0)
-        given = one()
-        posed = first_options(given, boundary, bilateral=all(side.holds_normal for side in self._sides))
-        self._elliptic.first[number] = found = as_surface(mesh_of(posed, boundary))
-        if isinstance(boundary, SolidSurface) and boundary.exact and boundary.known and given.mesh.automatic:
+        if not self._meshes:
             nodes = BUDGETS[self.asked].nodes * max(0.5, 1.0 / len(self._problem.body))
-            found, self._thin[number] = thick_enough(posed, boundary, found, nodes)
-        return LevelMesh(found, 0.0)
+            return LevelMesh(self._first.mesh(number, one, boundary, nodes), 0.0)
+        return LevelMesh(self._meshes[number], 0.0)
 
     def start(self, problem: PreparedProblem) -> Start | None:
         """The first increment of the last solution, or where contact is expected that the last mesh was too coarse for."""
@@ -278,7 +273,7 @@ class PanelTails:
                 marked[b][other[k], axis[k, a]] = True
         marked = [mine | too_large(mesh, contact)
                   for mine, mesh, contact in zip(marked, meshes, self._touching(meshes), strict=True)]  # fmt: skip
-        for thin, multiple in self._thin.items():
+        for thin, multiple in self._first.thin.items():
             marked[thin] |= slender(meshes[thin], multiple)
         finer = [cut(mesh, mine, _surface(body))
                  for mesh, mine, body in zip(meshes, marked, self._problem.body, strict=True)]  # fmt: skip
