@@ -13,6 +13,8 @@ from ...frozen import frozen
 
 SLACK = 1e-9
 """Fractions beyond an end by less still meet it."""
+GRAZING = 0.05
+"""Cosine between a line and the plane that it touches."""
 TOGETHER = 1 << 18
 """Pairs of a point and a face that are looked at together."""
 
@@ -127,14 +129,14 @@ class Faces(ABC):
         return result
 
     def _goes_round(self, number: Index, direction: Array, depth: Array) -> Mask:
-        """Which of some faces look along a direction somewhere, too, and are smaller than some depth: of a line that meets
-        one twice, outward and inward, only one meeting is found."""
+        """Which of some faces are turned along a direction somewhere, or nearly so, and are smaller than some depth: of a
+        line that meets one twice, outward and inward, or touches it, only one meeting is found."""
         d = direction.shape[1]
         corners = np.array(list(itertools.product((0.0, 1.0), repeat=d - 1)))
         place = self.spread(np.repeat(number, len(corners)), np.tile(corners, (len(number), 1)))
         x, normal = (each.reshape(len(number), -1, d) for each in self.at(np.repeat(number, len(corners)), place))
-        extent = np.linalg.norm(np.ptp(x, axis=1), axis=1)
-        return np.asarray((np.einsum("kcd,kd->kc", normal, direction).max(axis=1, initial=-1.0) > 0.0) & (depth > extent))
+        turned = np.einsum("kcd,kd->kc", normal, direction).max(axis=1, initial=-1.0) > -GRAZING
+        return np.asarray(turned & (depth > np.linalg.norm(np.ptp(x, axis=1), axis=1)))
 
     @abstractmethod
     def _cast(self, x: Array, direction: Array) -> Hits:
