@@ -87,6 +87,12 @@ class CadSurface(SolidSurface):
         """Names of the parts, in the order of their first faces."""
         return tuple(dict.fromkeys(self.part_of))
 
+    @functools.cached_property
+    def _numbers(self) -> dict[str, tuple[int, ...]]:
+        """Of the faces of each part."""
+        pairs = list(zip(self.faces, self.part_of, strict=True))
+        return {part: tuple(face.number for face, own in pairs if own == part) for part in self.parts}
+
     @property
     def diameter(self) -> float:
         """Length of the diagonal of the box around it [length]."""
@@ -114,8 +120,7 @@ class CadSurface(SolidSurface):
 
     def onto(self, part: Index, points: Array) -> Array:
         """Onto the surface of the part that a whole panel is nearest to, and onto its edges (`Projector.onto`)."""
-        surfaces = [tuple(face.number for face, own in zip(self.faces, self.part_of, strict=True) if own == name)
-                    for name in self.parts]  # fmt: skip
+        surfaces = list(self._numbers.values())
         return projector(self.file, self.stamp).onto([surfaces[k] for k in part.tolist()], points)
 
     def write_msh(self, target: str | Path, size: float | None = None, order: int = 2) -> None:
@@ -134,9 +139,7 @@ class CadSurface(SolidSurface):
             enough = 1.1 * size * float(cells / MOST) ** 0.5
             raise InputError(f"{self.file}: cells of size {size:g} on {self.area:.4g} of surface are about {cells:.2g}, "
                              f"{MOST:.0e} at most are made; a size of {enough:.2g} will do")  # fmt: skip
-        parts = {part: [face.number for face, own in zip(self.faces, self.part_of, strict=True) if own == part]
-                 for part in self.parts}  # fmt: skip
-        ask(self.file, target=str(target), parts=parts, size=size, order=order)
+        ask(self.file, target=str(target), parts=self._numbers, size=size, order=order)
         with open(target, "rb") as file:
             file.seek(max(0, os.path.getsize(target) - len(END)))
             if file.read() != END:

@@ -16,6 +16,7 @@ import numpy as np
 
 from ...arrays import Array
 from ...errors import InputError
+from ..round_surfaces import RIM
 from . import worker
 
 
@@ -48,7 +49,8 @@ class Projector:
         keys = [(own, panel.tobytes()) for own, panel in zip(surfaces, points, strict=True)]
         new = [k for k, key in enumerate(keys) if key not in self._known]
         panels = [{"surfaces": surfaces[k], "points": points[k][there[k]].tolist()} for k in new]
-        for k, near in zip(new, self._answer({"file": self._file, "panels": panels}) if new else [], strict=True):
+        answer = self._answer({"file": self._file, "panels": panels, "rim": RIM}) if new else []
+        for k, near in zip(new, answer, strict=True):
             self._known[keys[k]] = np.full_like(points[k], np.nan)
             self._known[keys[k]][there[k]] = near
         return np.array([self._known[key] for key in keys]).reshape(points.shape)

@@ -18,8 +18,6 @@ FORMATS = {".step": "step", ".stp": "step", ".iges": "iges", ".igs": "iges", ".b
 """Of OpenCASCADE's reader, by the suffix of a file."""
 TURN = 8
 """Cells that go round a full circle at least: curved panels keep a good shape."""
-RIM = 0.02
-"""Distance from an edge of a surface, over the size of a panel, within which its points belong on it."""
 
 
 def listed(gmsh: Any) -> dict[str, Any]:
@@ -63,8 +61,9 @@ def meshed(gmsh: Any, request: dict[str, Any]) -> dict[str, Any]:
     return {}
 
 
-def brought(gmsh: Any, panels: list[dict[str, Any]]) -> dict[str, Any]:
-    """The points of panels on that one of some surfaces which a whole panel is nearest to, and on the edges of it there."""
+def brought(gmsh: Any, panels: list[dict[str, Any]], rim: float) -> dict[str, Any]:
+    """The points of panels on that one of some surfaces which a whole panel is nearest to, and on its edges where they are
+    closer to these than a share of the panel."""
     import numpy as np
 
     model, boxes, edges = gmsh.model, dict[tuple[int, int], Any](), dict[int, list[int]]()
@@ -90,9 +89,9 @@ def brought(gmsh: Any, panels: list[dict[str, Any]]) -> dict[str, Any]:
             if number not in edges:
                 edges[number] = [edge for _, edge in model.getBoundary([(2, number)], oriented=False)
                                  if model.getType(1, edge) != "Unknown"]  # fmt: skip
-            closest = np.full(len(points), RIM * size)
+            closest = np.full(len(points), rim * size)
             for edge in edges[number]:
-                asked = np.flatnonzero(~apart(1, edge, points, RIM * size))
+                asked = np.flatnonzero(~apart(1, edge, points, rim * size))
                 on_edge = nearest(1, edge, points[asked])
                 distance = np.linalg.norm(on_edge - points[asked], axis=1)
                 closer = distance < closest[asked]
@@ -119,7 +118,7 @@ def answers(requests: Iterable[dict[str, Any]]) -> Iterator[dict[str, Any]]:
                 _open(gmsh, request["file"])
                 opened = True
             if "panels" in request:
-                found = brought(gmsh, request["panels"])
+                found = brought(gmsh, request["panels"], request["rim"])
             else:
                 found = meshed(gmsh, request) if "target" in request else listed(gmsh)
         except Exception as error:  # Gmsh's are of no class of their own

@@ -17,9 +17,9 @@ from ...refinement.meshes import mesh_of
 from ...refinement.panels.axes import sides
 from ...refinement.panels.marks import facing
 from ...refinement.panels.quartering import cut
-from ..discrete.interfaces import InterfaceSpec, as_problem, interfaces_of
-from ..trust.meshes import SHARE, STIFF
-from ..trust.thickness import slenderness
+from ..discrete.interfaces import as_problem, interfaces_of
+from ..trust.meshes import STIFF
+from ..trust.thickness import SHARE, slenderness
 
 FIRST = 36
 """Panels on a face in contact of the first mesh, about; on others a quarter of them."""
@@ -50,7 +50,8 @@ class FirstMeshes:
     def __init__(self, problem: Problem) -> None:
         self._problem, self._sides = problem, interfaces_of(problem)
         self._bilateral = all(side.holds_normal for side in self._sides)
-        self._soft = [side for side in self._sides if self._presses(side)]
+        self._soft = [(side, side.primary) for side in self._sides
+                      if side.primary is not None and self._presses(side.body, side.primary[0])]  # fmt: skip
         self._all: list[SurfaceMesh] = []
         self.plain, self.thin = dict[int, SurfaceMesh](), dict[int, float]()
 
@@ -73,17 +74,14 @@ class FirstMeshes:
         outlines = [body.geometry.outline() for body in self._problem.body]
         meshes = [self._own(b, as_problem(body, outlines[b], self._sides, b), outlines[b], nodes)
                   for b, body in enumerate(self._problem.body)]  # fmt: skip
-        for side in self._soft:
-            b, part = side.primary or (0, "")
+        for side, (b, part) in self._soft:
             if isinstance(surface := outlines[b], SolidSurface):
                 meshes[b] = fine_enough((meshes[side.body], side.part), (meshes[b], part), side.direction, surface)
         return meshes
 
-    def _presses(self, side: InterfaceSpec) -> bool:
+    def _presses(self, secondary: int, primary: int) -> bool:
         """Whether a stiff body presses on a soft one, whose first panels are not the user's."""
-        if side.primary is None:
-            return False
-        one, other = (self._problem.body[b] for b in (side.body, side.primary[0]))
+        one, other = (self._problem.body[b] for b in (secondary, primary))
         return one.material.young_modulus > STIFFER * other.material.young_modulus and other.mesh.automatic
 
 

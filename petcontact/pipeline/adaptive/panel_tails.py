@@ -31,7 +31,7 @@ from ..trust.first_panels import bent_sides, lowest_between, overlapping_sides, 
 from ..trust.increments import OVERLAP, is_unresolved
 from .elliptic import EllipticContacts, expected_start, small_contacts, zone_about
 from .first_mesh import FirstMeshes, slender
-from .quantity import BUDGETS, beyond_budget
+from .quantity import beyond_budget, budget_of
 from .tails import TailErrors
 
 SHARE = 0.9
@@ -85,8 +85,8 @@ class PanelTails:
     def mesh(self, number: int, one: Callable[[], Problem], boundary: Boundary, level: int) -> LevelMesh:
         """The mesh of the config, or a coarse one where it names none; later the refined one."""
         if not self._meshes:
-            nodes = BUDGETS[self.asked].nodes * max(0.5, 1.0 / len(self._problem.body))
-            return LevelMesh(self._first.mesh(number, one, boundary, nodes), 0.0)
+            bodies = len(self._problem.body)
+            return LevelMesh(self._first.mesh(number, one, boundary, budget_of(bodies, self.asked).nodes / bodies), 0.0)
         return LevelMesh(self._meshes[number], 0.0)
 
     def start(self, problem: PreparedProblem) -> Start | None:

@@ -97,6 +97,12 @@ class Quantity(Protocol):
     def info(self) -> dict[str, Any]: ...
 
 
+def budget_of(bodies: int, asked: bool) -> Budget:
+    """Of some bodies."""
+    pairs, given = max(1.0, 0.5 * bodies), BUDGETS[asked]
+    return Budget(int(pairs * given.nodes), pairs * given.seconds)
+
+
 def beyond_budget(
     problem: Problem, meshes: Sequence[BoundaryMesh], counts: tuple[int, int], wanted: float, asked: bool
 ) -> str:
@@ -106,13 +112,11 @@ def beyond_budget(
     """
     sides = interfaces_of(problem)
     bem = suitable_bem(resolved_bem(problem.bem), [(side.body, side.part) for side in sides], meshes)
-    given, pairs = BUDGETS[asked], max(1.0, 0.5 * len(meshes))
-    budget = Budget(int(pairs * given.nodes), pairs * given.seconds)
+    budget = budget_of(len(meshes), asked)
     nodes = sum(mesh.n_nodes for mesh in meshes)
     seconds = solve_seconds(bem, meshes, *counts)
     if nodes > budget.nodes or seconds > budget.seconds:
-        most = Budget(int(pairs * BUDGETS[True].nodes), pairs * BUDGETS[True].seconds)
-        goes_on = f"--accuracy {wanted:g} goes on, to at most {most}"
+        goes_on = f"--accuracy {wanted:g} goes on, to at most {budget_of(len(meshes), True)}"
         more = "a [mesh] of your own may have more" if asked else goes_on
         kind = "" if asked else " where no accuracy is named"
         return f"the next mesh would have {Budget(nodes, round(seconds, 1))}, the budget{kind} is {budget}; {more}"

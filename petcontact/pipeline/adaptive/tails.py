@@ -44,7 +44,7 @@ UNEVENLY = 0.5
 """Squared error of p over that of its jumps between panels: both sides are off alike."""
 EVENLY, EVEN = 0.4, 0.1
 """Error of resultants over that of a nearly even p, whose panels are all off alike: .24 and .32 of a ring on a shaft; and
-the variance of such a p over its mean square."""
+the variance of such a p over the square of its mean."""
 SURELY = 2.0
 """Estimated errors of σ_t by which it lies below the friction bound where nothing slips."""
 

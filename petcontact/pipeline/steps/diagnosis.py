@@ -76,11 +76,11 @@ def zero_energy_motions(increment: Increment, outcome: ContactState) -> list[str
     resisted = np.einsum("iab,ibr->iar", derivative, modes.motion / modes.size).reshape(-1, len(modes.load))
     values, vectors = np.linalg.svd(np.linalg.qr(resisted, mode="r"))[1:]
     values = np.append(values, np.zeros(len(vectors) - len(values))) / max(1.0, values.max(initial=0.0))
-    moving = np.abs(vectors @ (amplitudes(increment.system, outcome) * modes.size))
-    # a ball in a cup turns by what the roughness of its panels makes of it
-    rough = (values > LOOSE) & (values <= ROUGH) & (moving > FOLLOWS * moving[values > ROUGH].max(initial=0.0))
-    found = list[str]()
+    rough, found = (values > LOOSE) & (values <= ROUGH), list[str]()
     if rough.any():
+        moving = np.abs(vectors @ (amplitudes(increment.system, outcome) * modes.size))
+        rough &= moving > FOLLOWS * moving[values > ROUGH].max(initial=0.0)
+    if rough.any():  # a ball in a cup turns by what the roughness of its panels makes of it
         found.append(f"contact resists {_named(increment, vectors[rough])} by the roughness of the mesh only: what they "
                      f"come to, up to {moving[rough].max():.2g}, means nothing; friction would hold them")  # fmt: skip
     if (values <= LOOSE).any():

@@ -185,12 +185,12 @@ def carried_over(problem: PreparedProblem, old: Solution) -> Start:
 
 
 def _read(file: str, name: str) -> Solution:
-    if not Path(file).is_file() and Path(file).suffix == ".h5":
+    if Path(file).is_file():
+        return read_solution(file)
+    if Path(file).suffix == ".h5":
         raise InputError(f"method.start: there is no file {file!r}")
-    if not Path(file).is_file():
-        raise InputError(f'method.start: {name!r} is neither "zero", "frictionless" nor a result file (FILE.h5, FILE.h5:3 '
-                         "for 3 increments)")  # fmt: skip
-    return read_solution(file)
+    raise InputError(f'method.start: {name!r} is neither "zero", "frictionless" nor a result file (FILE.h5, FILE.h5:3 '
+                     "for 3 increments)")  # fmt: skip
 
 
 @functools.singledispatch

@@ -11,7 +11,7 @@ from ...geometry.surface import Boundary, FacetSurface
 from ...mesh.boundary_mesh import BoundaryMesh
 from ...mesh.curved.panels import CurvedPanels
 from ...mesh.surface_mesh import SurfaceMesh
-from .thickness import slenderness
+from .thickness import SHARE, slenderness
 
 LARGEST = (4.0, 4.0, 5.0)
 """Largest size of elements of order 0, 1 and above over the thickness behind them. Clamped plates of order 1 deflect by 1.06
@@ -20,8 +20,6 @@ sign. Order 1 up to 4 is warned of: without bending it is right there. Of consta
 STIFF = (1.5, 1.5, 1.5, 2.6, 3.4, 4.1)
 """Size over thickness from which bending is off by a tenth and more, which is warned of; of orders 0 to 5. A cantilever 20
 times as long as thick bends by .912, .906, .908 and .920 of the truth with orders 2 to 5 and sizes of 1.7, 2.5, 3.3, 4."""
-SHARE = 0.1
-"""Of the boundary, that such elements may be: those next to an acute corner always are."""
 PLANE = 0.05
 """Height of a panel over its chord, in its size, up to which it is as good as plane."""
 DISTORTED = 2.0

@@ -60,9 +60,9 @@ def overlaps(
     both = outcome.v - system.u_0
     moved = both if system.modes is None else system.apply(outcome.sigma)
     rigid = both - moved
-    gaps = np.concatenate([np.where(np.isfinite(face.gap), face.gap, 0.0) for face in bodies.interfaces])
+    gaps = np.where(np.isfinite(bodies.gap), np.abs(bodies.gap), 0.0)
     noise = (SOLVED if is_monolithic(system) else ROUND_OFF) * (
-        np.abs(system.u_0[:, -1]) + np.abs(rigid[:, -1]) + np.abs(moved[:, -1]).max(initial=0.0) + np.abs(gaps)
+        np.abs(system.u_0[:, -1]) + np.abs(rigid[:, -1]) + np.abs(moved).max(initial=0.0) + gaps
     )
     # R_ρ/ρ is what the law forbids of v, but for σ/ρ, which is to be less than round-off
     least = noise.min(initial=np.inf)

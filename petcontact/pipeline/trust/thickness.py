@@ -14,10 +14,11 @@ BESIDE = 0.75
 """Sizes of an element by which nodes behind it may lie beside its centre."""
 DEEPEST = 1.0
 """Sizes of an element beyond which the other side is not looked for."""
-BENDING, FEW = 5e-3, 0.1
+SHARE = 0.1
+"""Of the boundary, that elements which are large beside the thickness may be: those next to an acute corner always are."""
+BENDING = 5e-3
 """Error of forces and pressure over the squared size of panels over the thickness: spherical shells of thickness .2 and .15
-of their radius, pressed on a plane, were .8 and 1.8 % too stiff with 1.4 and 1.9 (of order 1). And the share of the boundary
-where larger panels count for nothing."""
+of their radius, pressed on a plane, were .8 and 1.8 % too stiff with 1.4 and 1.9 (of order 1)."""
 
 
 def slenderness(mesh: BoundaryMesh) -> Array:
@@ -52,5 +53,5 @@ def bending_error(mesh: BoundaryMesh) -> float:
     """What forces and pressure may be off by, relative, for what elements are too large beside the thickness to bend."""
     ratio, area = slenderness(mesh), np.bincount(mesh.element, mesh.weight)
     order = np.argsort(-ratio)
-    beyond = np.searchsorted(np.cumsum(area[order]), FEW * area.sum())
+    beyond = np.searchsorted(np.cumsum(area[order]), SHARE * area.sum())
     return BENDING * float(ratio[order[beyond]]) ** 2
